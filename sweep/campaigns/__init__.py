@@ -10,6 +10,7 @@ search asks for.
     search/        a strategy: candidates that are asked for, raced and judged
     design_plan    the plan of a study whose points come from its axes
     stored_trials  what is stored when a launch begins, and what it adds
+    twins          trials that run again, compared with what is stored of them
     loaded         a stored study, with its search and its sensitivities
     warming        what is compiled ahead
     progress       how far a campaign is, and what shows it

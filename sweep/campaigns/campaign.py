@@ -9,6 +9,8 @@ a launch has stored is in its plan, whenever the launch ends.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -17,11 +19,14 @@ import pyarrow as pa
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.stored_trials import StoredTrials, among
 from sweep.campaigns.strategy import Origin, PlanTables, Round, Strategy
+from sweep.campaigns.twins import Twins, twins
 from sweep.design.jobs import Job
+from sweep.design.recording import Recording
 from sweep.store.custody import custody
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
 from sweep.store.provenance import provenance
+from sweep.store.recordings import NONE_SERVED, others_stored, served
 from sweep.store.rows import Tables
 from sweep.store.shares import Share
 from sweep.store.store import Store
@@ -84,6 +89,8 @@ class _Campaign(Generic[P]):
         self.failures = Failures(self.study, store, self.progress.most)
         self.checkpoints = Checkpoints.of(store.folder, share)
         self.spec_is_written = False
+        self.served = NONE_SERVED
+        self.twins: list[Twins] = []
 
     def run(self, *, retry: bool) -> None:
         """Run round after round, then merge the parts."""
@@ -96,23 +103,57 @@ class _Campaign(Generic[P]):
         if self.progress.trials:
             self.report(self.progress)
         unpublished: Callable[[Origin], PlanTables] | None = None
-        for asked in self.strategy.rounds(self.stored.look):
+        for wanted in self.strategy.rounds(self.stored.look):
+            asked = self._serve(wanted)
             unpublished = asked.plan
-            if jobs := self._missing(asked, retry=retry):
+            jobs = self._missing(asked, retry=retry)
+            if jobs:
                 if not self.spec_is_written:
                     # The plan of code that cannot run would hide what is stored.
                     check_runs(self.study, asked.some(MOST_TRIALS))
                 self._publish(asked.plan)
-                # The ids and the plan of a million trials are a hundred megabytes.
                 unpublished = None
-                del asked
-                pa.default_memory_pool().release_unused()
+            # The ids and the plan of a million trials are a hundred megabytes.
+            del asked, wanted
+            pa.default_memory_pool().release_unused()
+            if jobs:
                 self._run(jobs)
         if unpublished:
             self._publish(unpublished)
         self.checkpoints.keep_only(())
         self.store.compact()
         self.report(self.progress)
+
+    def _serve(self, asked: Round) -> Round:
+        """The round with the ids of stored trials that record more, where there are
+        such, in the place of those that are missing.
+        """
+        serving = self.served
+        _, final = self.stored.ask(asked.ids)
+        if not final.all() and self.recordings:
+            jobs = asked.jobs_at(np.flatnonzero(~final))
+            known, done = self.stored.table["trial_id"], self.stored.done
+            new = served(self.study, jobs, self.recordings, known, done)
+            serving = serving.also(new)
+            shorter = (self.recordings, known, new)
+            self.twins += twins(self.store, self.study, jobs, *shorter)
+        if not len(serving):
+            return asked
+        if self.strategy.grows:  # its next plan lists them too
+            self.served = serving
+
+        def plan(origin: Origin) -> PlanTables:
+            listed, asked_for = asked.plan(origin)
+            if asked_for is not None:
+                asked_for = serving.into_table(asked_for)
+            return serving.into_table(listed), asked_for
+
+        return replace(asked, ids=serving.into(asked.ids), plan=plan)
+
+    @cached_property
+    def recordings(self) -> list[Recording]:
+        """What stored trials record that are of another spec."""
+        return others_stored(self.store, self.study)
 
     def _missing(self, asked: Round, *, retry: bool) -> Sequence[Job]:
         """The jobs of a round that run now; all its trials are counted."""
@@ -158,3 +199,5 @@ class _Campaign(Generic[P]):
         self.progress.statuses.update(result.status for result in results)
         self.lock.check()
         self.report(self.progress)
+        for those in self.twins:
+            those.check(results)

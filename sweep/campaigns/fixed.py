@@ -7,7 +7,7 @@ from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Look, Round
 from sweep.design.design import expand
-from sweep.design.jobs import Jobs, SomeJobs
+from sweep.design.jobs import Jobs
 from sweep.spec.study import Study
 
 
@@ -32,4 +32,4 @@ class FixedStrategy:
     def _round(self, jobs: Jobs) -> Round:
         trials = jobs.table()
         plan = partial(plan_tables, trials, jobs)
-        return Round(trials["trial_id"], partial(SomeJobs, jobs), plan)
+        return Round(trials["trial_id"], jobs.to_run, plan)

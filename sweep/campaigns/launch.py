@@ -2,17 +2,29 @@
 do.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.fixed import FixedStrategy
 from sweep.campaigns.progress import Progress, SearchProgress
 from sweep.campaigns.search.strategy import SearchStrategy
+from sweep.campaigns.strategy import Strategy
 from sweep.campaigns.until import UntilStrategy
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 from sweep.store.locations import Location
 from sweep.store.shares import Share
 from sweep.workers.executors import ExecutorFactory
+
+
+def check_launches(studies: Sequence[Study], share: Share | None = None) -> None:
+    """Raise one SpecError with all that `launch` would raise of these studies before it
+    runs a trial.
+    """
+    mistakes = Mistakes()
+    for study in studies:
+        mistakes.read(_strategy, study, share)
+    mistakes.check()
 
 
 def launch(
@@ -34,6 +46,17 @@ def launch(
     a design that cannot be, or be shared; otherwise as `run_campaign`, which says also
     when `report` is called.
     """
+    return run_campaign(
+        _strategy(study, share),
+        results,
+        executor,
+        share=share,
+        retry=retry,
+        report=report,
+    )
+
+
+def _strategy(study: Study, share: Share | None) -> Strategy[Progress]:
     if study.search:
         raise study.document.error(
             ("search",), 'this study is a search: run it with "sweep search"'
@@ -44,12 +67,7 @@ def launch(
             " this study cannot be launched in shares"
         )
         raise study.document.error(("replicates", "until"), message)
-    strategy = (
-        UntilStrategy(study, study.until) if study.until else FixedStrategy(study)
-    )
-    return run_campaign(
-        strategy, results, executor, share=share, retry=retry, report=report
-    )
+    return UntilStrategy(study, study.until) if study.until else FixedStrategy(study)
 
 
 def search(

@@ -10,14 +10,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Counts
+from sweep.store.recordings import places_of
 from sweep.store.rows import trial_metrics
 from sweep.store.store import Store
 from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import Result
-
-LOOKED_UP = 100_000
-"""How many known ids are searched at once: a hash table of a million would be large."""
 
 
 class StoredTrials:
@@ -41,7 +38,7 @@ class StoredTrials:
         pa.default_memory_pool().release_unused()
         self.final = np.ones(len(self.table), np.bool_)
         if retry:
-            self.final = pc.equal(self.table["status"], "done").to_numpy()
+            self.final = self.done
         self._asked = pa.chunked_array([], pa.string())
         self._noted = self.schema.empty_table()
 
@@ -52,7 +49,7 @@ class StoredTrials:
         not run again; shapes (n,).
         """
         self._asked, self._noted = ids, self.schema.empty_table()
-        places = _places(ids, self.table["trial_id"])
+        places = places_of(ids, self.table["trial_id"])
         stored = places >= 0
         final = stored.copy()
         final[stored] = self.final[places[stored]]
@@ -61,6 +58,12 @@ class StoredTrials:
     def final_ids(self) -> pa.ChunkedArray:
         """The ids of the trials of `table` that do not run again."""
         return self.table["trial_id"].filter(pa.array(self.final))
+
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """Which of the trials of `table` are done."""
+        done: NDArray[np.bool_] = pc.equal(self.table["status"], "done").to_numpy()
+        return done
 
     def note(self, results: Sequence[Result]) -> None:
         """Enter trials of this round that are stored now."""
@@ -75,8 +78,8 @@ class StoredTrials:
     def look(self) -> pa.Table:
         """What is stored of the trials of the round: see `sweep.campaigns.strategy`."""
         known = pa.concat_tables([self.table, self._noted])
-        before = _places(self._asked, self.table["trial_id"])
-        new = _places(self._asked, self._noted["trial_id"])
+        before = places_of(self._asked, self.table["trial_id"])
+        new = places_of(self._asked, self._noted["trial_id"])
         places = np.where(new >= 0, new + len(self.table), before)
         rows = pa.array(places, mask=places < 0)
         return known.drop_columns("trial_id").take(rows)
@@ -91,18 +94,4 @@ class StoredTrials:
 def among(trials: Iterable[str], ids: pa.ChunkedArray) -> set[str]:
     """Those of some trials that are among `ids`."""
     named = pa.chunked_array([sorted(trials)], pa.string())
-    return set(named.filter(pa.array(_places(named, ids) >= 0)).to_pylist())
-
-
-def _places(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> Counts:
-    """The place of each id among the `known` ones, -1 where it is none of them."""
-    places = np.full(len(ids), -1, np.int64)
-    for first in range(0, len(known), LOOKED_UP):
-        some = known.slice(first, LOOKED_UP).combine_chunks()
-        found = pc.index_in(ids, value_set=some)
-        here = pc.is_valid(found).to_numpy()
-        places[here] = first + found.filter(pa.array(here)).to_numpy()
-        # Else what each turn has freed would be kept beside what the next one takes.
-        del some, found, here
-        pa.default_memory_pool().release_unused()
-    return places
+    return set(named.filter(pa.array(places_of(named, ids) >= 0)).to_pylist())

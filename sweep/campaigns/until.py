@@ -15,7 +15,7 @@ from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Look, Round
 from sweep.design.design import expand
-from sweep.design.jobs import Counts, Jobs, SomeJobs
+from sweep.design.jobs import Counts, Jobs
 from sweep.spec.study import Study
 
 
@@ -60,7 +60,7 @@ class UntilStrategy:
         trials = jobs.table()
         return Round(
             trials["trial_id"].take(places),
-            lambda some: SomeJobs(jobs, places[some]),
+            lambda some: jobs.to_run(places[some]),
             partial(plan_tables, trials, jobs),
         )
 

@@ -57,7 +57,9 @@ def _options(
     pass
 
 
-Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
+Spec = Annotated[
+    Path, typer.Argument(help="The spec of a study, a YAML file; or of several.")
+]
 StudyName = Annotated[
     str,
     typer.Argument(

@@ -150,19 +150,26 @@ def diff(
 ) -> None:
     """What a change of a spec adds, keeps and drops, before any trial runs: points and
     trials, exactly.
+
+    Of a spec of several studies each is compared, with --json in an object each.
     """
-    from sweep.own_code.reading import load_spec
+    from sweep.own_code.reading import load_spec, load_specs
     from sweep.tables.spec_difference import compare
     from sweep.tables.stored_study import StoredStudy
 
-    changed = load_spec(other or spec, code=not no_code, code_from=code_from)
-    before = (
-        load_spec(spec, code=not no_code, code_from=code_from)
-        if other
-        else StoredStudy(changed.name, results)
-    )
-    made = compare(before, changed, results)
-    print(made.as_json() if as_json else made.as_text())
+    if other:
+        one, two = (
+            load_spec(path, code=not no_code, code_from=code_from)
+            for path in (spec, other)
+        )
+        made = [compare(one, two, results)]
+    else:
+        studies = load_specs(spec, code=not no_code, code_from=code_from)
+        made = [
+            compare(StoredStudy(one.name, results), one, results) for one in studies
+        ]
+    for difference in made:
+        print(difference.as_json() if as_json else difference.as_text())
 
 
 @app.command()

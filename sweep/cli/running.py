@@ -45,31 +45,35 @@ def launch(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Run the trials of a study that are not stored yet.
+    """Run the trials of a study that are not stored yet, or of each study of a spec.
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
+    from sweep.campaigns.launch import check_launches
     from sweep.campaigns.launch import launch as run_study
     from sweep.cli.progress import ProgressBar, launch_json
-    from sweep.own_code.reading import load_spec
+    from sweep.own_code.reading import load_specs
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
-    study = load_spec(spec, code=not no_code, code_from=code_from)
-    name = f"{study.name}, share {share}" if share else study.name
-    with (
-        engine(executor, workers, address, scheduler_file) as made,
-        ProgressBar(name, quiet=quiet) as bar,
-    ):
-        progress = run_study(
-            study, results, made, retry=retry, share=share, report=bar.show
-        )
-    folder = results / study.name
-    if not quiet:
-        print(bar.summary(progress, folder), file=sys.stderr)
-    if as_json:
-        print(launch_json(study.name, share, folder, progress, bar.seconds))
-    if progress.troubled:
+    studies = load_specs(spec, code=not no_code, code_from=code_from)
+    if len(studies) > 1:
+        check_launches(studies, share)
+    troubled = False
+    with engine(executor, workers, address, scheduler_file) as made:
+        for study in studies:
+            name = f"{study.name}, share {share}" if share else study.name
+            with ProgressBar(name, quiet=quiet) as bar:
+                progress = run_study(
+                    study, results, made, retry=retry, share=share, report=bar.show
+                )
+            folder = results / study.name
+            if not quiet:
+                print(bar.summary(progress, folder), file=sys.stderr)
+            if as_json:
+                print(launch_json(study.name, share, folder, progress, bar.seconds))
+            troubled |= progress.troubled > 0
+    if troubled:
         raise SystemExit(1)
 
 
@@ -151,14 +155,17 @@ def plan(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """What a spec would run: points, trials, what is rejected, and what it may cost."""
+    """What a spec would run: points, trials, what is rejected, and what it may cost.
+
+    Of a spec of several studies there is a plan each, with --json an object each.
+    """
     from sweep.campaigns.plan import plan_of
-    from sweep.own_code.reading import load_spec
+    from sweep.own_code.reading import load_specs
     from sweep.workers.executors import core_count
 
-    study = load_spec(spec, code=not no_code, code_from=code_from)
-    made = plan_of(study, workers or core_count())
-    print(made.as_json() if as_json else made.as_text())
+    for study in load_specs(spec, code=not no_code, code_from=code_from):
+        made = plan_of(study, workers or core_count())
+        print(made.as_json() if as_json else made.as_text())
 
 
 @app.command()

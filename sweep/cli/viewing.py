@@ -157,13 +157,13 @@ def _is_spec(what: str) -> bool:
 def _state_of(
     what: str, results: Results, *, trust: bool, code: bool, code_from: Path | None
 ) -> "ViewState":
-    """The first point of a spec, or the first stored trial of a study."""
+    """The first point of the first study of a spec, or a study's first stored trial."""
     from sweep.errors import StoreError
-    from sweep.own_code.reading import load_spec
+    from sweep.own_code.reading import load_specs
     from sweep.web.state import from_job, from_study
 
     if _is_spec(what):
-        return from_study(load_spec(Path(what), code=code, code_from=code_from))
+        return from_study(load_specs(Path(what), code=code, code_from=code_from)[0])
     study = _stored(what, results, trust)
     if study.trials.empty:
         raise StoreError(f"study {what}: no trial is stored yet")

@@ -1,9 +1,11 @@
 """From a Study to its points and jobs, and what they cost, without running any.
 
+order        from coarse to fine
 points       columns of settings while they grow
 design       the points of a study
 consistency  what settings fulfil together
 code         which code computes a study
+recording    what a trial records
 jobs         a trial's seed, id and settings
 cost         seconds and bytes of a trial
 plan         what a launch would run

@@ -1,13 +1,15 @@
 """The design of experiments: from the axes of a study to its points."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sweep.design.consistency import check_consistency
-from sweep.design.points import Points, check_maps, fitted_to_map
-from sweep.spec.axes import Axis
+from sweep.design.order import Fineness, fineness_of
+from sweep.design.points import Points, check_maps, fitted_to_map, united
+from sweep.spec.axes import Axis, by_design
 from sweep.spec.limits import (
     MOST_CELLS,
     MOST_OPERATIONS,
@@ -34,13 +36,16 @@ class Design:
     """The points of a study: `columns` has the settings that vary, shape (n_points,)
     each, `base` the others.
 
+    `fineness` (n_points,) is that of `sweep.design.order`.
     `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
-    repeated an earlier one and were merged with it.
+    repeated an earlier one, and the points of a design that an earlier one has: they
+    were merged with it.
     """
 
     base: dict[str, Value]
     columns: dict[str, Values]
     n_points: int
+    fineness: Fineness
     rejected: tuple[Rejection, ...] = ()
     duplicates: int = 0
 
@@ -53,7 +58,7 @@ class Design:
     def only(self, points: list[int]) -> "Design":
         """The design of these points alone."""
         columns = {name: column[points] for name, column in self.columns.items()}
-        return Design(self.base, columns, len(points))
+        return Design(self.base, columns, len(points), self.fineness[points])
 
 
 def evenly(count: int, most: int) -> list[int]:
@@ -64,24 +69,44 @@ def evenly(count: int, most: int) -> list[int]:
 
 
 def expand(study: Study) -> Design:
-    """The points of `study`: the product of its axes, the last one fastest, without
-    those that are rejected.
+    """The points of `study`: the product of the axes of each design, the last one
+    fastest, without those that an earlier design has, or that are rejected.
 
     Raises SpecError where there are none or too many of them, and where a value
     computed from others is not allowed.
     """
-    _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
-    points = fitted_to_map(study, Points(study.preset_settings | study.fixed, {}, 1))
-    for axis in study.axes:
-        points = _multiplied(study, points, axis)
-        if "map" in axis.columns:
-            points = fitted_to_map(study, points)
+    designs = by_design(study.axes)
+    _check_size(study, sum(map(_least_points, designs)))
+    products = [_product(replace(study, axes=axes)) for axes in designs]
+    _check_size(study, sum(points.count for points in products))
+    points, repeated = united(products)
     points, rejected = _derived(study, points)
     check_maps(study, points)
     check_consistency(study, points)
     _check_trials(study, points)
-    duplicates = sum(axis.merged for axis in study.axes)
-    return Design(points.base, points.columns, points.count, rejected, duplicates)
+    duplicates = repeated + sum(axis.merged for axis in study.axes)
+    return Design(
+        points.base,
+        points.columns,
+        points.count,
+        points.fineness,
+        rejected,
+        duplicates,
+    )
+
+
+def _least_points(axes: Iterable[Axis]) -> int:
+    return math.prod(len(axis) for axis in axes if axis.when is None)
+
+
+def _product(study: Study) -> Points:
+    base = study.preset_settings | study.fixed
+    points = fitted_to_map(study, Points(base, {}, 1, np.zeros(1, np.int32)))
+    for axis in study.axes:
+        points = _multiplied(study, points, axis)
+        if "map" in axis.columns:
+            points = fitted_to_map(study, points)
+    return points
 
 
 def _check_size(study: Study, n_points: int) -> None:
@@ -130,7 +155,7 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
     """
     applies = np.ones(points.count, dtype=np.bool_)
     if axis.when:
-        applies = points.evaluate(study, axis.when, ("sweep", axis.name, "when"))
+        applies = points.evaluate(study, axis.when, (*axis.place, "when"))
     repeats = np.where(applies, len(axis), 1)
     count = int(repeats.sum())
     _check_size(study, count)
@@ -145,7 +170,11 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
         # large sample.
         columns[name] = values if whole else values[row]
         columns[name][outside] = points.base[name]
-    return Points(points.base, columns, count)
+    fineness = np.maximum(
+        np.repeat(points.fineness, repeats),
+        np.where(outside, 0, fineness_of(axis)[row]),
+    )
+    return Points(points.base, columns, count, fineness)
 
 
 def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
@@ -190,4 +219,4 @@ def _with_derived(study: Study, points: Points, name: str) -> Points:
         raise study.document.error(
             ("derive", name), f'"{expression.text}": {error}{where}'
         ) from None
-    return Points(points.base, points.columns | {name: column}, points.count)
+    return replace(points, columns=points.columns | {name: column})

@@ -9,8 +9,8 @@ trials that could differ in a single number are different trials.
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import repeat
 from typing import Any, Literal, overload
@@ -24,6 +24,8 @@ from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import Design
+from sweep.design.order import coarse_first
+from sweep.design.recording import Recording
 from sweep.spec.maps import Obstacles, OwnMap
 from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value
@@ -35,6 +37,7 @@ Counts = NDArray[np.int64]
 TRIAL_ID = re.compile("[0-9a-f]{24}")
 SCENE = ("map", "start_draws")
 """Settings whose values have code of their own."""
+Scene = tuple[Value, ...]
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
 """Points, or trials, whose ids are made at once: a million would take a gigabyte."""
@@ -142,8 +145,7 @@ class Jobs(Sequence[Job]):
             else trials
         )
         self._ends = np.cumsum(self.trials)
-        self._code = study_code(study)
-        self._begun: dict[tuple[Value, ...], hashlib._Hash] = {}
+        self._ids = _TrialIds(study, Recording.of(study))
 
     def __len__(self) -> int:
         return int(self._ends[-1])
@@ -161,20 +163,12 @@ class Jobs(Sequence[Job]):
 
     def table(self) -> pa.Table:
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
-        point = np.repeat(np.arange(self.design.n_points), self.trials)
-        replicate = np.arange(len(self)) - np.repeat(
-            self._ends - self.trials, self.trials
-        )
-        blocks = [slice(first, first + BLOCK) for first in range(0, len(self), BLOCK)]
+        places = np.arange(len(self))
+        point, replicate = self._points_and_replicates(places)
         seeds = self.study.seeds
         return pa.table(
             {
-                "trial_id": pa.chunked_array(
-                    [
-                        self._trial_ids(point[block], replicate[block])
-                        for block in blocks
-                    ]
-                ),
+                "trial_id": self.ids_at(places),
                 "point": pa.array(self._points, pa.binary())
                 .cast(pa.string())
                 .take(pa.array(point)),
@@ -185,9 +179,35 @@ class Jobs(Sequence[Job]):
             }
         )
 
+    def ids_at(
+        self, places: Counts, recording: Recording | None = None
+    ) -> pa.ChunkedArray:
+        """The ids of the trials at some places, or those that they would have if they
+        recorded something else.
+        """
+        ids = self._ids if recording is None else _TrialIds(self.study, recording)
+        blocks = (
+            places[first : first + BLOCK] for first in range(0, len(places), BLOCK)
+        )
+        return pa.chunked_array(
+            [self._trial_ids(block, ids) for block in blocks], pa.string()
+        )
+
+    def _points_and_replicates(self, places: Counts) -> tuple[Counts, Counts]:
+        point = self.points_at(places)
+        return point, places - (self._ends - self.trials)[point]
+
     def points_at(self, indices: int | Counts) -> Any:
         """The place in the design of the point of a job, or of each of several."""
         return np.searchsorted(self._ends, indices, side="right")
+
+    def to_run(self, places: Counts) -> "SomeJobs":
+        """The jobs at some places, in the order in which the study has them run."""
+        if self.study.order == "coarse":
+            point, replicate = self._points_and_replicates(places)
+            first = coarse_first(self.design.fineness[point], replicate)
+            places = places[first]
+        return SomeJobs(self, places)
 
     @property
     def points(self) -> list[str]:
@@ -199,15 +219,16 @@ class Jobs(Sequence[Job]):
         # Python's texts would take four times the memory.
         return _point_ids(self.study, self.design)
 
-    def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
-        """The ids of some trials, by the places of their points and replicates."""
+    def _trial_ids(self, places: Counts, ids: "_TrialIds") -> pa.Array:
+        point, replicate = self._points_and_replicates(places)
         names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
         scenes = zip(*(self._values(name, point) for name in SCENE), strict=False)
-        ids = [
-            self._trial_id(name.decode(), self._ending(number), scene)
+        literal = self.study.seeds is not None
+        made = [
+            ids.of(name.decode(), _ending(self._seed(number), number, literal), scene)
             for (name, number), scene in zip(names, scenes, strict=False)
         ]
-        return pa.array(ids, pa.string())
+        return pa.array(made, pa.string())
 
     def _job(self, point: int, replicate: int) -> Job:
         study, settings, name = (
@@ -216,14 +237,14 @@ class Jobs(Sequence[Job]):
             self._points[point].decode(),
         )
         own = study.maps.get(str(settings["map"]))
+        seed, literal = self._seed(replicate), study.seeds is not None
+        ending = _ending(seed, replicate, literal)
         return Job(
-            trial_id=self._trial_id(
-                name, self._ending(replicate), tuple(settings[one] for one in SCENE)
-            ),
+            trial_id=self._ids.of(name, ending, _scene(settings)),
             point=name,
             replicate=replicate,
-            seed=self._seed(replicate),
-            literal=study.seeds is not None,
+            seed=seed,
+            literal=literal,
             model=study.model,
             preset=study.preset,
             settings=settings,
@@ -239,11 +260,6 @@ class Jobs(Sequence[Job]):
             self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
         )
 
-    def _ending(self, replicate: int) -> str:
-        # The place of a listed seed is left out, so that the list may be reordered.
-        which = f"replicate {replicate}" if self.study.seeds is None else "listed"
-        return f"{self._seed(replicate)} {which}"
-
     def _values(self, name: str, point: Counts) -> Iterable[Value]:
         """The values of a setting at some points."""
         column = self.design.columns.get(name)
@@ -252,15 +268,15 @@ class Jobs(Sequence[Job]):
         values: list[Value] = column[point].tolist()
         return values
 
-    def _common(self, scene: tuple[Value, ...]) -> "hashlib._Hash":
-        """The hash of what all trials in a scene have in common."""
-        if scene not in self._begun:
-            content = common_content(self.study, self._code, *map(str, scene))
-            text = json.dumps(content, sort_keys=True)
-            self._begun[scene] = hashlib.sha256(text.encode())
-        return self._begun[scene]
 
-    def _trial_id(self, point: str, ending: str, scene: tuple[Value, ...]) -> str:
+class _TrialIds:
+    """Makes the ids of trials of a study which record something."""
+
+    def __init__(self, study: Study, recording: Recording) -> None:
+        self.study, self.recording, self.code = study, recording, study_code(study)
+        self._begun: dict[Scene, hashlib._Hash] = {}
+
+    def of(self, point: str, ending: str, scene: Scene) -> str:
         """The id of a trial; the id of its point has the content of a map that the spec
         brings.
         """
@@ -268,20 +284,33 @@ class Jobs(Sequence[Job]):
         digest.update(f" {point} {ending}".encode())
         return digest.hexdigest()[:24]
 
+    def _common(self, scene: Scene) -> "hashlib._Hash":
+        """The hash of what all trials in a scene have in common."""
+        if scene not in self._begun:
+            content = common_content(
+                self.study, self.code, self.recording, *map(str, scene)
+            )
+            text = json.dumps(content, sort_keys=True)
+            self._begun[scene] = hashlib.sha256(text.encode())
+        return self._begun[scene]
 
-def common_content(study: Study, code: Code, drawn: str, start: str) -> list[Any]:
+
+def common_content(
+    study: Study, code: Code, recording: Recording, drawn: str, start: str
+) -> list[Any]:
     """What the ids of all trials with a map and a start cover, ready for JSON."""
-    recorded = study.record
-    record = asdict(replace(recorded, derive=())) | {
-        "metrics": sorted(recorded.metrics),
-        "series": sorted(recorded.series),
-        "derive": {one.name: one.expression.text for one in recorded.derive},
-    }
-    if not recorded.derive:  # trials that derive nothing keep the ids they had
-        del record["derive"]
     scene = [code.maps.get(drawn, ""), code.starts[start]]
-    stamps = [code.flight, code.models, code.metrics, *scene]
-    return [*stamps, asdict(study.streams), record]
+    stamps = [code.flight, code.models, recording.stamps, *scene]
+    return [*stamps, asdict(study.streams), recording.content]
+
+
+def _scene(settings: Mapping[str, Value]) -> Scene:
+    return tuple(settings[name] for name in SCENE)
+
+
+def _ending(seed: int, replicate: int, literal: bool) -> str:
+    # The place of a listed seed is left out, so that the list may be reordered.
+    return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
 
 
 class SomeJobs(Sequence[Job]):
@@ -307,6 +336,34 @@ class SomeJobs(Sequence[Job]):
         """The place of each job's point in the design."""
         points: Counts = self.jobs.points_at(self.indices)
         return points
+
+
+def blocks_of(jobs: Sequence[Job], size: int) -> Iterator[Sequence[Job]]:
+    """Some jobs after the other, at most `size` at once; none is made for it."""
+    for first in range(0, len(jobs), size):
+        some = slice(first, first + size)
+        if isinstance(jobs, SomeJobs):
+            yield SomeJobs(jobs.jobs, jobs.indices[some])
+        else:
+            yield jobs[some]
+
+
+def ids_recording(
+    study: Study, jobs: Sequence[Job], recording: Recording
+) -> pa.ChunkedArray:
+    """The ids that some jobs of a study would have if they recorded something else."""
+    if isinstance(jobs, SomeJobs):  # there may be millions
+        return jobs.jobs.ids_at(jobs.indices, recording)
+    ids = _TrialIds(study, recording)
+    made = [
+        ids.of(
+            job.point,
+            _ending(job.seed, job.replicate, job.literal),
+            _scene(job.settings),
+        )
+        for job in jobs
+    ]
+    return pa.chunked_array([made], pa.string())
 
 
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:

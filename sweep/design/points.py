@@ -2,12 +2,14 @@
 world, and a unit of length.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.design.order import Fineness
+from sweep.spec.axes import distinct_rows
 from sweep.spec.document import Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import Expression
@@ -20,12 +22,21 @@ SIDES = ("width", "height")
 @dataclass(frozen=True)
 class Points:
     """Points while a design is being built. `columns` has the settings that vary, shape
-    (count,) each, `base` the values of the others.
+    (count,) each, `base` the values of the others. `fineness` (count,) is that of
+    `sweep.design.order`.
     """
 
     base: dict[str, Value]
     columns: dict[str, Values]
     count: int
+    fineness: Fineness
+
+    def column(self, name: str) -> Values:
+        """The values of any setting, shape (count,)."""
+        if name in self.columns:
+            return self.columns[name]
+        value = self.base[name]
+        return np.full(self.count, value, object if isinstance(value, str) else None)
 
     def evaluate(self, study: Study, expression: Expression, place: Place) -> Values:
         """The expression at every point.
@@ -61,7 +72,28 @@ class Points:
         if keep.all():
             return self
         columns = {name: column[keep] for name, column in self.columns.items()}
-        return Points(self.base, columns, int(keep.sum()))
+        return Points(self.base, columns, int(keep.sum()), self.fineness[keep])
+
+
+def united(designs: Sequence[Points]) -> tuple[Points, int]:
+    """The points of several designs, each once, and how many were there already."""
+    first = designs[0]
+    if len(designs) == 1:
+        return first, 0
+    names = [
+        *dict.fromkeys(name for one in designs for name in one.columns),
+        *(name for name in first.base if len({one.base[name] for one in designs}) > 1),
+    ]
+    columns = {
+        name: np.concatenate([one.column(name) for one in designs])
+        for name in dict.fromkeys(names)
+    }
+    fineness = np.concatenate([one.fineness for one in designs])
+    every = Points(first.base, columns, len(fineness), fineness)
+    once, _ = distinct_rows([*columns.values()])
+    keep = np.zeros(every.count, np.bool_)
+    keep[once] = True
+    return every.kept(keep), every.count - len(once)
 
 
 def fitted_to_map(study: Study, points: Points) -> Points:
@@ -81,7 +113,7 @@ def fitted_to_map(study: Study, points: Points) -> Points:
             columns[name] = np.full(points.count, base[name])
             for map_name, size in sizes.items():
                 columns[name][columns["map"] == map_name] = size
-    return Points(base, columns, points.count)
+    return replace(points, base=base, columns=columns)
 
 
 def check_maps(study: Study, points: Points) -> None:

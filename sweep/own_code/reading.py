@@ -16,14 +16,39 @@ from sweep.own_code.references import (
     resolved,
 )
 from sweep.spec.document import Document, Entry
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema import json_schema
 from sweep.spec.schema_parts import Schema
-from sweep.spec.strict_yaml import dump, parse_document, read_document
+from sweep.spec.strict_yaml import (
+    dump,
+    parse_document,
+    read_document,
+    read_documents,
+)
 from sweep.spec.study import Study, read_study
 
 
+def load_specs(
+    path: Path, *, code: bool = True, code_from: Path | None = None
+) -> list[Study]:
+    """The studies that a file describes, one a document. Raises as `load_spec`, and for
+    two studies of one name; all mistakes of all documents are in one SpecError.
+    """
+    mistakes, studies = Mistakes(), dict[str, Study]()
+    for root in read_documents(path):
+        with mistakes.noted():
+            study = _read(root, code, code_from)
+            if study.name in studies:
+                line = studies[study.name].document.lines["study",]
+                message = f'study "{study.name}" stands twice, first in line {line}'
+                raise study.document.error(("study",), message)
+            studies[study.name] = study
+    mistakes.check()
+    return [*studies.values()]
+
+
 def load_spec(path: Path, *, code: bool = True, code_from: Path | None = None) -> Study:
-    """The study that the file of a spec describes.
+    """The study that the file of a spec describes, which has no other one.
 
     If the spec names code, it runs; files of code lie in the folder of the spec, or in
     `code_from` where it is given. Raises SpecError, with file and line, for whatever is
@@ -50,10 +75,10 @@ def code_of(path: Path) -> list[Path]:
 
     Raises SpecError for what cannot be read.
     """
-    root = read_document(path)
-    if not (named := references(root)):
+    roots = read_documents(path)
+    if not (named := [one for root in roots for one in references(root)]):
         return []
-    code = own_code(root, named)
+    code = own_code(roots[0], named)
     files = [path.parent / file for file in code.sources.code]
     return [*files, *(place for one in code.packages for place in locations(one.name))]
 
@@ -61,21 +86,23 @@ def code_of(path: Path) -> list[Path]:
 def schema_for(
     path: Path, *, code: bool = True, code_from: Path | None = None
 ) -> Schema:
-    """The JSON Schema of the spec in a file, with all that the code brings that it
-    names.
+    """The JSON Schema of the specs in a file, with all that the code brings that they
+    name.
 
     The code runs; what else stands in the spec may be wrong. Raises SpecError, with
     file and line, for code that cannot be used; without `code`, for a spec that names
     any. `code_from` is as in `load_spec`.
     """
-    root = read_document(path)
-    if not (named := _allowed(root, code, code_from)):
+    roots = read_documents(path)
+    specs = [(root, _allowed(root, code, code_from)) for root in roots]
+    if not (every := [one for _, named in specs for one in named]):
         return json_schema()
-    known = known_to(root, named, code_from)
-    plain = resolved(root, named, known)
-    files: dict[str, str | None] = {str(one.entry.value): None for one in named}
-    models = [one for one in named if one.kind == "models"]
-    files |= {str(one.entry.value): plain.child("model").text() for one in models}
+    known = known_to(roots[0], every, code_from)
+    files: dict[str, str | None] = {str(one.entry.value): None for one in every}
+    for root, named in specs:
+        plain = resolved(root, named, known)
+        models = [one for one in named if one.kind == "models"]
+        files |= {str(one.entry.value): plain.child("model").text() for one in models}
     return json_schema(known, files, known.samplers)
 
 

@@ -59,7 +59,8 @@ def read_ablation(
             " that the spec leaves open"
         )
     columns = _columns(reader, before, after, details)
-    return Axis(name, columns, reader.when(entry), ablated=other, details=details)
+    when = reader.when(entry)
+    return Axis(name, columns, when, entry.place, ablated=other, details=details)
 
 
 def differing(

@@ -15,6 +15,7 @@ written.
 Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -25,7 +26,7 @@ import numpy as np
 from kernels.catalogue import Catalogue
 from sweep.spec.axis_keys import POINTS
 from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.document import Entry
+from sweep.spec.document import Entry, Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
@@ -59,12 +60,15 @@ class Axis:
     preset into another one has the name of that in `ablated`, and in `details` the
     groups of settings that change together. A sampled axis names its `sampler`. Where
     its points come in `blocks`, `rows` has for each point, block after block, the
-    number of its row.
+    number of its row. `place` is where it stands in the spec, and `design` the number
+    of its design among those that the study unites.
     """
 
     name: str
     columns: dict[str, Values]
     when: Expression | None = None
+    place: Place = ()
+    design: int = 0
     merged: int = 0
     notes: tuple[str, ...] = ()
     ablated: str | None = None
@@ -75,6 +79,14 @@ class Axis:
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
+
+
+def by_design(axes: Iterable[Axis]) -> list[tuple[Axis, ...]]:
+    """The axes of each design that a study unites: at least one design."""
+    designs = defaultdict[int, list[Axis]](list)
+    for axis in axes:
+        designs[axis.design].append(axis)
+    return [tuple(design) for design in designs.values()] or [()]
 
 
 @dataclass(frozen=True)
@@ -118,7 +130,7 @@ class AxisReader:
                 + " (an axis of several settings has sample, zip or ablate)"
             )
         when = self.when(entry)
-        kept, rows = _distinct_rows(list(columns.values()))
+        kept, rows = distinct_rows(list(columns.values()))
         if len(kept) < len(rows):
             columns = {setting: column[kept] for setting, column in columns.items()}
         notes = (*((blocks.note(name),) if blocks else ()), *self._notes(name, entry))
@@ -127,8 +139,9 @@ class AxisReader:
             name,
             columns,
             when,
-            merged,
-            notes,
+            entry.place,
+            merged=merged,
+            notes=notes,
             sampler=sampler,
             blocks=blocks,
             rows=rows if blocks else None,
@@ -287,7 +300,7 @@ def _coerced(setting: Setting, entry: Entry, values: list[object] | Values) -> V
 
 def _listed(setting: Setting, entry: Entry) -> Values:
     column = _coerced(setting, entry, [child.value for child in entry.entries()])
-    kept, _ = _distinct_rows([column])
+    kept, _ = distinct_rows([column])
     if len(kept) < len(column):
         twice = min(set(range(len(column))) - set(kept.tolist()))
         raise entry.child(twice).error(
@@ -341,7 +354,7 @@ def _drawn(setting: Setting, entry: Entry, unit: Values) -> Values:
         raise entry.error(f"{entry.name}: {error}") from None
 
 
-def _distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
+def distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
     """The indices, ascending, of the rows that differ from all earlier rows. And for
     every row, which of these it equals.
     """

@@ -25,7 +25,7 @@ from sweep.spec.schema_parts import (
     one_of,
     reference,
 )
-from sweep.spec.schema_settings import kinds, of_model, sampled
+from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
 from sweep.spec.search_schema import statistic
 from sweep.spec.study import SPEC, study_rules
 
@@ -152,7 +152,10 @@ def _known_maps(files: Iterable[str]) -> Schema:
     return {
         "if": {"not": {"anyOf": [{"required": ["maps"]}, _other_model(files)]}},
         "then": {
-            "properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}
+            "properties": {
+                "fixed": {"properties": {"map": name}},
+                "sweep": each_design(swept),
+            }
         },
     }
 

@@ -123,11 +123,16 @@ def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
     properties = {
         "preset": {"enum": list(presets)},
         "fixed": settings,
-        "sweep": axes,
+        "sweep": each_design(axes),
         "search": model_schema(_written(model, names, "parameter"), axes, settings),
         "derive": _named(derived, TEXT) | {"allOf": [reference(f"{model}.derived")]},
     }
     return {"properties": properties}
+
+
+def each_design(design: Schema) -> Schema:
+    """What holds of a design, for one under `sweep` or for each of several."""
+    return {"if": {"type": "array"}, "then": {"items": design}, "else": design}
 
 
 def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Schema:

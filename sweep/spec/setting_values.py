@@ -6,10 +6,11 @@ All functions raise SpecError for what is not allowed.
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from sweep.spec.ablation import is_ablation, read_ablation
-from sweep.spec.axes import Axis, AxisReader, read_expression
-from sweep.spec.document import Entry
+from sweep.spec.axes import Axis, AxisReader, by_design, read_expression
+from sweep.spec.document import Entry, Place
 from sweep.spec.expressions import CONDITION, KINDS, Expression
 from sweep.spec.limits import MOST_CELLS, beyond
 from sweep.spec.mistakes import Mistakes
@@ -37,10 +38,56 @@ def _fixed(name: str, entry: Entry, known: dict[str, Setting]) -> Value:
         raise entry.error(str(error)) from None
 
 
+def read_designs(
+    entry: Entry | None, reader: AxisReader, given: Iterable[str]
+) -> tuple[Axis, ...]:
+    """The axes under `sweep`: of one design, or of several in a list, whose points are
+    united. `given` are the settings with a value under another key.
+    """
+    if entry is None or not isinstance(entry.value, list):
+        return read_axes(entry, reader, given)
+    axes, mistakes, cells = list[Axis](), Mistakes(), 0
+    for number, child in enumerate(entry.entries()):
+        with mistakes.noted():
+            read = read_axes(child, reader, given)
+            _check_uniting(child, read, axes)
+            axes += [replace(axis, design=number) for axis in read]
+            cells += sum(len(axis) * len(axis.columns) for axis in read)
+        if cells > MOST_CELLS:
+            asked = f"the designs as far as this one have {cells:,} cells"
+            raise child.error(beyond(asked, MOST_CELLS))
+    mistakes.check()
+    return tuple(axes)
+
+
+def _check_uniting(entry: Entry, axes: Iterable[Axis], others: Iterable[Axis]) -> None:
+    """Raise SpecError where an axis counts only without points of other designs, or
+    has the name of another one that has other settings.
+    """
+    there = {axis.name: axis for axis in others}
+    for axis in axes:
+        child = entry.child(axis.name)
+        if axis.ablated:
+            raise child.error(
+                f'"{axis.name}" ablates, which one design alone can: write it as a'
+                " study of its own"
+            )
+        if axis.blocks:
+            raise child.error(
+                f'"{axis.name}" is a {axis.sampler} sample, which counts only whole:'
+                " write it as a study of its own"
+            )
+        if axis.name in there and {axis.name} != axis.columns.keys():
+            raise child.error(
+                f'"{axis.name}" is an axis of another design too: an axis of several'
+                " settings needs a name of its own"
+            )
+
+
 def read_axes(
     entry: Entry | None, reader: AxisReader, given: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """The axes under `sweep`, in the order of the file; `given` are the settings with a
+    """The axes of one design, in the order of the file; `given` are the settings with a
     value under another key.
     """
     entries, axes, cells = dict(entry.mapping()) if entry else {}, {}, 0
@@ -116,21 +163,30 @@ def check_once(
     root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
     """Raise SpecError where a setting gets its value in two places."""
-    places = [(name, ("fixed", name)) for name in fixed]
-    places += [(name, ("sweep", axis.name)) for axis in axes for name in axis.columns]
-    places += [(name, ("derive", name)) for name in derive]
-    for name, count in Counter(name for name, _ in places).items():
-        if count > 1:
-            first, second = [place for other, place in places if other == name][:2]
-            raise root.document.error(
-                second, f'"{name}" has a value already, under {".".join(first)}'
-            )
+    for design in by_design(axes):
+        places: list[tuple[str, Place]] = [(name, ("fixed", name)) for name in fixed]
+        places += [(name, axis.place) for axis in design for name in axis.columns]
+        places += [(name, ("derive", name)) for name in derive]
+        for name, count in Counter(name for name, _ in places).items():
+            if count > 1:
+                first, second = [place for other, place in places if other == name][:2]
+                where = ".".join(map(str, first))
+                raise root.document.error(
+                    second, f'"{name}" has a value already, under {where}'
+                )
 
 
 def check_conditions(
     root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
     """Raise SpecError where `when` needs a setting whose value is only known later."""
+    for design in by_design(axes):
+        _check_conditions(root, design, derive)
+
+
+def _check_conditions(
+    root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]
+) -> None:
     later = dict.fromkeys(derive, "derived")
     later |= {
         name: f"swept by {axis.name}, which must stand before"
@@ -143,9 +199,9 @@ def check_conditions(
             needed | {"map"} if needed & {"width", "height"} else needed
         ):
             if name in later:
-                place = ("sweep", axis.name, "when")
                 raise root.document.error(
-                    place, f'when cannot use "{name}" here: it is {later[name]}'
+                    (*axis.place, "when"),
+                    f'when cannot use "{name}" here: it is {later[name]}',
                 )
         for name in axis.columns:
             del later[name]
@@ -161,7 +217,7 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
             f'"{sampled[0].name}" is such a sample already:'
             f" a study has one of {' or '.join(in_blocks())}"
         )
-        raise root.document.error(("sweep", other.name), message)
+        raise root.document.error(other.place, message)
     for whole in sampled:
         if "require" in root.value:
             message = (
@@ -175,7 +231,7 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
                     f'when cannot use settings of "{whole.name}": a {whole.sampler}'
                     " sample counts only whole"
                 )
-                raise root.document.error(("sweep", axis.name, "when"), message)
+                raise root.document.error((*axis.place, "when"), message)
 
 
 def read_require(

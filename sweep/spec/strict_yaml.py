@@ -1,14 +1,16 @@
 """Strict YAML: from a text to plain values whose lines are known, and back.
 
 It is YAML 1.2 without what surprises people: a key may not stand twice; tags, anchors
-and aliases are refused. The text may come from anyone: nothing in it is executed, and
-its size and depth are limited.
+and aliases are refused. A file may have several documents, each of which begins with a
+line `---`, and has its own text. The text may come from anyone: nothing in it is
+executed, and its size and depth are limited.
 """
 
+import re
 from collections.abc import Callable, Mapping
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
@@ -16,16 +18,33 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from sweep.errors import SpecError
 from sweep.spec.document import INTEGER_BOUND, Document, Entry, Place
+from sweep.spec.mistakes import Mistakes
 
 MOST_BYTES = 1_000_000
 MOST_LEVELS = 20
 TAG = "tag:yaml.org,2002:"
+MARK = re.compile(r"^---(?=\s|$)", re.MULTILINE)
+CONTENT = re.compile(r"^(?!---)\s*[^\s#%]", re.MULTILINE)
 
 
 def read_document(path: Path) -> Entry:
-    """The content of a YAML file. Raises SpecError where it cannot be read or is not
-    strict YAML.
+    """The content of a YAML file of one document. Raises SpecError where it cannot be
+    read, or is not strict YAML.
     """
+    return parse_document(_text(path), path)
+
+
+def read_documents(path: Path) -> list[Entry]:
+    """The content of each document of a YAML file, at least one. Raises as
+    `read_document`.
+    """
+    mistakes, pieces = Mistakes(), _pieces(_text(path))
+    found = [mistakes.read(_parsed, piece, path) for piece in pieces]
+    mistakes.check()
+    return [entry for entry in found if entry]
+
+
+def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
@@ -34,23 +53,52 @@ def read_document(path: Path) -> Entry:
                 f"{path}: is larger than {MOST_BYTES:,} bytes:"
                 " put long lists into a table"
             )
-        text = content.decode("utf-8").replace("\r\n", "\n")
+        return content.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:
         raise SpecError(f"{path}: no such file") from None
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise SpecError(f"{path}: is not a text in UTF-8") from None
-    return parse_document(text, path)
 
 
 def parse_document(text: str, path: Path) -> Entry:
-    """The content of a YAML text; errors name `path`. Raises SpecError where it is not
-    strict YAML.
+    """The content of a YAML text of one document; errors name `path`. Raises SpecError
+    where it is not strict YAML.
     """
-    document = Document(path, text)
+    first, *others = _pieces(text)
+    if others:
+        message = "begins another study; here a file has one: write each into its own"
+        raise Document(path, text).error_in_line(others[0].lines_before + 1, message)
+    return _parsed(first, path)
+
+
+class _Piece(NamedTuple):
+    """The text of a document, and how many lines of the file stand before it."""
+
+    text: str
+    lines_before: int
+
+
+def _pieces(text: str) -> list[_Piece]:
+    """The documents of a text. Comments and directives alone are none."""
+    starts = [0, *(mark.start() for mark in MARK.finditer(text) if mark.start())]
+    if len(starts) > 1 and not CONTENT.search(text, 0, starts[1]):
+        del starts[1]
+    ends = [*starts[1:], len(text)]
+    return [
+        _Piece(text[start:end], text.count("\n", 0, start))
+        for start, end in zip(starts, ends, strict=True)
+    ]
+
+
+def _parsed(piece: _Piece, path: Path) -> Entry:
+    document, before = Document(path, piece.text), piece.lines_before
     try:
-        root = YAML(typ="safe", pure=True).compose(text)
+        # The empty lines make all marks those of the file.
+        root = YAML(typ="safe", pure=True).compose("\n" * before + piece.text)
+        if root is None:
+            document.lines[()] = before + 1
         value = _YamlReader(document).read(root, ()) if root is not None else None
     except YAMLError as error:
         raise _syntax_error(document, error) from None

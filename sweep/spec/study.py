@@ -46,8 +46,8 @@ from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
     check_once,
-    read_axes,
     read_derive,
+    read_designs,
     read_fixed,
     read_require,
 )
@@ -63,6 +63,7 @@ from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study_folder import NAME_WORDS, STUDY_NAME, why_no_name
 
 Stream = Literal["common", "independent"]
+Order = Literal["longest", "coarse"]
 
 
 class MetricName(Text):
@@ -72,8 +73,16 @@ class MetricName(Text):
         return reference("metric")
 
 
+def _swept_schema() -> Schema:
+    """One design, or several in a list."""
+    return {"type": ["object", "array"], "minItems": 1}
+
+
+TABLES = ("series", "heatmaps", "trajectories")
+"""Tables that a spec asks for, under keys of these names."""
 CHECKPOINT_SECONDS = 60.0
 STREAM = OneOf("kind of stream", get_args(Stream))
+ORDER = OneOf("order", get_args(Order))
 METRIC_NAMES = ListOf(MetricName(), "metrics (`sweep metrics`)")
 SECONDS = Number(above=0, unit="seconds")
 
@@ -135,6 +144,12 @@ class RecordSpec:
     def names(self) -> tuple[str, ...]:
         """All metrics of a trial, those that are derived last."""
         return (*self.metrics, *(one.name for one in self.derive))
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """The tables that are stored of a trial."""
+        kept = {name: getattr(self, name) for name in TABLES}
+        return ("trials", *(name for name, keeps in kept.items() if keeps))
 
 
 @dataclass(frozen=True)
@@ -249,8 +264,9 @@ class Study:
     axes: Annotated[
         tuple[Axis, ...],
         Key(
-            ReadLater("axes by name"),
-            "axes; the points are their product, the last one fastest",
+            ReadLater("axes by name, or a list of such designs", _swept_schema),
+            "axes; the points are their product, the last one fastest. Of several"
+            " designs in a list the points are united",
             name="sweep",
             otherwise="one point",
             example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
@@ -321,6 +337,15 @@ class Study:
             example=f"{{series: [{ANY_METRIC}], every: 10}}",
         ),
     ]
+    order: Annotated[
+        Order,
+        Key(
+            ORDER,
+            "which trials run first: the longest, or a coarse picture of the whole,"
+            " which becomes finer",
+            example="coarse",
+        ),
+    ] = "longest"
     time_limit: Annotated[
         float | None,
         Key(SECONDS, "seconds a trial may take", otherwise="no limit", example="60"),
@@ -393,10 +418,7 @@ class Study:
             return ("derive", setting)
         if self.search and (place := self.search.place_of(setting)):
             return place
-        return next(
-            (("sweep", axis.name) for axis in self.axes if setting in axis.columns),
-            None,
-        )
+        return next((axis.place for axis in self.axes if setting in axis.columns), None)
 
 
 def parse_spec(
@@ -469,7 +491,7 @@ def _flown(
     fixed = mistakes.read(read_fixed, given.get("fixed"), settings) or {}
     derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
     taken = [*fixed, *derive]
-    axes = mistakes.read(read_axes, given.get("axes"), reader, taken) or ()
+    axes = mistakes.read(read_designs, given.get("axes"), reader, taken) or ()
     require = mistakes.read(read_require, given.get("require"), settings)
     derived = mistakes.read(_derived, recorded, name, known, settings) or ()
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
@@ -542,13 +564,18 @@ def _search(
             'a spec has "search" or "sweep", not both: axes of the scenarios that a'
             ' candidate must be good at together stand in "search" under "over"'
         )
+    if entry and (order := root.get("order")):
+        raise order.error(
+            'a search asks for one candidate after the other: leave "order" out'
+        )
     places = {name: (key, name) for key, names in given.items() for name in names}
     return read_search(entry, reader, metrics, places) if entry else None
 
 
 def study_rules() -> Schema:
     """What `_search` checks of several keys, as JSON Schema."""
-    return {"not": {"required": ["sweep", "search"]}}
+    barred = [{"required": ["search", other]} for other in ("sweep", "order")]
+    return {"not": {"anyOf": barred}}
 
 
 def _derived(

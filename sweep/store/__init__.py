@@ -13,6 +13,7 @@ buckets     a study in an object store
 lock        one launch at a time
 lock_files  the files of its claims
 custody     a store in one launch's hands
+recordings  what trials record, and which serve for others
 shares      one study on several machines
 provenance  where results come from
 repository  what git says of code and specs

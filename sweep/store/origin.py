@@ -46,7 +46,10 @@ COMPUTED = {
 """By which code: its stamps, which of the user's own, and entries of packages."""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
+    "designs": [[str]],
+    "series": [str],
     "study_git": {"commit": str, "path": str, "modified": bool},
+    "tables": [str],
     "until": {"min": int, "max": int, "half_width": object}
     | dict.fromkeys(NUMBERS, NUMBER),
 }

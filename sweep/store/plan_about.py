@@ -7,7 +7,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.spec.axes import Axis
+from sweep.spec.axes import Axis, by_design
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
 
@@ -59,10 +59,12 @@ class PlanAbout:
     """What a plan records of its study.
 
     `varied` are the settings that differ between points, in the order of the columns;
-    `record` the metrics; `maps` those that the spec brings, as `OwnMap.as_json` writes
-    them; `ablated` the groups of settings of each preset that an axis ablates; `axes`
-    what each axis samples, None in plans of before 0.2; `until` the rule by which
-    trials are added, None where their number is fixed.
+    `record` the metrics; `series` those that are kept of each frame, and `tables` the
+    tables that are stored, both None in plans up to 0.9; `maps` those that the spec
+    brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
+    preset that an axis ablates; `axes` what each axis samples, None in plans of before
+    0.2; `until` the rule by which trials are added, None where their number is fixed.
+    Where several `designs` are united, it has the names of the axes of each.
     """
 
     varied: list[str]
@@ -71,6 +73,9 @@ class PlanAbout:
     ablated: dict[str, Sequence[Sequence[str]]]
     axes: dict[str, AxisAbout] | None
     until: dict[str, Any] | None = None
+    designs: list[list[str]] | None = None
+    series: list[str] | None = None
+    tables: list[str] | None = None
 
     @classmethod
     def of(
@@ -83,6 +88,7 @@ class PlanAbout:
         axes    its axes
         """
         axes, rule = list(axes), study.until
+        united = [[axis.name for axis in design] for design in by_design(axes)]
         looks = (
             {"looks": rule.looks, "nominal_confidence": rule.nominal} if rule else {}
         )
@@ -93,6 +99,9 @@ class PlanAbout:
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             until=rule.as_json() | looks if rule else None,
+            designs=united if len(united) > 1 else None,
+            series=list(study.record.series),
+            tables=list(study.record.tables),
         )
 
     @classmethod
@@ -108,6 +117,9 @@ class PlanAbout:
             if axes is None
             else {name: AxisAbout.read(axis) for name, axis in axes.items()},
             until=provenance.get("until"),
+            designs=provenance.get("designs"),
+            series=provenance.get("series"),
+            tables=provenance.get("tables"),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
@@ -119,7 +131,8 @@ class PlanAbout:
             "ablated": self.ablated,
             "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
         }
-        if self.until is not None:
-            about["until"] = self.until
+        for name in ("until", "series", "tables", "designs"):
+            if getattr(self, name) is not None:
+                about[name] = getattr(self, name)
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})

@@ -3,11 +3,12 @@ exactly, without running any.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
@@ -15,11 +16,12 @@ from kernels.catalogue import BUILT_IN
 from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import expand
-from sweep.design.jobs import Jobs
+from sweep.design.jobs import Jobs, SomeJobs
 from sweep.spec.document import Document
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
 from sweep.store.locations import Location
+from sweep.store.recordings import Served, others_stored, served
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 
@@ -109,9 +111,10 @@ def compare(
 
     Raises SpecError for a design that cannot be, and StoreError for a damaged store.
     """
-    before, after = _side(first), _side(second)
-    stored = pa.array(Store(results / second.name, results).trial_ids(), pa.string())
-    there = _among(after.trials, stored)
+    store = Store(results / second.name, results)
+    statuses = store.trial_ids()
+    before, after = (_side(one, store, statuses) for one in (first, second))
+    there = _among(after.trials, pa.array(statuses, pa.string()))
     return SpecDifference(
         first=before.label,
         second=after.label,
@@ -124,7 +127,9 @@ def compare(
     )
 
 
-def _side(one: Study | StoredStudy) -> SpecVersion:
+def _side(
+    one: Study | StoredStudy, store: Store, statuses: Mapping[str, str]
+) -> SpecVersion:
     if isinstance(one, StoredStudy):
         spec = parse_document(one.spec, Path("stored spec")).value
         trials, points = (
@@ -145,7 +150,9 @@ def _side(one: Study | StoredStudy) -> SpecVersion:
             " what it would add is not known before"
         )
         raise one.document.error(("search",), message)
-    table = Jobs(one, expand(one)).table()
+    jobs = Jobs(one, expand(one))
+    table = jobs.table()
+    table = _served(one, jobs, table["trial_id"], store, statuses).into_table(table)
     trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
     return SpecVersion(
         str(one.path),
@@ -155,6 +162,25 @@ def _side(one: Study | StoredStudy) -> SpecVersion:
         study_code(one),
         trials,
         points,
+    )
+
+
+def _served(
+    study: Study,
+    jobs: Jobs,
+    ids: pa.ChunkedArray,
+    store: Store,
+    statuses: Mapping[str, str],
+) -> Served:
+    """Which trials a launch would take from those that record more."""
+    lacking = pc.invert(pc.is_in(ids, value_set=pa.array(statuses, pa.string())))
+    done = [status == "done" for status in statuses.values()]
+    return served(
+        study,
+        SomeJobs(jobs, np.flatnonzero(lacking)),
+        others_stored(store, study),
+        pa.chunked_array([[*statuses]], pa.string()),
+        np.array(done, np.bool_),
     )
 
 

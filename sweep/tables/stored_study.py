@@ -29,6 +29,7 @@ from sweep.spec.study_folder import PLAN, STUDY_NAME, launched_studies
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance, stamps
 from sweep.store.plan_about import AxisAbout, PlanAbout
+from sweep.store.recordings import measured
 from sweep.store.rows import DISTRIBUTION
 from sweep.store.store import Store
 from sweep.store.stored_code import (
@@ -634,12 +635,29 @@ class StoredStudy:
     def read(
         self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()
     ) -> pa.Table:
-        """The rows of some trials in a stored table, which has at least these columns.
+        """The rows of some trials in a stored table, which has at least these columns,
+        and no metrics but those of the spec: trials that record more may serve for it.
 
         Raises StoreError for what no launch writes.
         """
         table = self.store.read(name, trial_ids=trial_ids)
-        return checked(self.name, name, table, self.known, columns)
+        checked_table = checked(self.name, name, table, self.known, columns)
+        return self._of_the_spec(name, checked_table)
+
+    def _of_the_spec(self, name: str, table: pa.Table) -> pa.Table:
+        about = self.about
+        if about.tables is None or about.series is None:  # up to 0.9 there is no other
+            return table
+        if name not in about.tables:
+            return table.slice(0, 0)
+        names, others = table.column_names, list[str]()
+        if name == "trials":
+            more = [one for one in measured(names, ()) if one not in about.record]
+            others = columns_of(more)
+        if name == "series":
+            kept = ("trial_id", "frame", *about.series)
+            others = [one for one in names if one not in kept]
+        return table.drop_columns(others)
 
     def _table(self, name: str, columns: Iterable[str] = ()) -> pa.Table:
         return self.read(name, self.plan["trial_id"].combine_chunks(), columns)

@@ -11,12 +11,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.spec.recorded import Column
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import PROVENANCE, part_provenance
 from sweep.store.parquet import each, load_table, load_trials, stored_schema
-from sweep.store.rows import EXPRESSION
+from sweep.store.recordings import expressions, measured
 from sweep.store.store import Store
 
 Columns = dict[str, NDArray[Any]]
@@ -40,11 +39,7 @@ class StoredTrial(NamedTuple):
     @property
     def metrics(self) -> list[str]:
         """The metrics that kernels measured."""
-        return [
-            name
-            for name in self.row
-            if str(Column(name, half=True)) in self.row and name not in self.derive
-        ]
+        return measured(self.row, self.derive)
 
     @property
     def record(self) -> dict[str, Any]:
@@ -121,11 +116,7 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     tables = {name: load_trials(part, name, None, ids) for name in table_names(part)}
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
-    derive = {
-        field.name: field.metadata[EXPRESSION].decode(errors="replace")
-        for field in trials.schema
-        if EXPRESSION in (field.metadata or {})
-    }
+    derive = expressions(trials.schema)
     for row in trials.to_pylist():
         own = {
             name: table.filter(pc.equal(table["trial_id"], row["trial_id"]))

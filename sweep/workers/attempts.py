@@ -127,5 +127,6 @@ def _driven(
         failed=failed,
         overdue=overdue,
         limits=limits,
+        in_order=study.order == "coarse",
         ended=ended,
     )

@@ -13,8 +13,8 @@ MOST_A_SECOND = 50
 
 
 class Chunks:
-    """Deals out job indices in chunks of about `seconds` of work each, longest jobs
-    first.
+    """Deals out job indices in chunks of about `seconds` of work each: the longest jobs
+    first, or all `in_order`.
 
     Jobs go singly until a first chunk has been timed; from then on the estimates are
     scaled by the measured pace. No chunk is more than a third of one worker's share of
@@ -23,11 +23,15 @@ class Chunks:
     second. Estimates are clipped to COST_RANGE, in seconds.
     """
 
-    def __init__(self, costs: "ArrayLike", *, seconds: float) -> None:
+    def __init__(
+        self, costs: "ArrayLike", *, seconds: float, in_order: bool = False
+    ) -> None:
         import numpy as np
 
         self._costs = np.clip(np.asarray(costs, float), *COST_RANGE)
-        self._order = np.argsort(-self._costs, kind="stable")
+        self._order = np.arange(len(self._costs))
+        if not in_order:
+            self._order = np.argsort(-self._costs, kind="stable")
         self._through = np.concatenate([[0.0], np.cumsum(self._costs[self._order])])
         self._seconds = seconds
         self._first = 0

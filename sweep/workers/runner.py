@@ -2,8 +2,8 @@
 result is lost, and none comes twice.
 
 The loop does not know what a job is. It sends chunks of about a second of work, the
-longest jobs first. It keeps a bounded number of them in flight, and yields the results
-of a chunk as soon as they are back.
+longest jobs first or all in their order. It keeps a bounded number of them in flight,
+and yields the results of a chunk as soon as they are back.
 
 A pool breaks when a worker process dies. Then all jobs in flight are suspects. Each
 suspect runs alone, with nothing else in flight. So a job that kills its worker convicts
@@ -60,6 +60,7 @@ def drive(
     overdue: Callable[[J, str], R] | None = None,
     limits: Limits = NO_LIMITS,
     chunk_seconds: float = 1.0,
+    in_order: bool = False,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[R]]:
     """Run every job once. Yield the results chunk by chunk, in the order in which they
@@ -75,6 +76,7 @@ def drive(
         overdue        makes the result of a job that took too long; by default `failed`
         limits         hold for each job, as far as the engine can keep them
         chunk_seconds  the work in a chunk
+        in_order       whether jobs are sent in their order, not the longest first
         ended          is asked again and again; when it says so, the workers are ended,
                        and only what had finished is yielded
 
@@ -91,7 +93,7 @@ def drive(
     Raises WorkersError if no worker can be given a job, or if a worker has other code
     than this process. Finished results are yielded before.
     """
-    chunks = Chunks(costs(jobs), seconds=chunk_seconds)
+    chunks = Chunks(costs(jobs), seconds=chunk_seconds, in_order=in_order)
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
         loop = _DriveLoop(
             jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt

@@ -56,6 +56,18 @@ def test_two_workers_give_the_bits_of_one_process(
     engine.stop()
 
 
+def test_a_launch_from_coarse_to_fine_gives_the_same_bits(tmp_path: Path) -> None:
+    spec = SMALL.replace("n: 12, ", "").replace(
+        "separation_weight: [0.5, 1]", "n: [12, 40]"
+    )
+    plain = launched(spec, tmp_path / "longest first")
+    coarse = launched(spec + "order: coarse\n", tmp_path / "coarse first")
+    same(coarse, plain)
+    ran = [one.store.read("trials", columns=["replicate"]) for one in (plain, coarse)]
+    assert ran[0]["replicate"].to_pylist() == [0, 1, 2, 0, 1, 2]
+    assert ran[1]["replicate"].to_pylist() == [0, 0, 1, 1, 2, 2]
+
+
 def test_a_launch_again_runs_nothing(whole: StoredStudy) -> None:
     before = whole.trials
     progress = relaunch(SMALL, whole.store.folder.parent)

@@ -33,6 +33,8 @@ CASES: list[tuple[tuple[str, str], Overlap, Overlap]] = [
     (("steps: 9", "steps: 10"), Overlap(2, 0, 2), Overlap(6, 0, 6)),
     (("seed: 5", "seed: 6"), Overlap(0, 2, 0), Overlap(6, 0, 6)),
     (("every: 2", "every: 3"), Overlap(0, 2, 0), Overlap(6, 0, 6)),
+    (("series: [speed]", "metrics: [speed]"), Overlap(0, 2, 0), Overlap(0, 6, 0)),
+    (("every: 2", "every: 2, heatmaps: true"), Overlap(0, 2, 0), Overlap(6, 0, 6)),
 ]
 
 

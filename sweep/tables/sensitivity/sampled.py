@@ -104,7 +104,14 @@ def sampled_axis(
     """The axis of `study` that one of `samplers` drew: the one named, or the only one
     there is. Raises ChoiceError.
     """
-    axes = study.axes
+    axes, designs = study.axes, study.about.designs
+    if designs:
+        raise ChoiceError(
+            f"its points are those of {len(designs)} designs: a sample is analysed in a"
+            " study of its own",
+            study.name,
+            "sensitivity",
+        )
     kinds = " or ".join(samplers)
     having = [name for name in axes if axes[name].sampler in samplers]
     if axis is not None and axis not in having:
