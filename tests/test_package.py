@@ -144,7 +144,7 @@ def test_every_extra_that_is_named_is_one() -> None:
     said = {
         name
         for name, node in PIECES
-        if isinstance(node, ast.Constant) and "pip install" in str(node.value)
+        if isinstance(node, ast.Constant) and "boidsweep[" in str(node.value)
     }
     assert said == {"sweep/text.py"}
     guides = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("notebooks/*")]

@@ -251,7 +251,7 @@ def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(
     waste = find_waste(shorter)
     assert (waste.rows, waste.unlisted) == ({}, 1)
     assert (
-        "stay       1 trials stored under this very spec that its plan lacks"
+        "stay       1 trial stored under this very spec that its plan lacks"
         in waste.as_text(shorter)
     )
     clean(shorter, waste)
