@@ -28,7 +28,7 @@ reproduce-figures: $(RUN_STAMP)  ## run, draw and judge all that was published; 
 test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
 	$(BIN)/pytest
 
-test-slow: $(LAB_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
+test-slow: $(LAB_STAMP) $(DOCS_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
 	$(BIN)/pytest -m slow -n 0
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out

@@ -44,7 +44,7 @@ def gallery_page(experiments: Path, results: Path, sources: Path) -> tuple[str, 
         for publication in read_all(experiments, quick=True)
         for card in _cards(publication, results, sources)
     ]
-    grid = ":::::{grid} 1 1 1 2\n:gutter: 3\n\n" + "\n".join(cards) + ":::::\n"
+    grid = ":::::{grid} 1\n:gutter: 3\n\n" + "\n".join(cards) + ":::::\n"
     return "gallery", HEAD + grid
 
 
@@ -125,7 +125,7 @@ def _verdicts(publication: Publication, rows: Sequence[Row]) -> list[str]:
     told = ", ".join(f"{count} {status}" for status, count in counts.most_common())
     texts = Counter((row.verdict.status, row.claim.says) for row in rows)
     return [
-        f"\n{len(rows)} claims of {document} with this figure: {told}.\n",
+        f"\nClaims of {document} with this figure: {told}.\n",
         ":::{dropdown} The claims",
         *(
             f"- *{status}*{f', {count} rows' if count > 1 else ''}: {says}"

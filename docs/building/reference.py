@@ -103,7 +103,7 @@ def _command(name: str, command: Any) -> str:
 
 
 def _argument(argument: Any) -> str:
-    name = argument.metavar or argument.name.upper()
+    name = (argument.metavar or argument.name.upper()).strip("[]")
     many = " ..." if argument.nargs == -1 else ""
     return name + many if argument.required else f"[{name}]{many}"
 

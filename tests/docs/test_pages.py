@@ -1,0 +1,141 @@
+"""The pages of the site are made of all that there is, and their links lead on."""
+
+import inspect
+import re
+from pathlib import PurePosixPath
+from posixpath import normpath
+
+import pytest
+import typer.main
+
+from docs.building import documents
+from docs.building.api import MODULES
+from docs.building.documents import COPIES, Documents, chapters, read, slug
+from docs.building.site import pages
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.starts import STARTS
+from kernels.worlds import MAPS
+from sweep.cli import app
+from sweep.spec.settings import GROUPS
+
+DOCUMENTS = Documents()
+PAGES = dict(pages(DOCUMENTS))
+LINK = re.compile(r"\]\((?![a-z]+:)(?P<page>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")
+HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+
+
+def prose(page: str) -> str:
+    """A page without its fenced blocks."""
+    return "".join(documents.FENCED.split(PAGES[page])[::2])
+
+
+def test_every_document_is_a_page_and_every_chapter_of_the_guide() -> None:
+    found = {page for path, page in DOCUMENTS.pages.items() if path != "README.md"}
+    assert found <= set(PAGES)
+    assert {f"how-to/{slug(name)}" for name in chapters(read("GUIDE.md")) if name} <= (
+        set(PAGES)
+    )
+
+
+def test_the_first_page_is_the_beginning_of_the_readme() -> None:
+    first = chapters(read("README.md"))[""]
+    assert first.splitlines()[2] in PAGES["index"]
+    assert "![Speed, flock radius" in PAGES["index"]
+
+
+@pytest.mark.parametrize("page", sorted(PAGES))
+def test_links_of_a_page_lead_to_pages_headings_and_files(page: str) -> None:
+    wrong = []
+    for link in LINK.finditer(prose(page)):
+        name, chapter = link["page"], link["chapter"]
+        if name.startswith("/"):
+            if name[1:] not in DOCUMENTS.copies:
+                wrong.append(link[0])
+            continue
+        place = normpath(PurePosixPath(page).parent / name.removesuffix(".md"))
+        target = place if name else page
+        if target == "gallery":
+            continue  # the site has it: its trials are run for it
+        headings = map(slug, HEADING.findall(PAGES.get(target, "")))
+        if target not in PAGES or (chapter and chapter not in headings):
+            wrong.append(link[0])
+    assert wrong == []
+
+
+def test_links_lead_somewhere_at_all() -> None:
+    """Else the pattern of a link has become one that finds none."""
+    assert sum(len(LINK.findall(prose(page))) for page in PAGES) > 100
+    assert len(DOCUMENTS.copies) > 10
+    assert all(path.is_file() for path in DOCUMENTS.copies.values())
+
+
+@pytest.mark.parametrize(
+    ("text", "adapted"),
+    [
+        ("[a](GUIDE.md#searching)", "[a](how-to/searching.md)"),
+        ("[a](docs/words.md#how-it-runs)", "[a](words.md#how-it-runs)"),
+        ("[a](docs/decisions)", "[a](decisions/index.md)"),
+        ("![a](sweep/errors.py)", f"![a](/{COPIES}/sweep/errors.py)"),
+        ("[a](sweep)", "a"),
+        ("[a](https://example.org/GUIDE.md)", "[a](https://example.org/GUIDE.md)"),
+        ("```\n[a](GUIDE.md)\n```\n", "```\n[a](GUIDE.md)\n```\n"),
+        (
+            "<!-- file: a.yaml -->\n```yaml\n",
+            "```{code-block} yaml\n:caption: a.yaml\n",
+        ),
+    ],
+)
+def test_a_link_of_a_document_becomes_one_of_the_site(text: str, adapted: str) -> None:
+    assert Documents().adapted(text, "README.md", "index") == adapted
+
+
+def test_the_commands_are_there_with_all_arguments_and_options() -> None:
+    parts = chapters(PAGES["reference/commands"])
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    assert set(parts) - {""} == set(commands)
+    for name, command in commands.items():
+        for one in command.params:
+            argument = one.param_type_name == "argument"
+            shown = one.metavar or one.name.upper() if argument else one.opts[0]
+            assert shown.strip("[]").replace("|", "\\|") in parts[name]
+
+
+def test_models_metrics_maps_and_starts_are_there_with_all_settings() -> None:
+    rows = {
+        page: set(re.findall(r"^\| `(\w+)`", text, re.M))
+        for page, text in PAGES.items()
+    }
+    assert set(METRICS) <= rows["reference/metrics"]
+    assert {*MAPS, *STARTS} <= rows["reference/maps-and-starts"]
+    for name, model in MODELS.items():
+        groups = (model.params, *(settings for _, settings in GROUPS))
+        fields = {field for settings in groups for field in settings._fields}
+        assert fields == rows[f"reference/models/{name}"]
+
+
+def test_a_model_shows_its_equations_and_the_values_of_its_presets() -> None:
+    text = PAGES["reference/models/nguyen2024"]
+    assert "Eqs. (1) and (2): v += a dt" in text
+    row = next(line for line in text.splitlines() if line.startswith("| `drag`"))
+    assert row.endswith("| a number from 0 to 1 | 0 | 0.1 |")
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_what_a_module_exports_is_there_with_its_docstring(module: object) -> None:
+    text = PAGES[f"reference/python/{module.__name__.replace('.', '-')}"]
+    functions = {
+        name: one
+        for name, one in inspect.getmembers(module, inspect.isfunction)
+        if name in getattr(module, "__all__", ()) or module.__name__ == "sweep.testing"
+    }
+    for name, one in functions.items():
+        assert f"{{py:function}} {name}(" in text
+        assert (inspect.getdoc(one) or "").splitlines()[0] in text
+
+
+def test_columns_are_those_of_what_is_stored() -> None:
+    parts = chapters(PAGES["reference/columns"])
+    assert set(parts) - {""} == {"trials", "series", "heatmaps", "trajectories"}
+    assert "| `coverage_mean` | double | % |" in parts["trials"]
+    assert "| `vx` |" in parts["trajectories"]
