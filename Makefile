@@ -39,7 +39,7 @@ documents: $(STAMP)  ## write what follows from the code and the scorecard: sche
 	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
 	$(BIN)/python -m sweep.published.headline README.md experiments results
 
-docs: $(DOCS_STAMP)  ## build the documentation site, build/docs/site/index.html
+docs: $(DOCS_STAMP)  ## build the documentation site, build/site/index.html
 	$(BIN)/python -m docs.building.site
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run

@@ -1,4 +1,4 @@
-"""Builds the site: `make docs`. The sources and the site stand in build/docs.
+"""Builds the site: `make docs`. The sources and the site stand in build/.
 
 What is drawn is drawn from trials that are run for it: those of the gallery, and those
 of the pages that show what their own blocks have made. A page names such a picture as
@@ -21,7 +21,7 @@ from docs.building.gallery import gallery_page
 from docs.building.reference import reference_pages
 from sweep.own_code.reading import study_of
 
-BUILD = ROOT / "build" / "docs"
+BUILD = ROOT / "build"
 MADE = "_made"
 WIDTH = "100"
 """Of the terminal in which the commands of pages run, in signs."""
@@ -37,7 +37,7 @@ def pages(documents: Documents) -> Iterator[tuple[str, str]]:
 
 def build(folder: Path = BUILD) -> int:
     """Write the sources and the site below `folder`; return the exit code."""
-    sources, site = folder / "sources", folder / "site"
+    sources, site = folder / "pages", folder / "site"
     for old in (sources, site):
         rmtree(old, ignore_errors=True)
     documents = Documents()

@@ -4,6 +4,8 @@ import inspect
 import re
 from pathlib import PurePosixPath
 from posixpath import normpath
+from types import ModuleType
+from typing import NamedTuple
 
 import pytest
 import typer.main
@@ -19,55 +21,59 @@ from kernels.worlds import MAPS
 from sweep.cli import app
 from sweep.spec.settings import GROUPS
 
-DOCUMENTS = Documents()
-PAGES = dict(pages(DOCUMENTS))
 LINK = re.compile(r"\]\((?![a-z]+:)(?P<page>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
-def prose(page: str) -> str:
-    """A page without its fenced blocks."""
-    return "".join(documents.FENCED.split(PAGES[page])[::2])
+class Made(NamedTuple):
+    """The pages by name, and the documents that they were made of."""
+
+    pages: dict[str, str]
+    documents: Documents
+
+    def links(self, page: str) -> list[re.Match[str]]:
+        """The links of a page, outside of its fenced blocks."""
+        prose = "".join(documents.FENCED.split(self.pages[page])[::2])
+        return list(LINK.finditer(prose))
+
+    def leads(self, page: str, link: re.Match[str]) -> bool:
+        """Whether a link of a page leads to a page, a heading or a file."""
+        name, chapter = link["page"], link["chapter"]
+        if name.startswith("/"):
+            return name[1:] in self.documents.copies
+        place = normpath(PurePosixPath(page).parent / name.removesuffix(".md"))
+        target = place if name else page
+        headings = map(slug, HEADING.findall(self.pages.get(target, "")))
+        return target in self.pages and (not chapter or chapter in headings)
 
 
-def test_every_document_is_a_page_and_every_chapter_of_the_guide() -> None:
-    found = {page for path, page in DOCUMENTS.pages.items() if path != "README.md"}
-    assert found <= set(PAGES)
+@pytest.fixture(scope="module")
+def made() -> Made:
+    found = Documents()
+    return Made(dict(pages(found)), found)
+
+
+def test_every_document_is_a_page_and_every_chapter_of_the_guide(made: Made) -> None:
+    found = {page for path, page in made.documents.pages.items() if path != "README.md"}
+    assert found <= set(made.pages)
     assert {f"how-to/{slug(name)}" for name in chapters(read("GUIDE.md")) if name} <= (
-        set(PAGES)
+        set(made.pages)
     )
 
 
-def test_the_first_page_is_the_beginning_of_the_readme() -> None:
+def test_the_first_page_is_the_beginning_of_the_readme(made: Made) -> None:
     first = chapters(read("README.md"))[""]
-    assert first.splitlines()[2] in PAGES["index"]
-    assert "![Speed, flock radius" in PAGES["index"]
+    assert first.splitlines()[2] in made.pages["index"]
+    assert "![Speed, flock radius" in made.pages["index"]
 
 
-@pytest.mark.parametrize("page", sorted(PAGES))
-def test_links_of_a_page_lead_to_pages_headings_and_files(page: str) -> None:
-    wrong = []
-    for link in LINK.finditer(prose(page)):
-        name, chapter = link["page"], link["chapter"]
-        if name.startswith("/"):
-            if name[1:] not in DOCUMENTS.copies:
-                wrong.append(link[0])
-            continue
-        place = normpath(PurePosixPath(page).parent / name.removesuffix(".md"))
-        target = place if name else page
-        if target == "gallery":
-            continue  # the site has it: its trials are run for it
-        headings = map(slug, HEADING.findall(PAGES.get(target, "")))
-        if target not in PAGES or (chapter and chapter not in headings):
-            wrong.append(link[0])
+def test_links_lead_to_pages_headings_and_files(made: Made) -> None:
+    found = [(page, link) for page in made.pages for link in made.links(page)]
+    wrong = [(page, link[0]) for page, link in found if not made.leads(page, link)]
     assert wrong == []
-
-
-def test_links_lead_somewhere_at_all() -> None:
-    """Else the pattern of a link has become one that finds none."""
-    assert sum(len(LINK.findall(prose(page))) for page in PAGES) > 100
-    assert len(DOCUMENTS.copies) > 10
-    assert all(path.is_file() for path in DOCUMENTS.copies.values())
+    assert len(found) > 100  # else the pattern has become one that finds none
+    assert len(made.documents.copies) > 10
+    assert all(path.is_file() for path in made.documents.copies.values())
 
 
 @pytest.mark.parametrize(
@@ -90,8 +96,8 @@ def test_a_link_of_a_document_becomes_one_of_the_site(text: str, adapted: str) -
     assert Documents().adapted(text, "README.md", "index") == adapted
 
 
-def test_the_commands_are_there_with_all_arguments_and_options() -> None:
-    parts = chapters(PAGES["reference/commands"])
+def test_the_commands_are_there_with_all_arguments_and_options(made: Made) -> None:
+    parts = chapters(made.pages["reference/commands"])
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     assert set(parts) - {""} == set(commands)
     for name, command in commands.items():
@@ -101,10 +107,10 @@ def test_the_commands_are_there_with_all_arguments_and_options() -> None:
             assert shown.strip("[]").replace("|", "\\|") in parts[name]
 
 
-def test_models_metrics_maps_and_starts_are_there_with_all_settings() -> None:
+def test_models_metrics_maps_and_starts_are_there_with_all_settings(made: Made) -> None:
     rows = {
         page: set(re.findall(r"^\| `(\w+)`", text, re.M))
-        for page, text in PAGES.items()
+        for page, text in made.pages.items()
     }
     assert set(METRICS) <= rows["reference/metrics"]
     assert {*MAPS, *STARTS} <= rows["reference/maps-and-starts"]
@@ -114,16 +120,18 @@ def test_models_metrics_maps_and_starts_are_there_with_all_settings() -> None:
         assert fields == rows[f"reference/models/{name}"]
 
 
-def test_a_model_shows_its_equations_and_the_values_of_its_presets() -> None:
-    text = PAGES["reference/models/nguyen2024"]
+def test_a_model_shows_its_equations_and_the_values_of_its_presets(made: Made) -> None:
+    text = made.pages["reference/models/nguyen2024"]
     assert "Eqs. (1) and (2): v += a dt" in text
     row = next(line for line in text.splitlines() if line.startswith("| `drag`"))
     assert row.endswith("| a number from 0 to 1 | 0 | 0.1 |")
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
-def test_what_a_module_exports_is_there_with_its_docstring(module: object) -> None:
-    text = PAGES[f"reference/python/{module.__name__.replace('.', '-')}"]
+def test_what_a_module_exports_is_there_with_its_docstring(
+    module: ModuleType, made: Made
+) -> None:
+    text = made.pages[f"reference/python/{module.__name__.replace('.', '-')}"]
     functions = {
         name: one
         for name, one in inspect.getmembers(module, inspect.isfunction)
@@ -134,8 +142,8 @@ def test_what_a_module_exports_is_there_with_its_docstring(module: object) -> No
         assert (inspect.getdoc(one) or "").splitlines()[0] in text
 
 
-def test_columns_are_those_of_what_is_stored() -> None:
-    parts = chapters(PAGES["reference/columns"])
+def test_columns_are_those_of_what_is_stored(made: Made) -> None:
+    parts = chapters(made.pages["reference/columns"])
     assert set(parts) - {""} == {"trials", "series", "heatmaps", "trajectories"}
     assert "| `coverage_mean` | double | % |" in parts["trials"]
     assert "| `vx` |" in parts["trajectories"]
