@@ -26,6 +26,7 @@ MADE = "_made"
 WIDTH = "100"
 """Of the terminal in which the commands of pages run, in signs."""
 AT_ONCE = 2
+"""Pages whose blocks run at the same time, beside the trials of the gallery."""
 
 
 def pages(documents: Documents) -> Iterator[tuple[str, str]]:
@@ -42,9 +43,16 @@ def build(folder: Path = BUILD) -> int:
         rmtree(old, ignore_errors=True)
     documents = Documents()
     write(documents, sources)
-    name, text = gallery_page(ROOT / "experiments", folder / "results", sources)
+    with ProcessPoolExecutor(AT_ONCE, mp_context=get_context("spawn")) as pool:
+        shown = documents_with_pictures(documents)
+        ran = [
+            pool.submit(run_page, path, sources / MADE / page)
+            for path, page in shown.items()
+        ]
+        name, text = gallery_page(ROOT / "experiments", folder / "results", sources)
+        for one in ran:
+            one.result()
     (sources / f"{name}.md").write_text(text, encoding="utf-8")
-    run_pages(documents, sources / MADE)
     return sphinx(sources, site)
 
 
@@ -61,15 +69,13 @@ def _place(path: Path) -> Path:
     return path
 
 
-def run_pages(documents: Documents, folder: Path) -> None:
-    """Run the blocks of each page that shows what they make, two pages at a time."""
-    shown = {
-        path: folder / page
+def documents_with_pictures(documents: Documents) -> dict[str, str]:
+    """The documents that show what their blocks make, with the names of their pages."""
+    return {
+        path: page
         for path, page in documents.pages.items()
         if f"/{MADE}/{page}/" in read(path)
     }
-    with ProcessPoolExecutor(AT_ONCE, mp_context=get_context("spawn")) as pool:
-        list(pool.map(run_page, shown, shown.values()))
 
 
 def run_page(path: str, folder: Path) -> None:

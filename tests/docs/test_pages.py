@@ -132,13 +132,20 @@ def test_what_a_module_exports_is_there_with_its_docstring(
     module: ModuleType, made: Made
 ) -> None:
     text = made.pages[f"reference/python/{module.__name__.replace('.', '-')}"]
-    functions = {
+    public = set(getattr(module, "__all__", dir(module)))
+    functions = dict(inspect.getmembers(module, inspect.isfunction))
+    classes = {
         name: one
-        for name, one in inspect.getmembers(module, inspect.isfunction)
-        if name in getattr(module, "__all__", ()) or module.__name__ == "sweep.testing"
+        for name, one in inspect.getmembers(module, inspect.isclass)
+        if one.__module__.startswith("sweep.")
     }
-    for name, one in functions.items():
-        assert f"{{py:function}} {name}(" in text
+    entries = [
+        *(f"{{py:function}} {name}(" for name in functions.keys() & public),
+        *(f"{{py:class}} {name}\n" for name in classes.keys() & public),
+    ]
+    assert entries
+    assert [entry for entry in entries if entry not in text] == []
+    for one in [functions[name] for name in functions.keys() & public]:
         assert (inspect.getdoc(one) or "").splitlines()[0] in text
 
 
