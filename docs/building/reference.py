@@ -6,6 +6,7 @@ import inspect
 import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
 from typing import Any
 
 import pyarrow as pa
@@ -111,14 +112,17 @@ def _argument(argument: Any) -> str:
 def _option(option: Any) -> str:
     if option.is_flag:
         return str(option.opts[0])
-    return f"{option.opts[0]} {option.metavar or option.name.upper()}"
+    named = option.metavar or option.name.upper()
+    if isinstance(option.default, Enum):
+        named = "|".join(option.default.__class__)
+    return f"{option.opts[0]} {named}"
 
 
 def _default(option: Any) -> str:
     default = getattr(option.default, "value", option.default)
     if option.required:
         return "must be given"
-    return "" if default in (None, False, (), []) else code(default)
+    return "" if default is None or default is False else code(default)
 
 
 def metrics_page() -> str:

@@ -107,6 +107,14 @@ def test_the_commands_are_there_with_all_arguments_and_options(made: Made) -> No
             assert shown.strip("[]").replace("|", "\\|") in parts[name]
 
 
+def test_a_command_shows_what_holds_without_an_option(made: Made) -> None:
+    launch = chapters(made.pages["reference/commands"])["launch"]
+    rows = {line.split("`")[1]: line for line in launch.splitlines() if "| `" in line}
+    assert rows["--workers WORKERS"].endswith("| `0` |")
+    assert rows["--executor local\\|dask"].endswith("| `local` |")
+    assert rows["--retry"].endswith("|  |")
+
+
 def test_models_metrics_maps_and_starts_are_there_with_all_settings(made: Made) -> None:
     rows = {
         page: set(re.findall(r"^\| `(\w+)`", text, re.M))
