@@ -56,7 +56,13 @@ sweep:
 replicates: 1
 record: {metrics: [speed]}
 """
-STUDIES = {"README.md": [RECORDED], "GUIDE.md": [RECORDED, ROOM, SAMPLED]}
+FIRST, SECOND = (
+    SMALL.replace("study: small", f"study: my/{name}") for name in ("first", "second")
+)
+STUDIES = {
+    "README.md": [RECORDED],
+    "GUIDE.md": [RECORDED, ROOM, SAMPLED, FIRST, SECOND],
+}
 """Small studies of the names that these pages load, which they do not launch."""
 
 
