@@ -5,7 +5,8 @@ Each fenced block is run, in the order of the page, by its language:
     sh      line by line, as commands
     python  in one namespace for all blocks of the page
     yaml    a whole spec is read, and its points are counted
-    text    must stand in the output of the block before it; `...` stands for any lines
+    text    must stand in the output of the block before it; `...` stands for any lines,
+            and for the rest of a line
 
 A comment just before a block, which readers do not see, says what else is to be done:
 
@@ -153,7 +154,11 @@ class PageRun:
         found = iter(" ".join(line.split()) for line in self.output.splitlines())
         for line in block.text.splitlines():
             wanted = " ".join(line.split())
-            if wanted not in ("", "...") and wanted not in found:
+            start = wanted.removesuffix("...")
+            if start and not any(
+                one == wanted or (start != wanted and one.startswith(start))
+                for one in found
+            ):
                 raise block.error(f"not in the output: {line}\n{self.output}")
 
 

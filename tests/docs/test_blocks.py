@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 import typer.main
@@ -11,7 +12,7 @@ from docs.building.blocks import Block, BlockError, PageRun, blocks, words
 from docs.building.documents import pages_of_documents, read
 from sweep.cli import app
 from sweep.design.design import expand
-from sweep.own_code.reading import study_of
+from sweep.own_code.reading import load_specs
 from sweep.workers.executors import Serial
 from tests.commands import sweep
 from tests.plotted import SEARCHED
@@ -84,8 +85,11 @@ def command(folder: Path, arguments: list[str]) -> str:
 
 def read_whole(spec: str) -> None:
     """Raise where a text is no whole spec, or one of a single point."""
-    study = study_of(spec)
-    assert study.search or expand(study).n_points > 1
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "spec.yaml"
+        path.write_text(spec, encoding="utf-8")
+        for study in load_specs(path):
+            assert study.search or expand(study).n_points > 1
 
 
 @pytest.fixture
@@ -161,6 +165,7 @@ def page_of(text: str, folder: Path) -> None:
         ("```sh\nfalse\n```\n", "false: exit code 1"),
         ("```yaml\nstudy: a\n```\n", 'page.md:1: SpecError: .*"model"'),
         ("```python\nprint(1)\n```\n```text\n2\n```\n", "page.md:4: not in the output"),
+        ("```python\nprint(12)\n```\n```text\n2...\n```\n", "page.md:4: not in"),
     ],
 )
 def test_a_block_that_does_not_do_what_its_page_says_is_an_error(
@@ -174,6 +179,7 @@ def test_files_output_and_reasons_are_heeded(tmp_path: Path) -> None:
     page_of(
         "<!-- file: sub/a.py -->\n```python\nb = 7\n```\n"
         "```sh\ncat sub/a.py | tr b c\n```\n```text\n...\nc  =  7\n```\n"
+        "```text\nc = ...\n```\n"
         "<!-- not run: it would fail -->\n```sh\nfalse\n```\n",
         tmp_path,
     )
