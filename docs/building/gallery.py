@@ -11,10 +11,9 @@ from shutil import copyfile
 
 from sweep.campaigns.launch import launch
 from sweep.design.plan import make_plan
-from sweep.published.drawings import FigureFile
+from sweep.published.drawings import WATERMARK, FigureFile
 from sweep.published.judging import Row, judged, stored_studies
 from sweep.published.publications import Publication, read_all
-from sweep.published.reproduce import WATERMARK
 from sweep.workers.executors import Loky, core_count
 
 MOST_FIGURES = 2
