@@ -22,6 +22,7 @@ from sweep.cli import app
 from sweep.spec.settings import GROUPS
 
 LINK = re.compile(r"\]\((?![a-z]+:)(?P<page>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")
+TOCTREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
@@ -59,6 +60,18 @@ def test_every_document_is_a_page_and_every_chapter_of_the_guide(made: Made) -> 
     assert {f"how-to/{slug(name)}" for name in chapters(read("GUIDE.md")) if name} <= (
         set(made.pages)
     )
+
+
+def test_every_page_is_in_a_list_of_pages(made: Made) -> None:
+    listed = {"index", "gallery"}
+    for page, text in made.pages.items():
+        folder = PurePosixPath(page).parent
+        for tree in TOCTREE.findall(text):
+            for entry in tree.split():
+                name = normpath(folder / entry)
+                found = [one for one in made.pages if PurePosixPath(one).match(name)]
+                listed |= set(found) if entry == "*" else {name}
+    assert set(made.pages) - listed == set()
 
 
 def test_the_first_page_is_the_beginning_of_the_readme(made: Made) -> None:
