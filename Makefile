@@ -7,11 +7,12 @@ RUN_STAMP := .venv/installed-to-run
 STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
 LAB_STAMP := .venv/installed-lab
+DOCS_STAMP := .venv/installed-docs
 BROWSER_STAMP := .venv/browser
 DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart reproduce-figures test test-slow notebooks documents bench check format clean
+.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench check format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -27,7 +28,7 @@ reproduce-figures: $(RUN_STAMP)  ## run, draw and judge all that was published; 
 test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
 	$(BIN)/pytest
 
-test-slow: $(LAB_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
+test-slow: $(LAB_STAMP) $(DOCS_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
 	$(BIN)/pytest -m slow -n 0
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
@@ -37,6 +38,9 @@ documents: $(STAMP)  ## write what follows from the code and the scorecard: sche
 	$(BIN)/sweep schema > sweep/spec/spec.schema.json
 	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
 	$(BIN)/python -m sweep.published.headline README.md experiments results
+
+docs: $(DOCS_STAMP)  ## build the documentation site, build/site/index.html
+	$(BIN)/python -m docs.building.site
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 	$(BIN)/python -m tests.bench $(ONLY)
@@ -74,6 +78,10 @@ $(STAMP): $(RUN_STAMP)
 
 $(BENCH_STAMP): $(STAMP)
 	$(UV) --group bench
+	@touch $@
+
+$(DOCS_STAMP): $(STAMP)
+	$(UV) --group docs
 	@touch $@
 
 # The widget is tested where it lives.

@@ -231,7 +231,8 @@ def test_a_package_says_what_each_of_its_modules_is_for(name: str) -> None:
 
 
 TESTED_TOGETHER = {
-    *("attacks", "bench", "cluster", "examples", "experiments", "faults", "naive")
+    *("attacks", "bench", "cluster", "docs", "examples", "experiments", "faults"),
+    "naive",
 }
 """Folders of tests that belong to no single package."""
 

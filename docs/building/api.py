@@ -1,0 +1,105 @@
+"""Pages of the Python interface, from signatures and docstrings."""
+
+import inspect
+import re
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
+
+import sweep
+import sweep.analysis
+import sweep.errors
+import sweep.figures
+import sweep.testing
+from sweep.campaigns.loaded import LoadedStudy
+
+MODULES = {
+    sweep: "The functions that do what the commands do.",
+    sweep.analysis: "From tables to estimates with intervals.",
+    sweep.figures: "From tables to pictures.",
+    sweep.testing: "For the tests of a model of your own.",
+    sweep.errors: "Errors that a user can mend.",
+}
+PLACES = re.compile(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z_]\w*)")
+"""Modules before the names of types."""
+QUOTED = re.compile(r"(: |-> )'([^']*)'")
+"""Types that were written as texts."""
+
+
+def api_pages() -> Iterator[tuple[str, str]]:
+    """The name and the text of each page."""
+    names = [_file(module) for module in MODULES]
+    rows = "".join(
+        f"| [{module.__name__}]({_file(module)}.md) | {text} |\n"
+        for module, text in MODULES.items()
+    )
+    yield (
+        "reference/python/index",
+        "# Python\n\nThese pages are made from the docstrings. What is not here is not"
+        " public: it may change without a word.\n\n| module | what for |\n| --- | --- |"
+        f"\n{rows}\n```{{toctree}}\n:hidden:\n" + "\n".join(names) + "\n```\n",
+    )
+    for module, text in MODULES.items():
+        yield f"reference/python/{_file(module)}", _page(module, text)
+
+
+def _file(module: ModuleType) -> str:
+    return module.__name__.replace(".", "-")
+
+
+def _page(module: ModuleType, text: str) -> str:
+    name = module.__name__
+    parts = [f"# {name}\n\n{text}\n\n:::{{py:currentmodule}} {name}\n:::\n"]
+    functions = {
+        name: one
+        for name, one in _public(module).items()
+        if inspect.isfunction(one) or inspect.isclass(one)
+    }
+    for name, one in functions.items():
+        parts.append(_described(name, one))
+    if module is sweep:
+        parts.append(_class("LoadedStudy", LoadedStudy))
+    return "\n".join(parts)
+
+
+def _public(module: ModuleType) -> dict[str, Any]:
+    names = getattr(module, "__all__", None) or [
+        name for name in vars(module) if not name.startswith("_")
+    ]
+    return {
+        name: getattr(module, name)
+        for name in sorted(names)
+        if getattr(getattr(module, name), "__module__", "").startswith("sweep")
+    }
+
+
+def _described(name: str, one: Any) -> str:
+    return _class(name, one) if inspect.isclass(one) else _function(name, one)
+
+
+def _function(name: str, one: Any, kind: str = "function") -> str:
+    return _directive(kind, name + _signature(one), inspect.getdoc(one) or "")
+
+
+def _class(name: str, one: type) -> str:
+    members = []
+    for member, value in inspect.getmembers(one):
+        found = inspect.unwrap(getattr(value, "func", value))
+        if member.startswith("_") or not (text := inspect.getdoc(value)):
+            continue
+        if not getattr(found, "__module__", None) and not isinstance(value, property):
+            continue
+        if inspect.isfunction(value) and value.__module__.startswith("sweep"):
+            members.append(_function(member, value, "method"))
+        elif isinstance(value, property) or hasattr(value, "func"):
+            members.append(_directive("attribute", member, text))
+    return _directive("class", name, "\n\n".join([inspect.getdoc(one) or "", *members]))
+
+
+def _signature(one: Any) -> str:
+    return PLACES.sub("", QUOTED.sub(r"\1\2", str(inspect.signature(one))))
+
+
+def _directive(kind: str, head: str, text: str) -> str:
+    fence = ":" * (7 if kind == "class" else 5)
+    return f"{fence}{{py:{kind}}} {head}\n\n{text}\n{fence}\n"

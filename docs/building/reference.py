@@ -1,0 +1,281 @@
+"""Pages of the reference that follow from the program: commands, models, metrics, maps
+and starts, and the columns of tables.
+"""
+
+import inspect
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
+from typing import Any
+
+import pyarrow as pa
+import typer.main
+
+from kernels.catalogue import Catalogue
+from kernels.metrics import METRICS, Metric
+from kernels.model import Model
+from kernels.models import MODELS
+from kernels.starts import STARTS
+from kernels.worlds import MAPS
+from sweep import cli
+from sweep.own_code.reading import named_model, study_of
+from sweep.spec.settings import GROUPS, Setting, settings_of
+from sweep.store.rows import (
+    heatmaps_schema,
+    series_schema,
+    trajectories_schema,
+    trials_schema,
+)
+
+SHOWN = """
+study: shown
+model: aziel_chen2025
+preset: as_run
+sweep: {n: [50, 100]}
+replicates: 10
+record: {metrics: [speed, coverage], series: [coverage], heatmaps: true}
+"""
+"""The study whose columns are shown."""
+
+GROUP_NAMES = {"parameters": "Settings of the model alone"} | {
+    name: f"The {name}, as of every model" for name, _ in GROUPS
+}
+
+
+def reference_pages() -> Iterator[tuple[str, str]]:
+    """The name and the text of each page."""
+    yield "reference/commands", commands_page()
+    yield "reference/metrics", metrics_page()
+    yield "reference/maps-and-starts", maps_page()
+    yield "reference/columns", columns_page()
+    yield "reference/models/index", models_page()
+    for name, model in MODELS.items():
+        yield f"reference/models/{name}", model_page(name, model)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *([cell(one) for one in row] for row in rows)]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def cell(value: object) -> str:
+    """A text as it stands, within a table in Markdown. Code in backticks stays code."""
+    parts = re.split(r"(`[^`]*`)", " ".join(str(value).split()))
+    parts[::2] = [re.sub(r"([*_<\[\\])", r"\\\1", part) for part in parts[::2]]
+    return "".join(parts).replace("|", "\\|")
+
+
+def code(value: object) -> str:
+    """A text in backticks; nothing for an empty one."""
+    return f"`{value}`" if str(value) else ""
+
+
+def commands_page() -> str:
+    """Every command with its arguments and options."""
+    commands = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]
+    first = (
+        "# Commands\n\nThis page is made from the program, as `sweep COMMAND --help`"
+        " is. Data goes to stdout, and messages go to stderr.\n\n"
+    )
+    ends = table(
+        ["exit code", "meaning"],
+        [
+            (code(0), "fine"),
+            (code(1), "some trials failed, or differ"),
+            (code(2), "wrong usage, or a mistake in a spec"),
+            (code(130), "ended by Ctrl-C; the same command goes on"),
+        ],
+    )
+    return first + ends + "".join(map(_command, commands, commands.values()))
+
+
+def _command(name: str, command: Any) -> str:
+    arguments = [one for one in command.params if one.param_type_name == "argument"]
+    options = [one for one in command.params if one.param_type_name == "option"]
+    shown = " ".join([name, *map(_argument, arguments), *["[OPTIONS]"][: len(options)]])
+    parts = [f"\n## {name}\n\n```text\nsweep {shown}\n```\n\n{command.help}\n\n"]
+    rows = [(code(_argument(one)), one.help or "", "") for one in arguments]
+    rows += [(code(_option(one)), one.help or "", _default(one)) for one in options]
+    if rows:
+        parts.append(table(["argument or option", "what it is", "without it"], rows))
+    return "".join(parts)
+
+
+def _argument(argument: Any) -> str:
+    name = (argument.metavar or argument.name.upper()).strip("[]")
+    many = " ..." if argument.nargs == -1 else ""
+    return name + many if argument.required else f"[{name}]{many}"
+
+
+def _option(option: Any) -> str:
+    if option.is_flag:
+        return str(option.opts[0])
+    named = option.metavar or option.name.upper()
+    if isinstance(option.default, Enum):
+        named = "|".join(option.default.__class__)
+    return f"{option.opts[0]} {named}"
+
+
+def _default(option: Any) -> str:
+    default = getattr(option.default, "value", option.default)
+    if option.required:
+        return "must be given"
+    return "" if default is None or default is False else code(default)
+
+
+def metrics_page() -> str:
+    """Every metric: unit, distribution, direction, need and source."""
+    head = [
+        *("metric", "what it is", "unit", "its values are", "better", "it needs"),
+        "source",
+    ]
+    rows = [
+        (
+            *(code(name), one.text, one.unit, one.distribution, one.better),
+            *(needs(one), one.source),
+        )
+        for name, one in METRICS.items()
+    ]
+    return (
+        "# Metrics\n\nA metric is one number for each recorded frame of a trial. Tables"
+        " have it at the last frame, in the column of its name, and as the mean over"
+        " the last half of the trial, in `<name>_mean`. `length` and `time` are the"
+        " units of the model: px and step, or m and s. How the values of a metric are"
+        " distributed from trial to trial decides [the interval of its mean]"
+        "(../explanations/intervals.md). `sweep metrics` prints this list.\n\n"
+        + table(head, rows)
+    )
+
+
+def needs(metric: Metric) -> str:
+    """What a model or a spec must have for a metric, in words."""
+    found = {
+        "a pair potential": metric.potential,
+        "kinds of boids": metric.kinds,
+        "states of boids": metric.state,
+    }
+    words = [name for name, needed in found.items() if needed]
+    return "; ".join([*words, *(f"`{one.condition}`" for one in metric.demands)])
+
+
+def maps_page() -> str:
+    """Maps and starts."""
+    maps = [
+        (code(name), one.text, _map_size(one.size, one.unit), one.source)
+        for name, one in MAPS.items()
+    ]
+    starts = [(code(name), one.text, one.source) for name, one in STARTS.items()]
+    return (
+        "# Maps and starts\n\n## Maps\n\nA map is the obstacles of a world: the setting"
+        " `map`. A spec can bring [maps of its own](../how-to/writing-a-spec.md).\n\n"
+        + table(["map", "what it is", "size", "source"], maps)
+        + "\n## Starts\n\nA start is how the first positions and velocities are drawn:"
+        " the setting `start_draws`.\n\n"
+        + table(["start", "what it is", "source"], starts)
+    )
+
+
+def _map_size(size: tuple[float, float] | None, unit: str) -> str:
+    return f"{size[0]:g} x {size[1]:g} {unit}" if size else "any"
+
+
+def models_page() -> str:
+    """The list of models."""
+    rows = [
+        (f"[{name}]({name}.md)", ", ".join(map(code, one.presets)), one.source)
+        for name, one in MODELS.items()
+    ]
+    lines = "".join(
+        f"| {link} | {presets} | {cell(source)} |\n" for link, presets, source in rows
+    )
+    names = "\n".join(MODELS)
+    return (
+        "# Models\n\nA model is the physics of one published work. A preset is one"
+        " complete set of values for all its settings; [what the names of presets mean]"
+        "(../../explanations/presets.md) is said once for all models. A study may also"
+        " fly [a model of your own](../../own-models.md).\n\n"
+        "| model | presets | source |\n| --- | --- | --- |\n"
+        f"{lines}\n```{{toctree}}\n:hidden:\n{names}\n```\n"
+    )
+
+
+def model_page(name: str, model: Model) -> str:
+    """A model: source, equations, presets, and every setting."""
+    module = sys.modules[model.params.__module__]
+    known = named_model(name, code=False)[1]
+    about = inspect.cleandoc(module.__doc__ or "")
+    recorded = ", ".join(map(code, model.metrics))
+    return (
+        f"# {name}\n\n{about}\n\n*Source:* {model.source}. Its lengths are in"
+        f" {model.length} and its times in {model.time}. Recorded without a word in the"
+        f" spec: {recorded}.\n" + _equations(module) + _settings(name, model, known)
+    )
+
+
+def _equations(module: Any) -> str:
+    """What the kernels of a model say of what they compute, and of their equations."""
+    parts = ["\n## What it computes\n"]
+    for name, one in vars(module).items():
+        function = getattr(one, "py_func", None)
+        if function and (
+            function.__module__ == module.__name__
+            or function.__module__.startswith("kernels.rules.")
+        ):
+            parts.append(f"\n### {name.lstrip('_')}\n\n{inspect.getdoc(function)}\n")
+    return "".join(parts)
+
+
+def _settings(name: str, model: Model, known: Catalogue) -> str:
+    settings = settings_of(name, known).values()
+    groups = list(dict.fromkeys(setting.group for setting in settings))
+    return "\n" + "\n".join(
+        f"## {GROUP_NAMES[group]}\n\n"
+        + table(
+            ["setting", "what it is", "allowed", *map(code, model.presets)],
+            [_setting(one, model) for one in settings if one.group == group],
+        )
+        for group in groups
+    )
+
+
+def _setting(setting: Setting, model: Model) -> list[object]:
+    values = [preset[setting.name] for preset in model.presets.values()]
+    return [code(setting.name), setting.text, setting.allowed(), *map(_value, values)]
+
+
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def columns_page() -> str:
+    """The columns of each table, of a study that records everything."""
+    study = study_of(SHOWN)
+    model = study.known.models[study.model]
+    tables = {
+        "trials": ("one row a trial", trials_schema(study, {})),
+        "series": ("one row a recorded frame", series_schema(study, {})),
+        "heatmaps": ("one row a trial", heatmaps_schema({})),
+        "trajectories": ("one row a recorded frame", trajectories_schema(model, {})),
+    }
+    first = (
+        "# Columns of the tables\n\nThe tables of a study are parquet files, and each"
+        " column says in its metadata its unit and what it is. `sweep columns STUDY`"
+        " prints the same for a study of yours. Shown here are the columns of this"
+        f" study, with trajectories:\n\n```text{SHOWN}```\n"
+    )
+    parts = [
+        f"\n## {name}\n\n`study.{name}`: {rows}.\n\n"
+        + table(["column", "type", "unit", "what it is"], map(_column, schema))
+        for name, (rows, schema) in tables.items()
+    ]
+    return first + "".join(parts)
+
+
+def _column(field: pa.Field) -> tuple[str, ...]:
+    about = field.metadata or {}
+    unit, text = (about.get(key, b"").decode() for key in (b"unit", b"text"))
+    return code(field.name), str(field.type), unit, text

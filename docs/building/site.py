@@ -1,0 +1,120 @@
+"""Builds the site: `make docs`. The sources and the site stand in build/.
+
+What is drawn is drawn from trials that are run for it: those of the gallery, and those
+of the pages that show what their own blocks have made. A page names such a picture as
+`/_made/PAGE/...`, a file below the folder in which its blocks have run.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from shutil import copyfile, rmtree
+
+from docs.building.api import api_pages
+from docs.building.blocks import BlockError, PageRun, blocks
+from docs.building.documents import ROOT, Documents, read
+from docs.building.gallery import gallery_page
+from docs.building.reference import reference_pages
+from sweep.own_code.reading import study_of
+
+BUILD = ROOT / "build"
+MADE = "_made"
+WIDTH = "100"
+"""Of the terminal in which the commands of pages run, in signs."""
+AT_ONCE = 2
+"""Pages whose blocks run at the same time, beside the trials of the gallery."""
+
+
+def pages(documents: Documents) -> Iterator[tuple[str, str]]:
+    """The name and the text of each page for which no trial is run."""
+    yield from documents.written()
+    yield from reference_pages()
+    yield from api_pages()
+
+
+def build(folder: Path = BUILD) -> int:
+    """Write the sources and the site below `folder`; return the exit code."""
+    sources, site = folder / "pages", folder / "site"
+    for old in (sources, site):
+        rmtree(old, ignore_errors=True)
+    documents = Documents()
+    write(documents, sources)
+    with ProcessPoolExecutor(AT_ONCE, mp_context=get_context("spawn")) as pool:
+        shown = documents_with_pictures(documents)
+        ran = [
+            pool.submit(run_page, path, sources / MADE / page)
+            for path, page in shown.items()
+        ]
+        name, text = gallery_page(ROOT / "experiments", folder / "results", sources)
+        for one in ran:
+            one.result()
+    (sources / f"{name}.md").write_text(text, encoding="utf-8")
+    return sphinx(sources, site)
+
+
+def write(documents: Documents, sources: Path) -> None:
+    """Write the pages for which no trial is run, and the files that they lead to."""
+    for page, text in pages(documents):
+        _place(sources / f"{page}.md").write_text(text, encoding="utf-8")
+    for copy, original in documents.copies.items():
+        copyfile(original, _place(sources / copy))
+
+
+def _place(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def documents_with_pictures(documents: Documents) -> dict[str, str]:
+    """The documents that show what their blocks make, with the names of their pages."""
+    return {
+        path: page
+        for path, page in documents.pages.items()
+        if f"/{MADE}/{page}/" in read(path)
+    }
+
+
+def run_page(path: str, folder: Path) -> None:
+    """Run the blocks of a document in a new folder, as a reader would."""
+    folder.mkdir(parents=True)
+    run = PageRun(folder, _command, study_of)
+    for block in blocks(path, read(path)):
+        run.run(block)
+
+
+def _command(folder: Path, arguments: list[str]) -> str:
+    program = [sys.executable, "-c", "from sweep.cli import main; main()"]
+    environment: Mapping[str, str] = os.environ | {"COLUMNS": WIDTH}
+    finished = subprocess.run(
+        [*program, *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if finished.returncode:
+        raise BlockError(f"sweep {' '.join(arguments)}: {finished.stderr}")
+    return finished.stdout
+
+
+def sphinx(sources: Path, site: Path) -> int:
+    """Make the site of the sources. All warnings are errors, also of links that lead
+    nowhere. Returns the exit code.
+    """
+    options = ["-W", "--keep-going", "-n", "-q", "-j", "2", "-b", "html"]
+    places = [
+        *("-c", str(ROOT / "docs")),
+        *("-d", str(site.with_name("doctrees"))),
+        *(str(sources), str(site)),
+    ]
+    command = [sys.executable, "-m", "sphinx", *options, *places]
+    return subprocess.run(command, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(build())

@@ -1,0 +1,1 @@
+"""The documentation: its pages, their code blocks, and the site."""
