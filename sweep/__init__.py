@@ -57,7 +57,7 @@ __all__ = [
     "unpack",
     "view",
 ]
-__version__ = "0.9.0"
+__version__ = "0.10.0"
 
 
 check_kernels(sys.modules.get("kernels"))

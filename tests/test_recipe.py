@@ -6,7 +6,7 @@ from ruamel.yaml import YAML
 
 from tests import ROOT
 
-RECIPE = YAML(typ="safe").load(ROOT / "packaging" / "conda" / "recipe.yaml")
+RECIPE = YAML(typ="safe").load(ROOT / "docs" / "conda" / "recipe.yaml")
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = PYPROJECT["project"]
 

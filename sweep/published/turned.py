@@ -214,7 +214,7 @@ def _read(document: Mapping[str, Any]) -> DocumentVariants:
 
 
 def _estimates(stored: Mapping[str, Any]) -> dict[str, Estimated]:
-    """What is stored of measures: up to 0.9.0 nothing. Raises ValueError."""
+    """What is stored of measures: version 0.9.0 stored nothing. Raises ValueError."""
     found: dict[str, Estimated] = stored.get("estimates", {})
     if not fits(found, {str: ESTIMATE}):
         raise ValueError("its estimates do not have the entries that they should")
