@@ -34,7 +34,8 @@ class About(NamedTuple):
     allowed.
 
     `rule` names the rule whose weight it is, and `to_goal` says that this rule leads
-    boids to the goal.
+    boids to the goal. `in_steps` says that it is counted in steps, so that with a
+    shorter time step a larger value is the same time.
     """
 
     text: str
@@ -45,6 +46,7 @@ class About(NamedTuple):
     choices: tuple[str, ...] = ()
     rule: str = ""
     to_goal: bool = False
+    in_steps: bool = False
 
 
 class Demand(NamedTuple):
@@ -74,7 +76,7 @@ class Schedule(NamedTuple):
     """How many boids for how long."""
 
     n: Annotated[int, About("number of boids", low=1, high=10_000_000)]
-    steps: Annotated[int, About("number of updates", low=1, high=10**9)]
+    steps: Annotated[int, About("number of updates", low=1, high=10**9, in_steps=True)]
 
 
 class WorldSettings(NamedTuple):
@@ -183,9 +185,9 @@ class Observation(NamedTuple):
         int,
         About(
             "steps of synchrony with all neighbours that make an equilibrium",
-            "",
             low=1,
             high=10**9,
+            in_steps=True,
         ),
     ]
     pixel: Annotated[

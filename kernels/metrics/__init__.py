@@ -50,6 +50,7 @@ METRICS = Registry(
             text="mean change of heading in a step, wrapped to [0, 180]",
             source=_NGUYEN,
             distribution="skewed",
+            per_step=True,
         ),
         "turn_rate_unwrapped": Metric(
             motion.turn_rate_unwrapped,
@@ -57,6 +58,7 @@ METRICS = Registry(
             text="the same without wrapping, in [0, 360), as nguyen2024 ran it",
             source=_NGUYEN,
             distribution="skewed",
+            per_step=True,
         ),
         "dispersion": Metric(
             shape.dispersion,

@@ -41,7 +41,9 @@ class Metric(NamedTuple):
     whose kinds of boids, begin with these, in this order. Row k of the state is
     `frames.bodies[f, FIRST_STATE + k]`, and `ground.kind[i]` is the index of the kind
     of boid i. `demands` are conditions on the settings of whoever records it. `short`
-    is what the figure of visits calls it, which shows no metric without one.
+    is what the figure of visits calls it, which shows no metric without one. `per_step`
+    says that it measures what one step changes, so that values with another time step
+    are of something else.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]
@@ -59,6 +61,7 @@ class Metric(NamedTuple):
     demands: tuple[Demand, ...] = ()
     short: str = ""
     distribution: Distribution = "normal"
+    per_step: bool = False
 
     @property
     def looks(self) -> bool:

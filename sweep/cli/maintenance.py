@@ -77,17 +77,22 @@ def replay(
     for bit.
 
     It can be written at full resolution and shown. An exception of the trial is raised
-    with its traceback.
+    with its traceback, and what is stored of it is said before.
     """
     from sweep.cli.replay_files import Wanted, check, show
     from sweep.replays.replay import replay as run_again
     from sweep.tables.stored_study import StoredStudy
+    from sweep.workers.failures import in_a_line
 
     wanted, stored = (
         Wanted(trajectory, animate, frame, every),
         StoredStudy(study, results, trust=trust),
     )
     check(stored, trial, wanted, force=force)
+    row = stored.trial(trial).row
+    if row["status"] == "failed":
+        cause = in_a_line(str(row["error"]))
+        print(f"{study}: this trial has failed: {cause}", file=sys.stderr, flush=True)
     report, same = run_again(stored, trial)
     print(report)
     for path in show(stored, trial, wanted):

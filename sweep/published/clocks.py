@@ -3,6 +3,9 @@
 With a shorter time step a study has more steps in the same time. Its tables then count
 in steps of the other study, so that claims and functions of figures.py find the same
 frames at the same times.
+
+What a metric measures over one step cannot be told: the stored values are over a
+shorter one, and nothing is stored between frames. Such metrics are left out.
 """
 
 from collections.abc import Iterable
@@ -11,31 +14,63 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.spec.recorded import columns_of
+from sweep.spec.study import Study
 from sweep.tables.stored_study import StoredStudy
 
 TIME_STEP, STEPS = "dt", "steps"
-IN_STEPS = (STEPS, "equilibrium_steps")
-"""Settings that are counted in steps."""
 FRAME = "frame"
+OF_ONE_STEP = "is measured over one step"
+
+
+def counted_in_steps(study: Study) -> list[str]:
+    """The settings of a study that are counted in steps."""
+    return [name for name, setting in study.settings.items() if setting.in_steps]
+
+
+def over_one_step(study: Study) -> list[str]:
+    """The recorded metrics of a study that are measured over one step, or derived from
+    such.
+    """
+    known = study.known.metrics
+    found = [name for name in known if known[name].per_step]
+    for one in study.record.derive:
+        if not one.expression.names.isdisjoint(found):
+            found.append(one.name)
+    return [name for name in study.record.names if name in found]
 
 
 class RetoldStudy(StoredStudy):
-    """A stored study, `clock` of whose steps are one of the other study."""
+    """The stored trials of a study, `clock` of whose steps are one of the other."""
 
-    def __init__(self, name: str, results: Path, clock: int) -> None:
+    def __init__(self, study: Study, results: Path, clock: int) -> None:
         self.clock = clock
-        super().__init__(name, results)
+        self._in_steps = (FRAME, *counted_in_steps(study))
+        self._left_out = dict.fromkeys(over_one_step(study), OF_ONE_STEP)
+        super().__init__(study.name, results)
         self.plan = self._told(self.plan)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """The metrics that cannot be told, each with the reason."""
+        return self._left_out
+
+    @property
+    def metrics(self) -> list[str]:
+        """The recorded metrics that can be told."""
+        return [name for name in super().metrics if name not in self._left_out]
 
     def read(
         self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()
     ) -> pa.Table:
         """The rows of some trials in a stored table, told in the other steps."""
-        return self._told(super().read(name, trial_ids, columns))
+        table = super().read(name, trial_ids, columns)
+        untold = {*columns_of(self._left_out)}.intersection(table.column_names)
+        return self._told(table.drop_columns(list(untold)))
 
     def _told(self, table: pa.Table) -> pa.Table:
         for place, column in enumerate(table.schema):
-            if column.name in (FRAME, *IN_STEPS):
+            if column.name in self._in_steps:
                 told = pc.divide(table[place], self.clock)
             elif column.name == TIME_STEP:
                 told = pc.multiply(table[place], self.clock)

@@ -24,7 +24,9 @@ from sweep.published.measures import (
     MeanDifference,
     Measure,
     RankCorrelation,
+    columns_read,
 )
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
 Studies = Mapping[str, StoredStudy]
@@ -45,6 +47,22 @@ class MeasureError(Exception):
     """A function of figures.py raised an error, or did not return what a
     measure needs.
     """
+
+
+def metrics_left_out(studies: Studies, what: Measure) -> str:
+    """The metrics that `what` measures and its studies leave out, with the reasons;
+    "" where there are none.
+    """
+    reasons = (
+        _said(studies[spec], Column.read(column).metric)
+        for spec, column in columns_read(what)
+    )
+    return "; ".join(dict.fromkeys(filter(None, reasons)))
+
+
+def _said(study: StoredStudy, metric: str) -> str:
+    reason = study.left_out.get(metric)
+    return f"{metric} {reason}" if reason else ""
 
 
 def measure(
@@ -134,15 +152,20 @@ def _called(
             for values in (found if isinstance(found, tuple) else (found,))
         ]
     except Exception as error:
+        left_out = dict.fromkeys(
+            f"; {_said(study, metric)}"
+            for study in studies.values()
+            for metric in study.left_out
+        )
         raise MeasureError(
-            f"{what.function}: {type(error).__name__}: {error}"
+            f"{what.function}: {type(error).__name__}: {error}{''.join(left_out)}"
         ) from error
     if len(samples) > 2 or any(values.ndim != 1 for values in samples):
         raise MeasureError(
             f"{what.function} must return an array of one value each, or a tuple of two"
         )
-    left_out = sum(int(np.isnan(values).sum()) for values in samples)
+    missing = sum(int(np.isnan(values).sum()) for values in samples)
     estimate = mean_estimate(*samples, distribution=what.distribution)
     counts = [sample.n for sample in estimate.samples]
     words = " and ".join(f"{count:,}" for count in counts)
-    return Measured(estimate, words, sum(counts), left_out)
+    return Measured(estimate, words, sum(counts), missing)

@@ -8,11 +8,12 @@ from sweep.design.code import study_code
 from sweep.errors import StoreError
 from sweep.published.claims import Claim
 from sweep.published.clocks import RetoldStudy
-from sweep.published.estimates import Measured, MeasureError, measure
+from sweep.published.estimates import Measured, MeasureError, measure, metrics_left_out
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
 from sweep.published.published_code import CODE
 from sweep.published.verdicts import Verdict, judge, not_run, partial, untestable
+from sweep.spec.study import Study
 from sweep.tables.stored_study import StoredStudy
 
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
@@ -37,7 +38,7 @@ def stored_studies(publication: Publication, results: Path) -> dict[str, StoredS
     found = {}
     for spec, study in publication.studies.items():
         try:
-            stored = _stored(study.name, results, publication.clocks.get(spec, 1))
+            stored = _stored(study, results, publication.clocks.get(spec, 1))
         except StoreError:
             continue
         same = stored.spec == study.text and stored.code == study_code(study)
@@ -46,10 +47,10 @@ def stored_studies(publication: Publication, results: Path) -> dict[str, StoredS
     return found
 
 
-def _stored(name: str, results: Path, clock: int) -> StoredStudy:
+def _stored(study: Study, results: Path, clock: int) -> StoredStudy:
     if clock > 1:
-        return RetoldStudy(name, results, clock)
-    return StoredStudy(name, results)
+        return RetoldStudy(study, results, clock)
+    return StoredStudy(study.name, results)
 
 
 def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[str]]:
@@ -92,6 +93,8 @@ def _row(
     missing = [spec for spec in needed if spec not in stored]
     if missing:
         return Row(claim, not_run(f"no trial of {', '.join(missing)} is done"))
+    if reason := metrics_left_out(stored, claim.measure):
+        return Row(claim, untestable(reason))
     found = measure(stored, claim.measure, publication.functions)
     verdict = judge(found.estimate, claim.expect, publication.family, found.used)
     gap = "; ".join(gaps[spec] for spec in needed if spec in gaps)

@@ -84,6 +84,19 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
     return [measure.spec]
 
 
+def columns_read(measure: Measure) -> list[tuple[str, str]]:
+    """The columns that a measure reads, each after its spec. Which ones a function
+    reads is not known.
+    """
+    if isinstance(measure, Mean):
+        return [(measure.spec, measure.metric)]
+    if isinstance(measure, MeanDifference):
+        return [*columns_read(measure.first), *columns_read(measure.second)]
+    if isinstance(measure, RankCorrelation):
+        return [(measure.spec, measure.column)]
+    return []
+
+
 def misfit(
     measure: Measure, spec: str, designs: Mapping[str, tuple[Study, Design]]
 ) -> str:

@@ -8,7 +8,7 @@ import copy
 from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
-from sweep.published.clocks import IN_STEPS, STEPS, TIME_STEP
+from sweep.published.clocks import STEPS, TIME_STEP, counted_in_steps
 from sweep.published.publications import Publication
 from sweep.published.variants import (
     SpecChange,
@@ -44,13 +44,14 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
     """Half the time step and twice the steps, with a frame recorded at the same times.
 
     Its studies are told in the steps of the original, so that each claim finds the
-    frames, and durations, that it names.
+    frames, and durations, that it names. Claims on what is measured over one step are
+    not judged: see sweep.published.clocks.
     """
     changes, refused = {}, {}
     for spec, study in studies.items():
         if not is_free(study, TIME_STEP):
             refused[spec] = f"{spec}.yaml has no single {TIME_STEP}"
-        elif unlisted := [one for one in _counted(study) if not _listed(study, one)]:
+        elif unlisted := _unlisted(study):
             refused[spec] = f"{spec}.yaml has no list of {' and '.join(unlisted)}"
         else:
             changes[spec] = _halved(study)
@@ -65,14 +66,13 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
     )
 
 
-def _counted(study: Study) -> list[str]:
-    """The settings of a study that are counted in steps."""
-    return [name for name in IN_STEPS if name in study.settings]
-
-
-def _listed(study: Study, setting: str) -> bool:
-    """Whether the values of a setting are a list, or a single one."""
-    return is_free(study, setting) or _axis_with(study, setting) is not None
+def _unlisted(study: Study) -> list[str]:
+    """What is counted in steps and has neither a single value nor a list of them."""
+    return [
+        name
+        for name in counted_in_steps(study)
+        if not is_free(study, name) and _axis_with(study, name) is None
+    ]
 
 
 def _halved(study: Study) -> SpecChange:
@@ -83,7 +83,7 @@ def _halved(study: Study) -> SpecChange:
     keys: dict[str, Any] = {
         "record": spec.get("record", {}) | {"every": PARTS * study.record.every}
     }
-    for name in _counted(study):
+    for name in counted_in_steps(study):
         if is_free(study, name):
             fixed[name] = PARTS * cast(int, value_of(study, name))
             continue

@@ -47,7 +47,8 @@ class NotAllowedError(ValueError):
 @dataclass(frozen=True)
 class Setting:
     """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
-    numbers. `rule` names the rule whose weight it is.
+    numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
+    counted in steps.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Setting:
     exclusive: bool = False
     choices: tuple[str, ...] = ()
     rule: str = ""
+    in_steps: bool = False
 
     def coerce(self, value: Any) -> Value:
         """`value` in the type of this setting. So 1 and 1.0 are the same point, as are
@@ -175,6 +177,7 @@ def _setting(
         about.exclusive,
         choices,
         about.rule,
+        about.in_steps,
     )
 
 

@@ -60,7 +60,7 @@ from sweep.spec.settings import (
     usual_preset,
 )
 from sweep.spec.strict_yaml import dump, parse_document
-from sweep.spec.study_folder import NAME_WORDS, STUDY_NAME, why_no_name
+from sweep.spec.study_folder import NAME_WORDS, NOWHERE, STUDY_NAME, why_no_name
 
 Stream = Literal["common", "independent"]
 Order = Literal["longest", "coarse"]
@@ -187,7 +187,11 @@ class StudyName(Content[str]):
         return name
 
     def schema(self) -> Schema:
-        return {"type": "string", "pattern": f"^{STUDY_NAME.pattern}$"}
+        return {
+            "type": "string",
+            "pattern": f"^{STUDY_NAME.pattern}$",
+            "not": {"pattern": f"(^|/){NOWHERE.pattern}(/|$)"},
+        }
 
 
 class ModelName(Text):

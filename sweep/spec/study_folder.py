@@ -28,9 +28,21 @@ the year 2286.
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 """What a folder can be called. A study of an older version may have a name of OWN."""
 
-NOWHERE = re.compile(
-    r"((con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?|.*\.)", re.IGNORECASE
+
+def _any_case(word: str) -> str:
+    """The pattern of a word in small or capital letters. A JSON Schema knows no flag
+    for that.
+    """
+    return "".join(f"[{letter}{letter.upper()}]" for letter in word)
+
+
+DEVICES = "|".join(
+    [
+        *map(_any_case, ("con", "prn", "aux", "nul")),
+        *(f"{_any_case(word)}[0-9]" for word in ("com", "lpt")),
+    ]
 )
+NOWHERE = re.compile(rf"(({DEVICES})(\.[^/]*)?|[^/]*\.)")
 """What no folder can be called on Windows; results are to be read on every system."""
 
 

@@ -6,7 +6,7 @@ compared, and what cannot be chosen is refused, in one way for all of them.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -74,23 +74,26 @@ class Chooser:
     """Chooses among points by their settings.
 
     `columns` has the values of each setting, shape (points,), or the one value that all
-    have. `study` is the name that errors say.
+    have. `study` is the name that errors say. `metrics` are the columns of what was
+    measured: by those nothing is chosen, and errors say so.
     """
 
     columns: Mapping[str, Any]
     points: int
     study: str = ""
+    metrics: Collection[str] = ()
 
     def values(self, name: str) -> NDArray[Any]:
         """The value of a setting at each point. Raises ChoiceError for an unknown
         setting.
         """
         if name not in self.columns:
-            varied = ", ".join(one for one in self.columns if self._varies(one))
-            raise self._error(
-                f"{unknown('setting', name, self.columns)}"
-                f" (the study varies {varied or 'none'})"
+            no_setting = (
+                _is_metric(name)
+                if name in self.metrics
+                else unknown("setting", name, self.columns)
             )
+            raise self._error(f"{no_setting} ({self._varying})")
         return np.broadcast_to(np.asarray(self.columns[name]), self.points)
 
     def read(self, texts: Iterable[str]) -> dict[str, Choice]:
@@ -174,7 +177,9 @@ class Chooser:
                 raise ExpressionError(f"it is {expression.kind}, and no condition")
             found = expression.evaluate(self.columns, self.points)
         except ExpressionError as error:
-            raise self._error(f'"{condition}": {error}') from None
+            metrics = self._metrics_in(condition)
+            said = f"{_is_metric(metrics[0])} ({self._varying})" if metrics else error
+            raise self._error(f'"{condition}": {said}') from None
         if not found.any():
             there = [listed(one, self.values(one)) for one in sorted(expression.names)]
             raise self._error("; ".join([f'"{condition}" holds at no point', *there]))
@@ -186,6 +191,19 @@ class Chooser:
         that points have.
         """
         return {name: _as_setting(name, self.values(name)) for name in self.columns}
+
+    def _metrics_in(self, condition: str) -> list[str]:
+        """The metrics in what would be a condition if metrics were settings."""
+        measured = {name: Setting(name, "float", "", "") for name in self.metrics}
+        with suppress(ExpressionError):
+            names = parse(condition, measured | self._settings).names
+            return sorted(names - self.columns.keys())
+        return []
+
+    @property
+    def _varying(self) -> str:
+        varied = ", ".join(name for name in self.columns if self._varies(name))
+        return f"the study varies {varied or 'none'}"
 
     @property
     def example(self) -> str:
@@ -253,6 +271,10 @@ def listed(name: str, column: NDArray[Any], near: object = None) -> str:
         )
     shown = ", ".join(map(_shown, values[:SHORT_LIST]))
     return f"values of {name}: {shown}, ..."
+
+
+def _is_metric(name: str) -> str:
+    return f"{name} is a metric, and points are chosen by settings"
 
 
 def _as_setting(name: str, column: NDArray[Any]) -> Setting:

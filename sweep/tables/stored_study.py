@@ -215,7 +215,7 @@ class StoredStudy:
                 for name in self.settings
                 if name in same.index and name not in columns
             }
-        return Chooser(columns, len(points), self.name)
+        return Chooser(columns, len(points), self.name, columns_of(self.metrics))
 
     def details(self, preset: str) -> "pd.Series[str]":
         """What the axis that ablates `preset` has changed in each trial, in the order

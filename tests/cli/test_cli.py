@@ -288,15 +288,26 @@ def test_an_unknown_study_is_one_line(folder: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_failed_trials_make_exit_code_1_and_show_how_to_replay(tmp_path: Path) -> None:
+def test_failed_trials_make_exit_code_1_and_show_how_to_replay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "spec.yaml").write_text(IMPOSSIBLE)
     done = sweep(tmp_path, "launch", "spec.yaml", "--workers", "1")
     assert done.returncode == 1
     status = sweep(tmp_path, "status", "small").stdout
     command = re.search(r"sweep (replay small \w+)", status)
     assert command is not None
-    with pytest.raises(RuntimeError, match="no free place for a boid"):
-        sweep(tmp_path, *command[1].split())
+    monkeypatch.setattr(sys, "argv", ["sweep", *command[1].split()])
+    errors = StringIO()
+    with (
+        chdir(tmp_path),
+        redirect_stderr(errors),
+        pytest.raises(RuntimeError, match="no free place for a boid") as caught,
+    ):
+        main()
+    assert errors.getvalue() == (
+        f"small: this trial has failed: RuntimeError: {caught.value}\n"
+    )
 
 
 def test_replay_gives_the_stored_bits(folder: Path) -> None:

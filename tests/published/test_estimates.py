@@ -18,6 +18,7 @@ class Tables:
     """What a measure needs of a stored study: three weights and three seeds."""
 
     distributions: Mapping[str, Distribution]
+    left_out: Mapping[str, str]
 
     def __init__(
         self,
@@ -25,7 +26,7 @@ class Tables:
         streams: str = "start=common world=common noise=independent",
         distribution: Distribution = "normal",
     ) -> None:
-        self.distributions = {"speed": distribution}
+        self.distributions, self.left_out = {"speed": distribution}, {}
         rows = [
             (weight, seed, replicate)
             for weight in WEIGHTS

@@ -19,6 +19,7 @@ from sweep.published.trying import chosen_variants, most_trials, try_all
 from sweep.published.turned import DocumentVariants, Turned, read_turned
 from sweep.published.variants import Kind, Variant
 from sweep.published.verdicts import Status
+from sweep.spec.recorded import columns_of
 from sweep.spec.settings import Setting, preset_settings
 from sweep.spec.strict_yaml import parse_document
 from sweep.tables.stored_study import StoredStudy
@@ -426,12 +427,17 @@ def test_numerics_are_judged_at_the_same_times(tmp_path: Path) -> None:
     )
     results = tmp_path / "results"
     half = "numerics/dt-half/tiny/small"
-    raw, told = StoredStudy(half, results), RetoldStudy(half, results, 2)
+    small = variants(tmp_path, "numerics", FRAMES)["dt-half"].publication
+    told = RetoldStudy(small.studies["small"], results, 2)
+    raw = StoredStudy(half, results)
     assert list(raw.series["frame"].unique()) == [0, 4, 8]
     assert list(told.series["frame"].unique()) == [0, 2, 4]
     for name, value in {"dt": 1.0, "steps": 4}.items():
         assert list(told.trials[name].unique()) == [value]
-    assert told.units == raw.units
+    untold = columns_of(["turn_rate", "turn_rate_unwrapped"])
+    assert told.units == {
+        name: unit for name, unit in raw.units.items() if name not in untold
+    }
     assert told.where(separation_weight=1).series["frame"].max() == 4
     last = raw.series[raw.series["frame"] == 8]["speed"].mean()
     counted = found.tried("numerics")["dt-half"].estimates["counting"]
@@ -452,6 +458,60 @@ def test_numerics_are_judged_at_the_same_times(tmp_path: Path) -> None:
     about = json.loads((results / "scorecard.json").read_text())["documents"][0]
     shown = about["numerics"]["variants"]["dt-half"]["estimates"]["counting"]
     assert shown == counted
+
+
+TURNING = TURNED.replace(
+    "  - id: fitted-speed",
+    """  - id: turning
+    where: "Figure 2"
+    says: "boids turn"
+    kind: reading
+    registered: 2024-03-01
+    spec: small
+    measure: {difference: [{mean: turn_rate, for: {separation_weight: 1}},
+      {mean: twice_mean, for: {separation_weight: 0.5}}]}
+    expect: {below: 180}
+    looked: before
+  - id: turning-by-hand
+    where: "Figure 2"
+    says: "boids turn"
+    kind: reading
+    registered: 2024-03-01
+    spec: small
+    measure: {call: turns, distribution: skewed}
+    expect: {above: 0}
+    looked: before
+  - id: fitted-speed""",
+)
+TURNS = """
+def turns(studies):
+    return studies["small"].trials["turn_rate"].to_numpy()
+
+
+"""
+
+
+def test_what_is_measured_over_one_step_is_not_judged_with_half_a_step(
+    tmp_path: Path,
+) -> None:
+    """Over half a step boids turn by another angle. So do metrics derived from it."""
+    spec = SPEC.replace("every: 2}", "every: 2, derive: {twice: 2 * turn_rate}}")
+    figures = FIGURES.replace("def two_groups", f"{TURNS.strip()}\n\n\ndef two_groups")
+    publications = read_all(experiments(tmp_path, TURNING, spec, figures), quick=True)
+    chosen = chosen_variants(publications, "numerics", ("dt-half", "seed-other"))
+    found = try_all(chosen, tmp_path / "results", Serial(), ProgressBar)["tiny"]
+    assert {"turning", "turning-by-hand", "some-speed"} <= set(found.before)
+    tried_ones = found.tried("numerics")
+    assert tried_ones["seed-other"].unjudged == {}
+    unjudged = tried_ones["dt-half"].unjudged
+    assert set(unjudged) == {"turning", "turning-by-hand"}
+    assert unjudged["turning"] == (
+        "turn_rate is measured over one step; twice is measured over one step"
+    )
+    assert unjudged["turning-by-hand"].startswith(
+        "its measure failed: turns: KeyError: 'turn_rate'; "
+    )
+    assert "; turn_rate is measured over one step; " in unjudged["turning-by-hand"]
 
 
 LONGER = SPEC.replace(", steps: 6}", "}").replace("sweep:\n", "sweep:\n  AXIS\n")

@@ -19,6 +19,7 @@ from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.schema import json_schema
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
+from sweep.spec.study_folder import why_no_name
 from tests import ROOT
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 
@@ -166,6 +167,18 @@ def test_mistakes_are_invalid(line: str) -> None:
 def test_study_names_cannot_leave_the_results() -> None:
     for name in ("../up", "/root", "a//b", "a/../b"):
         assert not VALIDATOR.is_valid(content(SHORT) | {"study": name})
+
+
+@pytest.mark.parametrize(
+    "name", ["con", "a/CON", "Nul.txt", "lpt9/b", "a.", "a./b", "com", "my/console"]
+)
+def test_study_names_are_those_of_folders_on_every_system(name: str) -> None:
+    """As the reader has it. On Windows a folder has no name of a device, and none that
+    ends in a dot.
+    """
+    allowed = not why_no_name(name)
+    assert allowed == (name in ("com", "my/console"))
+    assert VALIDATOR.is_valid(content(SHORT) | {"study": name}) == allowed
 
 
 def test_fields_are_described_with_unit_and_presets() -> None:

@@ -24,6 +24,7 @@ CHOOSER = Chooser(
     },
     4,
     "made_up",
+    ["speed", "speed_mean"],
 )
 
 
@@ -86,6 +87,10 @@ def test_points_have_all_settings_and_one_of_several_values(
             ["map=emty"],
             'no point has map = emty; did you mean "empty"? Values of map: empty,'
             " arena",
+        ),
+        (
+            ["speed=1"],
+            "speed is a metric, and points are chosen by settings (the study varies n,",
         ),
         (["n=60"], "no point has n = 60; values of n: 50, 100"),
         (["n=many"], "no point has n = many; values of n: 50, 100"),

@@ -128,6 +128,11 @@ def test_a_condition_chooses_points_for_every_analysis() -> None:
 
 MISTAKES = [
     ("separation_wieght >= 1", 'unknown name "separation_wieght"; did you mean'),
+    (
+        "speed_mean > 1 and n > 2",
+        '"speed_mean > 1 and n > 2": speed_mean is a metric, and points are chosen by'
+        " settings (the study varies separation_weight, alignment_weight,",
+    ),
     ("separation_weight >= 10", "holds at no point; values of separation_weight: 0.5,"),
     ("borders == 'tours'", 'unknown borders "tours"; did you mean "torus"?'),
     ("separation_weight < 'a'", "needs a number, but \"'a'\" is a text"),
