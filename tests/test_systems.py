@@ -74,7 +74,7 @@ GUARDED = {
     "sweep/store/processes.py CDLL": "on Linux alone",
     "sweep/store/processes.py readlink": "of /proc, on Linux alone",
     "sweep/store/processes.py /proc": "on Linux alone",
-    "sweep/store/provenance.py /dev": "git knows it on every system",
+    "sweep/store/repository.py /dev": "git knows it on every system",
     "sweep/store/provenance.py /proc": "an error where it is not there is expected",
     "sweep/analysis/intervals.py rename": "of pandas",
     "sweep/analysis/pooling.py rename": "of pandas",

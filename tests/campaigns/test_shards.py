@@ -281,7 +281,7 @@ def test_the_command_runs_a_share_and_says_so(
                 main()
         told.append(capsys.readouterr().err)
         assert f"small, share {text}: " in told[-1]
-        number += int(re.search(r"(\d+) new trials", told[-1])[1])
+        number += int(re.search(r"(\d+) new trials?\b", told[-1])[1])
     assert number == 6
     assert set(Store(tmp_path / "results" / "small").trial_ids().values()) == {"done"}
 

@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sweep.analysis import mean_interval
+from sweep.analysis.sequential import Until, Width
 from sweep.errors import ChoiceError
 from sweep.figures import coverage_figure
 from sweep.figures.drawing import draw_visits, estimated
@@ -112,7 +113,8 @@ def test_a_point_none_of_whose_trials_is_done_has_an_empty_panel() -> None:
 def test_coverage_that_chose_the_number_of_trials_has_its_repeated_interval() -> None:
     part = copy(study("covering"))
     part.provenance = part.provenance | {
-        "until": {"metric": "coverage", "confidence": 0.9, "nominal_confidence": 0.97}
+        "until": Until({"coverage": Width(1.0)}, 0.9, 2, 4).as_json()
+        | {"nominal_confidence": 0.97}
     }
     figure = coverage_figure(part)
     values = part.trials["coverage"][part.trials["cohesion_weight"] == 0.1]

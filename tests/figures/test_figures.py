@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from sweep.analysis import curves
+from sweep.analysis.sequential import Until, Width
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves, save, saved_about
 from sweep.figures.saving import FORMATS, about_study
@@ -91,7 +92,8 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
     )
     assert plotted.shown(figure) == said
     part.provenance = part.provenance | {
-        "until": {"metric": "speed", "confidence": 0.95, "nominal_confidence": 0.98}
+        "until": Until({"speed": Width(1.0)}, 0.95, 2, 3).as_json()
+        | {"nominal_confidence": 0.98}
     }
     said = (
         "small: 2 to 3 trials a curve, mean with pointwise 95 % interval, which takes"

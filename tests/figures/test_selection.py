@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from sweep.analysis import mean_interval
+from sweep.analysis.sequential import Until, Width
 from sweep.errors import ChoiceError
 from sweep.figures.selection import select
 from tests.plotted import study
@@ -115,11 +116,8 @@ def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() 
     made = study_of(
         axis("random", 5), noise=lambda rng, shape: rng.normal(size=shape), replicates=4
     )
-    made.provenance["until"] = {
-        "metric": "speed",
-        "confidence": 0.9,
-        "nominal_confidence": 0.97,
-    }
+    rule = Until({"speed": Width(1.0)}, 0.9, 2, 4)
+    made.provenance["until"] = rule.as_json() | {"nominal_confidence": 0.97}
     selection = select(made)
     point, row = next(iter(selection.table(["speed"]).iterrows()))
     _, low, high, _ = mean_interval(
