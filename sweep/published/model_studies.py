@@ -33,10 +33,14 @@ FACTORS = (0.5, 1, 2)
 """Of the usual value of the setting that varies."""
 MOST_SERIES, FRAMES = 3, 100
 HEAD = """\
+
 # A small study of {model}: about {wall} with {workers} workers. The first launch also
 # compiles the model, about 15 s. Then `sweep table {study}` and `sweep plot {study}`.
 # `sweep models {model}` lists all settings, `sweep metrics` what can be recorded,
-# and `sweep guide writing` says what else a spec can have.
+# and `sweep guide writing` says what else a spec can have. What the study is for you
+# say in a comment above this one and its empty line: `sweep odd` quotes it.
+"""
+"""It begins with an empty line: so it is not the comment that says what a study is for.
 """
 
 

@@ -12,7 +12,7 @@ from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.bibliography import FILE
 from sweep.spec.built_in import EXPERIMENTS, FILE_FOR_EDITORS
-from sweep.spec.document import Document
+from sweep.spec.document import FOR_EDITORS, Document
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.outputs import check_output, unfinished
@@ -104,7 +104,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
 
 def for_editors(spec: str) -> str:
     """The text of a spec below a line that leads editors to the schema."""
-    return f"# yaml-language-server: $schema={FILE_FOR_EDITORS.as_uri()}\n{spec}"
+    return f"{FOR_EDITORS} $schema={FILE_FOR_EDITORS.as_uri()}\n{spec}"
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:

@@ -138,7 +138,7 @@ def test_a_study_of_any_model_explains_itself_and_takes_some_seconds(
     assert plan.trials_per_point >= FEWEST_TRIALS
     assert study.record.series
     lines = study.text.splitlines()
-    keys = [number for number, line in enumerate(lines) if "#" not in line]
+    keys = [number for number, line in enumerate(lines) if line and "#" not in line]
     assert len(keys) == 13
     for number in keys:
         comment, key = lines[number - 1], lines[number]
