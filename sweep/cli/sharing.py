@@ -15,7 +15,7 @@ from sweep.cli.app import (
     StudyName,
     Trust,
     app,
-    stop,
+    one_format,
 )
 
 
@@ -90,8 +90,7 @@ def cite(
     from sweep.sharing.citing import cite as cited
     from sweep.tables.stored_study import StoredStudy
 
-    if bibtex and as_json:
-        stop("--bibtex and --json are two formats: choose one")
+    one_format(bibtex=bibtex, json=as_json)
     found = cited(StoredStudy(study, results) if study else None)
     if bibtex:
         print(found.as_bibtex())
