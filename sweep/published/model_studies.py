@@ -14,12 +14,12 @@ from sweep.campaigns.plan import plan_of
 from sweep.design.plan import duration
 from sweep.errors import SpecError
 from sweep.own_code.reading import named_model, study_of
-from sweep.published.starting import ENDINGS, OWN, Begun, for_editors
+from sweep.published.starting import OWN, Begun, check_new_spec, for_editors
 from sweep.spec.keys import keys_of
 from sweep.spec.settings import Setting, settings_of, usual_preset
 from sweep.spec.strict_yaml import dump
 from sweep.spec.study import RecordSpec, Study
-from sweep.tables.outputs import check_output, unfinished
+from sweep.tables.outputs import unfinished
 from sweep.text import unknown
 
 WORKERS = 2
@@ -78,7 +78,7 @@ def begin_with_model(
     if name not in known.models:
         raise SpecError(unknown("model", name, known.models))
     target = path or Path(f"{name}.yaml")
-    check_output(target, ENDINGS, force=force)
+    check_new_spec(target, force=force)
     presets = known.models[name].presets
     if preset and preset not in presets:
         raise SpecError(unknown(f"preset of {name}", preset, presets))
