@@ -24,4 +24,5 @@ def draw(settings: WorldSettings, _rng: np.random.Generator) -> NDArray[np.float
     return np.column_stack([x.ravel(), y.ravel(), radius, radius, np.ones(side * side)])
 
 
-MAPS = {"pillars": Map(draw, "discs in a square grid", "who described it, and where")}
+SOURCE = "not stated"  # who described it, and where
+MAPS = {"pillars": Map(draw, "discs in a square grid", SOURCE)}

@@ -33,4 +33,5 @@ def draw(
     return flock
 
 
-STARTS = {"ring": Start(draw, "on a circle, flying round", "who described it, where")}
+SOURCE = "not stated"  # who described it, and where
+STARTS = {"ring": Start(draw, "on a circle, flying round", SOURCE)}

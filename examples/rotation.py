@@ -45,6 +45,6 @@ METRICS = {
         measure,
         unit="",
         text="mean sine between way from the centre and velocity: 1 if all circle",
-        source="who described it, and where",
+        source="not stated",  # who described it, and where
     )
 }

@@ -89,7 +89,7 @@ def advance(
 
 MODEL = Model(
     name="vortex",
-    source="who described it, and where",
+    source="",  # who described it, and where
     params=Params,
     presets={"standard": STANDARD},
     metrics=("speed", "polarization", "flock_radius"),

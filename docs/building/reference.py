@@ -83,7 +83,7 @@ def commands_page() -> str:
         ["exit code", "meaning"],
         [
             (code(0), "fine"),
-            (code(1), "some trials failed, or differ"),
+            (code(1), "some trials diverged, failed or timed out, or differ"),
             (code(2), "wrong usage, or a mistake in a spec"),
             (code(130), "ended by Ctrl-C; the same command goes on"),
         ],

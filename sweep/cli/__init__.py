@@ -1,7 +1,7 @@
 """The command line. Data goes to stdout; progress and messages go to stderr.
 
-Exit codes: 0 fine, 1 some trials failed or differ, 2 wrong usage or a bad spec, 130
-interrupted by Ctrl-C, SIGTERM or SIGHUP. The commands import everything heavy
+Exit codes: 0 fine, 1 some trials are not done or differ, 2 wrong usage or a bad spec,
+130 interrupted by Ctrl-C, SIGTERM or SIGHUP. The commands import everything heavy
 themselves, so that `sweep --help` answers at once.
 
     app              the app, and options that commands share

@@ -130,6 +130,12 @@ Workers = Annotated[
 ]
 
 
+def one_format(**asked: bool) -> None:
+    """End the command where it is asked for two formats, each given by its option."""
+    if len(given := [f"--{name}" for name, is_asked in asked.items() if is_asked]) > 1:
+        stop(f"{' and '.join(given)} are two formats: choose one")
+
+
 def stop(message: str, code: int = 2) -> NoReturn:
     """End the command with a message on stderr and an exit code."""
     print(message, file=sys.stderr)

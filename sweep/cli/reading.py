@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperArgument, TyperCommand
 
-from sweep.cli.app import Json, Quiet, Results, StudyName, app
+from sweep.cli.app import Json, Quiet, Results, StudyName, app, one_format
 
 
 class Over(StrEnum):
@@ -109,6 +109,7 @@ def table(
     from sweep.tables.safe_csv import as_csv
     from sweep.tables.stored_study import StoredStudy
 
+    one_format(csv=csv, json=as_json)
     stored, refusals = StoredStudy(study, results), Refusals()
     chosen = stored
     with refusals.noted():
@@ -281,6 +282,7 @@ def compare(
     from sweep.tables.comparison_sides import read_side
     from sweep.tables.safe_csv import as_csv
 
+    one_format(csv=csv, json=as_json)
     method = Method(confidence, together.value, margin)
     one, other = (read_side(text, results) for text in (a, b))
     found = compare_sides(

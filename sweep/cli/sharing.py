@@ -15,7 +15,7 @@ from sweep.cli.app import (
     StudyName,
     Trust,
     app,
-    stop,
+    one_format,
 )
 
 
@@ -60,8 +60,9 @@ def load(
     """Make a study of a packed file again, after a check of all of it. No code of the
     study runs.
     """
-    from sweep.cli.maintenance import say_what_the_spec_needs
     from sweep.sharing.unpacking import unpack
+    from sweep.spec.study_folder import SPEC
+    from sweep.text import shortened
 
     done = unpack(file, results, name)
     print(done.place)
@@ -71,7 +72,14 @@ def load(
             " it; where you have not launched it yourself it runs only with --trust",
             file=sys.stderr,
         )
-    say_what_the_spec_needs(done.study, results)
+    if done.launched_as != done.study:
+        print(
+            f"to launch it on, copy {done.place / SPEC} and change the line"
+            f' "study: {shortened(done.launched_as)}" of the copy to'
+            f' "study: {done.study}": without that a launch begins'
+            f" {shortened(done.launched_as)}",
+            file=sys.stderr,
+        )
 
 
 @app.command()
@@ -90,8 +98,7 @@ def cite(
     from sweep.sharing.citing import cite as cited
     from sweep.tables.stored_study import StoredStudy
 
-    if bibtex and as_json:
-        stop("--bibtex and --json are two formats: choose one")
+    one_format(bibtex=bibtex, json=as_json)
     found = cited(StoredStudy(study, results) if study else None)
     if bibtex:
         print(found.as_bibtex())

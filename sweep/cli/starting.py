@@ -62,8 +62,11 @@ def init(
     if preset and not model:
         stop("--preset is that of a model: add --model")
     if model:
-        if path:
-            stop(f"{study}: with --model there is a file alone, {path}, and no study")
+        if path or (study and not Path(study).suffix):
+            stop(
+                f"{study}: STUDY and --model exclude each other; with --model there is"
+                f" a file alone, {path or 'NAME.yaml'}"
+            )
         file = Path(study) if study else None
         begun = begin_with_model(model, file, preset or "", force=force)
     elif study:

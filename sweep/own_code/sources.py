@@ -15,6 +15,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 
 from sweep.errors import CodeError
+from sweep.spec.study_folder import PLAN
 from sweep.text import similar
 
 SUFFIX = ".py"
@@ -22,6 +23,11 @@ SUFFIX = ".py"
 PACKAGE = "__init__.py"
 MOST_BYTES = 2_000_000
 MOST_FILES = 100
+KEPT = (
+    ", where results are stored: `sweep code STUDY --to FOLDER` writes the code of a"
+    " study into a folder; copy the spec into that folder"
+)
+"""Of a spec that is launched from where a launch has put it, without its files."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +89,8 @@ def _text(folder: Path, file: str) -> str:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not path.is_file():
             hint = similar(file, list(_alike(folder, path)))
-            raise CodeError(f'there is no file "{file}" in {folder}{hint}')
+            kept = KEPT if (folder / PLAN).is_file() else ""
+            raise CodeError(f'there is no file "{file}" in {folder}{hint or kept}')
         content = path.read_bytes() if path.stat().st_size <= MOST_BYTES else None
     except (OSError, RuntimeError, ValueError) as error:
         raise CodeError(f"{file} cannot be read: {error}") from None

@@ -14,12 +14,12 @@ from sweep.campaigns.plan import plan_of
 from sweep.design.plan import duration
 from sweep.errors import SpecError
 from sweep.own_code.reading import named_model, study_of
-from sweep.published.starting import ENDINGS, OWN, Begun, for_editors
+from sweep.published.starting import OWN, Begun, check_new_spec, for_editors
 from sweep.spec.keys import keys_of
 from sweep.spec.settings import Setting, settings_of, usual_preset
 from sweep.spec.strict_yaml import dump
 from sweep.spec.study import RecordSpec, Study
-from sweep.tables.outputs import check_output, unfinished
+from sweep.tables.outputs import unfinished
 from sweep.text import unknown
 
 WORKERS = 2
@@ -33,10 +33,14 @@ FACTORS = (0.5, 1, 2)
 """Of the usual value of the setting that varies."""
 MOST_SERIES, FRAMES = 3, 100
 HEAD = """\
+
 # A small study of {model}: about {wall} with {workers} workers. The first launch also
 # compiles the model, about 15 s. Then `sweep table {study}` and `sweep plot {study}`.
 # `sweep models {model}` lists all settings, `sweep metrics` what can be recorded,
-# and `sweep guide writing` says what else a spec can have.
+# and `sweep guide writing` says what else a spec can have. What the study is for you
+# say in a comment above this one and its empty line: `sweep odd` quotes it.
+"""
+"""It begins with an empty line: so it is not the comment that says what a study is for.
 """
 
 
@@ -74,7 +78,7 @@ def begin_with_model(
     if name not in known.models:
         raise SpecError(unknown("model", name, known.models))
     target = path or Path(f"{name}.yaml")
-    check_output(target, ENDINGS, force=force)
+    check_new_spec(target, force=force)
     presets = known.models[name].presets
     if preset and preset not in presets:
         raise SpecError(unknown(f"preset of {name}", preset, presets))

@@ -12,9 +12,10 @@ from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.bibliography import FILE
 from sweep.spec.built_in import EXPERIMENTS, FILE_FOR_EDITORS
-from sweep.spec.document import Document
+from sweep.spec.document import FOR_EDITORS, Document
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, parse_spec
+from sweep.spec.study_folder import why_no_name
 from sweep.tables.outputs import check_output, unfinished
 from sweep.text import unknown
 
@@ -85,7 +86,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
         raise SpecError(asked + needed * (Path(name).suffix in ENDINGS))
     source = specs[name]
     target = path or Path(f"{source.stem}.yaml")
-    check_output(target, ENDINGS, force=force)
+    check_new_spec(target, force=force)
     root = read_document(source)
     text = _renamed(root.document, root.child("study").text(), f"{OWN}/{target.stem}")
     # Beside the built-in one, where the files are that it names.
@@ -102,9 +103,18 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     return Begun(study, target, tuple(contents))
 
 
+def check_new_spec(path: Path, *, force: bool) -> None:
+    """Raise SpecError where no study can be called as the file, and OutputError where
+    the file cannot be written, or is there and may not be replaced.
+    """
+    check_output(path, ENDINGS, force=force)
+    if why := why_no_name(f"{OWN}/{path.stem}"):
+        raise SpecError(f"{path}: {why}")
+
+
 def for_editors(spec: str) -> str:
     """The text of a spec below a line that leads editors to the schema."""
-    return f"# yaml-language-server: $schema={FILE_FOR_EDITORS.as_uri()}\n{spec}"
+    return f"{FOR_EDITORS} $schema={FILE_FOR_EDITORS.as_uri()}\n{spec}"
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:

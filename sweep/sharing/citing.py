@@ -60,16 +60,25 @@ class Work:
     @property
     def not_stated(self) -> list[str]:
         """What a reader of the citation would look for in vain."""
-        missing = {"authors": not self.authors, "year": self.year is None}
+        missing = {
+            "authors": not self.authors,
+            "year": self.year is None,
+            "source": self.kind == "model" and not self.note,
+        }
         return [name for name, lacks in missing.items() if lacks]
 
     def as_text(self) -> str:
-        """One sentence for a list of references."""
-        year = f"({self.year})" if self.year is not None else ""
-        who = " ".join(filter(None, [_listed(self.authors), year]))
+        """One sentence for a list of references, and what it lacks."""
+        year = f" ({self.year})" if self.year is not None else ""
         version = f", version {self.version}" if self.version else ""
         note = f". {self.note}" if self.note else ""
-        return f"{who + ': ' if who else ''}{self.title}{version}{note}."
+        work = (
+            f"{_listed(self.authors)}{year}: {self.title}{version}"
+            if self.authors
+            else f"{self.title}{version}{year}"
+        )
+        missing = ", ".join(self.not_stated)
+        return f"{work}{note}." + (f" [not stated: {missing}]" if missing else "")
 
     def as_bibtex(self) -> str:
         """An entry for BibTeX. @misc is the one type that every style has."""
@@ -105,13 +114,8 @@ class Citation:
     works: tuple[Work, ...]
 
     def as_text(self) -> str:
-        """A paragraph a work, and what of it is not stated."""
-        lines = []
-        for work in self.works:
-            lines.append(f"{work.kind:<9} {work.as_text()}")
-            if work.not_stated:
-                lines.append(f"          not stated: {', '.join(work.not_stated)}")
-        return "\n".join(lines)
+        """A line a work, and what of it is not stated."""
+        return "\n".join(f"{work.kind:<9} {work.as_text()}" for work in self.works)
 
     def as_bibtex(self) -> str:
         """An entry a work."""
@@ -194,7 +198,7 @@ def _author(entry: Entry) -> Author:
 
 
 def _listed(authors: Sequence[Author]) -> str:
-    *others, last = [one.name for one in authors] or [""]
+    *others, last = [one.name for one in authors]
     return f"{', '.join(others)} and {last}" if others else last
 
 

@@ -68,6 +68,11 @@ class StudyFacts:
     code: bool
 
     @property
+    def document(self) -> Document:
+        """The text of its spec."""
+        return Document(Path("spec"), self.spec)
+
+    @property
     def settings(self) -> dict[str, Setting]:
         """Every setting of the model."""
         return settings_of(self.model.name, self.known)
@@ -214,13 +219,14 @@ def _purpose(page: _Page) -> None:
     if document:
         page.say(f"The model of: {document.title}. {document.source}.")
     else:
-        page.say(f"Source of the model: {model.source}.")
+        source = f"Source of the model: {model.source}." if model.source else None
+        page.either(source, f"who described the model {model.name}, and where")
     page.either(_module_text(page.about), f"what the model {model.name} is for")
-    said = Document(Path("spec"), page.about.spec).comment
+    said = page.about.document.comment
     page.either(
         f"The spec of the study begins: {said}" if said else None,
         "the purpose of this study, and the question that it answers: the spec begins"
-        " with no comment",
+        " with no comment that says it",
     )
     page.gap(
         "patterns by which the model is judged fit for that purpose; what is recorded"
@@ -418,7 +424,8 @@ def _experiment(page: _Page) -> None:
             [(name, _values(about, name)) for name in varied],
         )
     page.say("The spec:")
-    page.lines += ["", *(f"    {line}" for line in about.spec.strip().splitlines())]
+    spec = "\n".join(about.document.for_readers).strip()
+    page.lines += ["", *(f"    {line}" for line in spec.splitlines())]
 
 
 ELEMENTS: Mapping[str, Callable[[_Page], None]] = {

@@ -12,6 +12,9 @@ from sweep.text import abridged, shortened, unknown
 
 Place = tuple[str | int, ...]
 
+FOR_EDITORS = "# yaml-language-server:"
+"""How a line begins that tells the YAML server of an editor where a schema is."""
+
 INTEGER_BOUND = 2**63
 """Whole numbers of a spec are smaller than this, so that they fit into int64."""
 
@@ -27,9 +30,17 @@ class Document:
     lines: dict[Place, int] = field(default_factory=dict, repr=False)
 
     @property
+    def for_readers(self) -> list[str]:
+        """The lines of the text without those for editors."""
+        lines = self.text.splitlines()
+        return [line for line in lines if not line.startswith(FOR_EDITORS)]
+
+    @property
     def comment(self) -> str:
-        """The comment with which the text begins, in one line."""
-        lines = takewhile(lambda line: line.startswith("#"), self.text.splitlines())
+        """The comment with which the text begins for readers, in one line. An empty
+        line ends it.
+        """
+        lines = takewhile(lambda line: line.startswith("#"), self.for_readers)
         return " ".join(line.removeprefix("#").strip() for line in lines)
 
     def error(self, place: Place, message: str) -> SpecError:

@@ -447,3 +447,12 @@ def launched_again(results: Path) -> pd.DataFrame:
     from sweep.tables.stored_study import StoredStudy
 
     return StoredStudy("small", results).trials
+
+
+@pytest.mark.parametrize("command", [("table", "small"), ("compare", "a", "b")])
+def test_two_formats_are_refused_before_anything_is_read(
+    command: tuple[str, ...], tmp_path: Path
+) -> None:
+    done = sweep(tmp_path, *command, "--csv", "--json")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "--csv and --json are two formats: choose one\n"

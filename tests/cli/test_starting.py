@@ -138,7 +138,7 @@ def test_a_study_of_any_model_explains_itself_and_takes_some_seconds(
     assert plan.trials_per_point >= FEWEST_TRIALS
     assert study.record.series
     lines = study.text.splitlines()
-    keys = [number for number, line in enumerate(lines) if "#" not in line]
+    keys = [number for number, line in enumerate(lines) if line and "#" not in line]
     assert len(keys) == 13
     for number in keys:
         comment, key = lines[number - 1], lines[number]
@@ -185,7 +185,9 @@ def test_a_study_of_an_own_model_is_begun_beside_it_and_runs(tmp_path: Path) -> 
     [
         (("nguyen2024/seperation",), 'did you mean "nguyen2024/separation"?'),
         (("separation",), 'did you mean "nguyen2024/separation"?'),
-        (("nguyen2024/cohesion", "a b.yaml"), 'a b.yaml:3: study "my/a b" is not'),
+        (("nguyen2024/cohesion", "a b.yaml"), 'a b.yaml: study "my/a b" is not'),
+        (("a b.yaml", "--model", "nanobot"), 'a b.yaml: study "my/a b" is not'),
+        (("nanobot/rules", "--model", "nanobot"), "STUDY and --model exclude each"),
         (("nguyen2024/cohesion", "no/a.yaml"), "no/a.yaml: there is no folder no"),
         (("nguyen2024/cohesion", "a.txt"), 'a.txt: unknown kind of file ".txt"'),
         (("a.yaml",), 'unknown built-in study (see `sweep init`) "a.yaml"'),

@@ -3,6 +3,7 @@
 import json
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -79,15 +80,17 @@ def test_a_study_is_cited_with_its_model_and_its_content(results: Path) -> None:
     assert re.fullmatch("Content sha256:[0-9a-f]{64}", study.note)
     assert study.title == "Study small: 6 trials of the model nguyen2024"
     assert study.not_stated == ["authors"]
+    assert study.as_text() == (
+        f"{study.title} ({study.year}). {study.note}. [not stated: authors]"
+    )
 
 
 def test_of_an_own_model_only_its_source_is_known(results: Path) -> None:
     work = behind_model(StoredStudy("own_one", results))
-    assert (work.title, work.note) == (
-        "The model drawn",
-        "who described it, and where",
-    )
-    assert work.not_stated == ["authors", "year"]
+    assert (work.title, work.note) == ("The model drawn", "")
+    assert work.as_text() == "The model drawn. [not stated: authors, year, source]"
+    stated = replace(work, note="A. Nobody, in a letter")
+    assert stated.not_stated == ["authors", "year"]
 
 
 def test_the_formats_say_the_same(results: Path) -> None:

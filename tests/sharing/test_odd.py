@@ -10,6 +10,8 @@ from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.errors import ChoiceError
 from sweep.own_code.reading import load_spec
+from sweep.published.creating import create
+from sweep.published.model_studies import begin_with_model
 from sweep.sharing.odd import StudyFacts, odd, of_spec, of_stored
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
@@ -115,6 +117,27 @@ def test_the_experiment_is_that_of_the_spec() -> None:
     assert "4 trials in all" in text
     assert "Random numbers are the seeds 7, 8." in text
     assert all(f"    {line}" in text for line in listed.strip().split("\n"))
+
+
+def test_a_study_begun_by_us_has_no_purpose_before_its_author_says_one(
+    tmp_path: Path,
+) -> None:
+    """No hint of ours and no path of a schema is quoted as one."""
+    small = begin_with_model("nguyen2024", tmp_path / "small.yaml").path
+    _, eddy, _ = create("model", "eddy", tmp_path)
+    for path in (small, eddy):
+        study = load_spec(path)
+        text = odd(of_spec(study, expand(study)))
+        assert "- the purpose of this study" in text.split("## Gaps")[1]
+        assert "The spec of the study begins" not in text
+        asked = "- who described the model eddy, and where" in text
+        assert asked == (path is eddy)
+        assert "file://" not in text
+        for_editors, rest = study.text.split("\n", 1)
+        path.write_text(f"{for_editors}\n# Why?\n{rest}", encoding="utf-8")
+        study = load_spec(path)
+        text = odd(of_spec(study, expand(study)))
+        assert "The spec of the study begins: Why?\n" in text
 
 
 def test_a_search_has_the_points_that_it_asks_for(tmp_path: Path) -> None:

@@ -280,7 +280,15 @@ def test_the_commands_pack_and_load(results: Path, tmp_path: Path) -> None:
     assert "it has 3 trials too that are not of the spec" in done.stderr
     loaded = sweep(tmp_path, "load", "small.zip", "--as", "my/own")
     assert (loaded.returncode, loaded.stdout) == (0, "results/my/own\n")
-    assert 'write "study: my/own" there' in loaded.stderr
+    assert loaded.stderr == (
+        "to launch it on, copy results/my/own/spec.yaml and change the line"
+        ' "study: small" of the copy to "study: my/own": without that a launch begins'
+        " small\n"
+    )
+    stored = (tmp_path / "results/my/own/spec.yaml").read_text(encoding="utf-8")
+    copy = stored.replace("study: small", "study: my/own")
+    (tmp_path / "copy.yaml").write_text(copy, encoding="utf-8")
+    assert "nothing was missing" in sweep(tmp_path, "launch", "copy.yaml").stderr
     again = sweep(tmp_path, "load", "small.zip", "--as", "my/own")
     assert again.returncode == 2
     assert again.stderr.startswith("results/my/own: exists already; --as NAME")
@@ -294,6 +302,9 @@ def test_the_commands_pack_and_load(results: Path, tmp_path: Path) -> None:
         assert len(lost.stderr.splitlines()) == 1
     sweep(tmp_path, "pack", "own", there)
     assert "runs only with --trust" in sweep(tmp_path, "load", "own.zip").stderr
+    lacking = sweep(tmp_path, "launch", "results/own/spec.yaml")
+    assert (lacking.returncode, lacking.stderr.count("\n")) == (2, 1)
+    assert "`sweep code STUDY --to FOLDER` writes the code" in lacking.stderr
 
 
 def test_a_notebook_packs_and_unpacks(results: Path, tmp_path: Path) -> None:
