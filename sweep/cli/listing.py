@@ -18,6 +18,7 @@ from sweep.cli.terminal import console
 from sweep.design.plan import duration
 from sweep.published.starting import built_in_studies
 from sweep.spec.settings import settings_of
+from sweep.tables.overview import untried
 from sweep.tables.point_means import PointMeans
 from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
 from sweep.tables.stored_tables import command
@@ -170,6 +171,19 @@ def _cell(
 
 
 def _caption(study: StoredStudy, table: PointMeans) -> str:
+    """Which intervals a table shows, how rows pool points, and what is not stored."""
+    return "\n".join(filter(None, [_intervals(study, table), _missing(study)]))
+
+
+def _missing(study: StoredStudy) -> str:
+    """How many trials are not stored, and how many points have none; "" for none."""
+    if not study.missing:
+        return ""
+    number = f"{study.missing:,} of {so_many(study.plan.num_rows, 'trial')} missing"
+    return "; ".join(filter(None, [number, untried(study)]))
+
+
+def _intervals(study: StoredStudy, table: PointMeans) -> str:
     """Which intervals a table shows, and how rows pool points. If `until` stopped at a
     narrow interval of one metric, only this metric has an interval that takes that into
     account.

@@ -17,6 +17,7 @@ from sweep.errors import ChoiceError
 from sweep.figures.drawing import named, span
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import spelled
+from sweep.tables.overview import untried
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -41,14 +42,17 @@ class Facet(NamedTuple):
 class Selection:
     """The trials of a study that a figure shows.
 
-    `study` has these trials only. `points` has one row a point, by its id, and as
-    columns the settings that differ between them. `sampled` are the settings that an
-    axis samples, `listed` those that are listed, the ones with the fewest values first;
-    what follows from them, like the width of a map, is in neither.
+    `study` has these trials only. `points` has one row a point with a stored trial, by
+    its id, and as columns the settings that differ between them; `designed` has the
+    same columns of all points of the spec, by which settings are shared out: a figure
+    keeps its form while a launch goes on. `sampled` are the settings that an axis
+    samples, `listed` those that are listed, the ones with the fewest values first; what
+    follows from them, like the width of a map, is in neither.
     """
 
     study: StoredStudy
     points: pd.DataFrame
+    designed: pd.DataFrame
     sampled: list[str]
     listed: list[str]
 
@@ -84,12 +88,13 @@ class Selection:
 
     def setting(self, name: str) -> str:
         """`name`, if it differs between points. Raises ChoiceError."""
-        if name not in self.points:
-            raise ChoiceError(
-                unknown("varied setting", name, self.points.columns),
-                self.study.name,
-            )
-        return name
+        if name in self.points:
+            return name
+        if name in self.study.headings and (gap := untried(self.study)):
+            why = f"{name} has one value at all points with a trial; {gap}"
+        else:
+            why = unknown("varied setting", name, self.points.columns)
+        raise ChoiceError(why, self.study.name)
 
     def axis(self, name: str, what: str) -> str:
         """`name`, if a figure of this kind can have an axis of the setting. Raises
@@ -223,8 +228,8 @@ class Selection:
         metrics: Sequence[str] = (),
         shown: Sequence[str] = (),
     ) -> str:
-        """The note of a figure: the study, what `where` has chosen, `text`, and how
-        many trials are not done.
+        """The note of a figure: the study, what `where` has chosen, `text`, how many
+        trials are not done, and how many points have none.
 
         In `text`, {n} becomes the span of `counts`, which are numbers of trials.
         `interval` says which interval is drawn; where no count is above one, the note
@@ -256,6 +261,7 @@ class Selection:
             if self.not_done
             else ""
         )
+        missing += f"; {gap}" if (gap := untried(self.study)) else ""
         undefined = "".join(
             f"; {metric} undefined in {percent(share)} of trials"
             for metric in dict.fromkeys([*metrics, *shown])
@@ -270,7 +276,8 @@ class Selection:
         return float(self.trials.loc[done, metric].isna().mean()) if done.any() else 0.0
 
     def _groups(self, names: Sequence[str]) -> int:
-        return int(self.points.groupby(list(names), sort=False).ngroups) if names else 1
+        together = self.designed.groupby(list(names), sort=False) if names else None
+        return int(together.ngroups) if together else 1
 
     def _offer(self, others: Sequence[str]) -> str:
         few = [name for name in others if len(self.values(name)) <= MOST_COLOURS]
@@ -278,17 +285,18 @@ class Selection:
 
 
 def select(study: StoredStudy) -> Selection:
-    """The points of `study` that a figure shows, and what differs between them. Raises
-    ChoiceError where no trial is done.
+    """The points of `study` that a figure shows, those with a stored trial, and what
+    differs between them. Raises ChoiceError where no trial is done.
     """
     if not (study.trials["status"] == "done").any():
         there = " there" if study.restricted else ""
         raise ChoiceError(
             f"no trial is done{there}, so there is nothing to draw", study.name
         )
-    points = study.points[study.headings]
+    designed = study.points[study.headings]
+    points = designed[designed.index.isin(study.trials["point"])]
     points = points.loc[:, points.nunique(dropna=False) > 1]
-    return Selection(study, points, *_kinds(study, points))
+    return Selection(study, points, designed[points.columns], *_kinds(study, points))
 
 
 def among(trials: pd.DataFrame, points: "pd.Index[str]") -> pd.DataFrame:

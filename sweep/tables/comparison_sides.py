@@ -42,7 +42,7 @@ class Side:
     @property
     def missing(self) -> int:
         """How many trials of the study's spec are not stored."""
-        return int(self.study.plan.num_rows) - len(self.study.trials)
+        return self.study.missing
 
 
 def read_side(text: str, results: Location) -> Side:

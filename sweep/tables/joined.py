@@ -27,8 +27,8 @@ class JoinedStudies(StoredStudy):
     `metrics` are those that all have recorded, in one unit and with one distribution;
     `left_out` says why others are not. A setting of one study that another one does
     not vary has there the one value of all its trials. Raises ChoiceError for a study
-    that is named twice, where no metric is shared, and for a setting that a study
-    varies and another one has not at all.
+    that is named twice or has no stored trial, where no metric is shared, and for a
+    setting that a study varies and another one has not at all.
     """
 
     def __init__(self, studies: Sequence[StoredStudy]) -> None:
@@ -37,6 +37,9 @@ class JoinedStudies(StoredStudy):
         self.name = " and ".join(names)
         if twice := [name for name in names if names.count(name) > 1]:
             raise ChoiceError(f'study "{twice[0]}" is named twice')
+        for one in studies:
+            if one.trials.empty:
+                raise ChoiceError("no trial of it is stored yet", one.name)
         first = studies[0]
         self.store, self.provenance = first.store, first.provenance
         of_all = [set(_restrictions(one)) for one in studies]

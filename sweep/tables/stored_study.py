@@ -445,9 +445,17 @@ class StoredStudy:
     @cached_property
     def trials(self) -> pd.DataFrame:
         """One row a stored trial of the spec, in its order: what it is, every setting,
-        every metric.
+        every metric. Before the first one is stored it has the columns of the plan,
+        `status` and the metrics.
         """
-        return self._in_order(self._table("trials", (*self.varied, *self.metrics)))
+        table = self._table("trials", (*self.varied, *self.metrics))
+        if not table.num_rows:
+            empty: pd.DataFrame = self.plan.slice(0, 0).to_pandas()
+            return empty.assign(
+                status=pd.Series(dtype=object),
+                **dict.fromkeys(columns_of(self.metrics), pd.Series(dtype=np.float64)),
+            )
+        return self._in_order(table)
 
     @cached_property
     def series(self) -> pd.DataFrame:
@@ -596,6 +604,16 @@ class StoredStudy:
             for name in self.metrics
             for column in columns_of([name])
         }
+
+    @property
+    def missing(self) -> int:
+        """How many trials of the spec are not stored."""
+        return int(self.plan.num_rows) - len(self.trials)
+
+    @property
+    def untried(self) -> int:
+        """How many points of the spec have no stored trial."""
+        return len(self.points) - int(self.trials["point"].nunique())
 
     def means(
         self, metrics: Sequence[str], varied: Sequence[str] | None = None
