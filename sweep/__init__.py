@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from sweep.spec.study import Study
     from sweep.store.locations import Location
     from sweep.tables.comparison import Comparison, Method
+    from sweep.tables.stored_study import StoredStudy
     from sweep.web.widget import View
 
 __all__ = [
@@ -150,7 +151,7 @@ def plan(
 def compare(
     one: str,
     other: str,
-    metrics: Sequence[str] = (),
+    metrics: str | Sequence[str] = (),
     *,
     results: "str | Location" = "results",
     half: bool = False,
@@ -209,7 +210,7 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
 
 
 def pack(
-    study: "LoadedStudy | str",
+    study: "StoredStudy | str",
     path: str | Path | None = None,
     results: "str | Location" = "results",
     *,
@@ -223,8 +224,8 @@ def pack(
     """
     from sweep.sharing.packing import pack
 
-    stored = load(study, results) if isinstance(study, str) else study
-    return pack(stored, None if path is None else Path(path), force=force).path
+    to = None if path is None else Path(path)
+    return pack(_stored(study, results), to, force=force).path
 
 
 def unpack(
@@ -242,35 +243,50 @@ def unpack(
     return load(unpack(Path(path), location(results), name).study, results)
 
 
-def cite(study: "LoadedStudy | None" = None) -> "Citation":
-    """What to cite with a study that `load` returns, or for the program alone.
+def cite(
+    study: "StoredStudy | str | None" = None, results: "str | Location" = "results"
+) -> "Citation":
+    """What to cite with a study, or for the program alone.
 
-    The result has `works`, and is printed by `as_text()`, `as_bibtex()` and
-    `as_json()`. Raises ChoiceError where the study has no trials.
+    `study` is what `load` returns, or a name below `results`. The result has `works`,
+    and is printed by `as_text()`, `as_bibtex()` and `as_json()`. Raises StoreError
+    where the study cannot be read, and ChoiceError where it has no trials.
     """
     from sweep.sharing.citing import cite
 
-    return cite(study)
+    return cite(None if study is None else _stored(study, results))
 
 
 def odd(
-    study: "LoadedStudy | str | Path | Mapping[str, Any]",
+    study: "StoredStudy | str | Path | Mapping[str, Any]",
+    results: "str | Location" = "results",
     *,
     code_from: str | Path | None = None,
 ) -> str:
     """An ODD description of a model and a study in Markdown, as `sweep odd` prints it.
 
-    `study` is what `load` returns, or a spec as `run` takes it. Raises ChoiceError for
-    a study without trials, and SpecError for what is wrong with a spec.
+    `study` is what `load` returns, a name below `results`, or a spec as `run` takes it;
+    the path of one, as a text, ends in .yaml or .yml. Raises StoreError where a study
+    cannot be read, ChoiceError where it has no trials, and SpecError for what is wrong
+    with a spec.
     """
-    from sweep.campaigns.loaded import LoadedStudy
     from sweep.design.design import expand
     from sweep.sharing.odd import odd, of_spec, of_stored
+    from sweep.spec.study_folder import SPEC_ENDINGS
+    from sweep.tables.stored_study import StoredStudy
 
-    if isinstance(study, LoadedStudy):
+    if isinstance(study, str) and "\n" not in study:
+        is_path = study.endswith(SPEC_ENDINGS)
+        study = Path(study) if is_path else load(study, results)
+    if isinstance(study, StoredStudy):
         return odd(of_stored(study))
     spec = _study(study, code_from)
     return odd(of_spec(spec, expand(spec)))
+
+
+def _stored(study: "StoredStudy | str", results: "str | Location") -> "StoredStudy":
+    """The study itself, or that of a name."""
+    return load(study, results) if isinstance(study, str) else study
 
 
 def _study(

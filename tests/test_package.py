@@ -7,6 +7,7 @@ import sys
 import tomllib
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -246,7 +247,15 @@ def test_a_plan_and_a_comparison_are_those_of_the_commands(tmp_path: Path) -> No
     means = study.trials.groupby("separation_weight")["speed"].mean()
     assert row["difference"] == pytest.approx(means[1.0] - means[0.5])
     with pytest.raises(sweep.errors.ChoiceError, match='did you mean "speed"'):
-        sweep.compare("small", "small", ["sped"], results=str(tmp_path))
+        sweep.compare("small", "small", "sped", results=str(tmp_path))
+
+
+@pytest.mark.parametrize("given", [3, None, Path("small"), ["small"]], ids=repr)
+def test_what_is_no_text_is_no_name_of_a_study(given: Any, tmp_path: Path) -> None:
+    with pytest.raises(sweep.errors.ChoiceError) as error:
+        sweep.load(given, tmp_path)
+    wanted = f"study {given} is not allowed: a name of folders below the results"
+    assert str(error.value).startswith(wanted)
 
 
 def installs(target: str, makefile: str) -> str:

@@ -38,10 +38,10 @@ class LoadedStudy(StoredStudy):
 
     def table(
         self,
-        metrics: Sequence[str] = (),
+        metrics: str | Sequence[str] = (),
         *,
-        by: Sequence[str] | None = None,
-        sort: Sequence[str] = (),
+        by: str | Sequence[str] | None = None,
+        sort: str | Sequence[str] = (),
         half: bool = False,
         interval: MeanKind | None = None,
     ) -> pd.DataFrame:

@@ -124,9 +124,10 @@ def odd(
     from sweep.own_code.reading import load_spec
     from sweep.sharing.odd import odd as described
     from sweep.sharing.odd import of_spec, of_stored
+    from sweep.spec.study_folder import SPEC_ENDINGS
     from sweep.tables.stored_study import StoredStudy
 
-    if study.endswith((".yaml", ".yml")):
+    if study.endswith(SPEC_ENDINGS):
         spec = load_spec(Path(study), code=not no_code, code_from=code_from)
         about = of_spec(spec, expand(spec))
     else:

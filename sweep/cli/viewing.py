@@ -10,6 +10,7 @@ import typer
 
 from sweep.cli.app import CodeFrom, NoCode, Results, Trust, app, stop
 from sweep.cli.completing import model_names
+from sweep.spec.study_folder import SPEC_ENDINGS
 from sweep.text import installing
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from sweep.tables.stored_trials import StoredTrial
     from sweep.web.show import Show
     from sweep.web.state import ViewState
-
-SPECS = (".yaml", ".yml")
 
 
 @app.command()
@@ -151,7 +150,7 @@ def _chosen(
 
 
 def _is_spec(what: str) -> bool:
-    return what.endswith(SPECS) or Path(what).is_file()
+    return what.endswith(SPEC_ENDINGS) or Path(what).is_file()
 
 
 def _state_of(

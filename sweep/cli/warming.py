@@ -7,8 +7,7 @@ import typer
 
 from sweep.cli.app import CodeFrom, NoCode, Quiet, app
 from sweep.cli.completing import model_names
-
-SPECS = (".yaml", ".yml")
+from sweep.spec.study_folder import SPEC_ENDINGS
 
 
 @app.command()
@@ -36,7 +35,7 @@ def warm(
     from sweep.own_code.reading import load_spec
 
     for one in what or list(MODELS):
-        if Path(one).suffix in SPECS:
+        if Path(one).suffix in SPEC_ENDINGS:
             study = load_spec(Path(one), code=not no_code, code_from=code_from)
             seconds = warm_study(study)
         else:

@@ -28,6 +28,7 @@ from sweep.figures.selection import (
 )
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
 from sweep.spec.recorded import Column
+from sweep.tables.choosing import as_names
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -50,7 +51,7 @@ class Curves(NamedTuple):
 def metric_curves(
     study: StoredStudy,
     by: str | None = None,
-    metrics: Sequence[str] = (),
+    metrics: str | Sequence[str] = (),
 ) -> Figure:
     """Mean curves of the series metrics against frame, with pointwise 95 % intervals
     over trials: a panel a metric, and a line a value of `by`.
@@ -61,7 +62,7 @@ def metric_curves(
     without done trials says so. Raises ChoiceError where no series are stored, for
     names that the study does not have, and for too many lines or panels.
     """
-    return draw_curves(curves_layout(study, by, metrics))
+    return draw_curves(curves_layout(study, by, as_names(metrics)))
 
 
 def curves_layout(

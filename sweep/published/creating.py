@@ -14,9 +14,9 @@ from pathlib import Path
 from sweep.errors import CodeError, OutputError, UserError
 from sweep.own_code.catalogue import check_free
 from sweep.own_code.entries import check_name
-from sweep.published.starting import ENDINGS, OWN, for_editors
+from sweep.published.starting import OWN, for_editors
 from sweep.spec.built_in import EXAMPLES
-from sweep.spec.study_folder import taken_name
+from sweep.spec.study_folder import SPEC_ENDINGS, taken_name
 from sweep.store.locations import in_unicode
 from sweep.tables.outputs import unfinished
 from sweep.text import shortened, unknown
@@ -76,7 +76,7 @@ def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
 def _copied(template: Template, file: str, name: str) -> str:
     text = (EXAMPLES / file).read_text(encoding="utf-8")
     renamed = re.sub(rf"\b{template.name}\b", name, text)
-    return for_editors(renamed) if Path(file).suffix in ENDINGS else renamed
+    return for_editors(renamed) if Path(file).suffix in SPEC_ENDINGS else renamed
 
 
 def _check_folder(folder: Path) -> None:

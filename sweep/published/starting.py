@@ -15,13 +15,12 @@ from sweep.spec.built_in import EXPERIMENTS, FILE_FOR_EDITORS
 from sweep.spec.document import FOR_EDITORS, Document
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, parse_spec
-from sweep.spec.study_folder import why_no_name
+from sweep.spec.study_folder import SPEC_ENDINGS, why_no_name
 from sweep.tables.outputs import check_output, unfinished
 from sweep.text import unknown
 
 OWN = "my"
 """Studies of one's own have names below this one, and no built-in study has."""
-ENDINGS = (".yaml", ".yml")
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     if name not in specs:
         asked = unknown("built-in study (see `sweep init`)", name, specs)
         needed = "; a new file alone needs --model MODEL"
-        raise SpecError(asked + needed * (Path(name).suffix in ENDINGS))
+        raise SpecError(asked + needed * (Path(name).suffix in SPEC_ENDINGS))
     source = specs[name]
     target = path or Path(f"{source.stem}.yaml")
     check_new_spec(target, force=force)
@@ -107,7 +106,7 @@ def check_new_spec(path: Path, *, force: bool) -> None:
     """Raise SpecError where no study can be called as the file, and OutputError where
     the file cannot be written, or is there and may not be replaced.
     """
-    check_output(path, ENDINGS, force=force)
+    check_output(path, SPEC_ENDINGS, force=force)
     if why := why_no_name(f"{OWN}/{path.stem}"):
         raise SpecError(f"{path}: {why}")
 

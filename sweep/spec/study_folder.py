@@ -20,6 +20,9 @@ STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
 """What a launch writes; figures are drawn from it."""
 OWN = (*STORED, FIGURES, *SCORECARD, VARIANTS)
 
+SPEC_ENDINGS = (".yaml", ".yml")
+"""By which a name is that of a file with a spec, where it might be a study's."""
+
 PART_NAME = re.compile(r"0[0-9]{19}-[0-9a-f]+(\+[0-9a-f]+)?")
 """The time at which the part was stored, in ns, and a token. The first digit is 0 until
 the year 2286.

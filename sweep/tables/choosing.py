@@ -238,6 +238,11 @@ class Chooser:
         return ChoiceError(reason, self.study)
 
 
+def as_names(given: str | Iterable[str]) -> list[str]:
+    """Names as a caller gives them. One text is one name, and not its letters."""
+    return [given] if isinstance(given, str) else list(given)
+
+
 def as_choices(settings: Mapping[str, object]) -> dict[str, Choice]:
     """The same settings with plain values, tuples of them for lists and arrays."""
     return {name: _as_choice(value) for name, value in settings.items()}

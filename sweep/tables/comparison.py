@@ -32,6 +32,7 @@ from sweep.analysis import (
 )
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
+from sweep.tables.choosing import as_names
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import Matching, match
 from sweep.text import unknown
@@ -99,7 +100,7 @@ class Comparison:
 def compare_sides(
     one: Side,
     other: Side,
-    metrics: Sequence[str] = (),
+    metrics: str | Sequence[str] = (),
     *,
     half: bool = False,
     method: Method | None = None,
@@ -129,7 +130,7 @@ def compare_sides(
     "bonferroni" for both. Raises ChoiceError for what cannot be compared.
     """
     method = method or Method()
-    names = _metrics(one, other, metrics)
+    names = _metrics(one, other, as_names(metrics))
     _check(method, names)
     matching = match(one, other)
     streams = _streams(one, other)

@@ -10,7 +10,7 @@ import pandas as pd
 from sweep.analysis import MeanKind, by_point, pooled
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
-from sweep.tables.choosing import Refusals
+from sweep.tables.choosing import Refusals, as_names
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -38,10 +38,10 @@ class PointMeans:
 
 def point_means(
     study: StoredStudy,
-    metrics: Sequence[str] = (),
+    metrics: str | Sequence[str] = (),
     *,
-    by: Sequence[str] | None = None,
-    sort: Sequence[str] = (),
+    by: str | Sequence[str] | None = None,
+    sort: str | Sequence[str] = (),
     half: bool = False,
     interval: MeanKind | None = None,
 ) -> PointMeans:
@@ -56,17 +56,19 @@ def point_means(
         half      means over the last half of a trial, or the last frame
         interval  which interval of a mean; None for that of its distribution
 
-    The settings of an axis that ablates a preset are one column, `detail`, which says
-    what is changed. Raises ChoiceError for a metric that the study has not recorded, a
-    setting that does not vary, and a column that the table has not: all together.
+    A list of one name may be this name. The settings of an axis that ablates a preset
+    are one column, `detail`, which says what is changed. Raises
+    ChoiceError for a metric that the study has not recorded, a setting that does not
+    vary, and a column that the table has not: all together.
     """
     refusals = Refusals()
-    chosen = _known("metric", metrics or study.metrics, study.metrics, study, refusals)
+    wanted = as_names(metrics) or study.metrics
+    chosen = _known("metric", wanted, study.metrics, study, refusals)
     names = [str(Column(name, half)) for name in chosen]
     varied = list(dict.fromkeys([*study.headings, *study.varied]))
-    settings = study.headings if by is None else by
+    settings = study.headings if by is None else as_names(by)
     headings = _known("varied setting", settings, varied, study, refusals)
-    order = _order(study, sort, headings, names, refusals)
+    order = _order(study, as_names(sort), headings, names, refusals)
     refusals.check()
     details = {
         name: study.trials["point"].map(study.points[name])

@@ -44,12 +44,13 @@ from sweep.tables.choosing import (
     Refusals,
     Restriction,
     as_choices,
+    as_names,
     spelled,
 )
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
-from sweep.text import similar, so_many, unknown
+from sweep.text import shortened, similar, so_many, unknown
 
 if TYPE_CHECKING:
     from sweep.design.jobs import Job
@@ -85,9 +86,9 @@ class StoredStudy:
     def __init__(
         self, name: str, results: Location | str = "results", *, trust: bool = False
     ) -> None:
-        if not STUDY_NAME.fullmatch(name):
+        if not isinstance(name, str) or not STUDY_NAME.fullmatch(name):
             raise ChoiceError(
-                f'study "{name}" is not allowed:'
+                f"study {_quoted(name)} is not allowed:"
                 ' a name of folders below the results, joined by "/"'
             )
         self.name, self.trust = name, trust
@@ -616,18 +617,21 @@ class StoredStudy:
         return len(self.points) - int(self.trials["point"].nunique())
 
     def means(
-        self, metrics: Sequence[str], varied: Sequence[str] | None = None
+        self,
+        metrics: str | Sequence[str],
+        varied: str | Sequence[str] | None = None,
     ) -> pd.DataFrame:
         """The mean of each metric with its 95 % interval, a row a point, as `by_point`
-        has it; beside them the `varied` settings, by default those of the spec.
+        has it; beside them the `varied` settings, by default those of the spec. A list
+        of one name may be this name.
 
         Each interval is that of the distribution of the metric, and the repeated one of
         a metric that decided how many trials a point has.
         """
         return by_point(
             self.trials,
-            self.varied if varied is None else varied,
-            metrics,
+            self.varied if varied is None else as_names(varied),
+            as_names(metrics),
             repeated=self.repeated,
             distributions=self.distributions,
         )
@@ -695,6 +699,12 @@ def _about(field: pa.Field) -> tuple[str, str]:
     about = field.metadata or {}
     unit, text = (about.get(key, b"").decode(errors="replace") for key in ABOUT)
     return unit, text
+
+
+def _quoted(given: object) -> str:
+    """What was given for a name: only a text has quotation marks."""
+    shown = shortened(str(given))
+    return f'"{shown}"' if isinstance(given, str) else shown
 
 
 def _label(changed: NDArray[np.bool_], names: list[str]) -> str:

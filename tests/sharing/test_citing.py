@@ -95,6 +95,8 @@ def test_of_an_own_model_only_its_source_is_known(results: Path) -> None:
 
 def test_the_formats_say_the_same(results: Path) -> None:
     found = package.cite(package.load("own_one", results))
+    assert package.cite("own_one", results) == found
+    assert package.cite(StoredStudy("own_one", results)) == found
     entries = ENTRY.findall(found.as_bibtex())
     csl = json.loads(found.as_json())
     assert [key for key, _ in entries] == [one["id"] for one in csl]

@@ -178,7 +178,14 @@ def test_the_command_takes_a_spec_or_a_study(tmp_path: Path) -> None:
     assert (one.returncode, one.stderr) == (0, "")
     assert one.stdout == other.stdout
     assert package.odd(SMALL) == one.stdout
-    assert package.odd(package.load("small", tmp_path / "results")) == one.stdout
+    results = tmp_path / "results"
+    for named in (
+        "small",
+        package.load("small", results),
+        str(tmp_path / "small.yaml"),
+    ):
+        assert package.odd(named, results) == one.stdout
+    assert package.odd(StoredStudy("small", results)) == one.stdout
     for given, said in (
         ("none.yaml", "none.yaml: no such file"),
         ("smal", 'did you mean "small"'),

@@ -10,6 +10,7 @@ import pytest
 from sweep.analysis import by_point, mean_interval, pooled
 from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError
+from sweep.figures import metric_curves
 from sweep.tables.point_means import point_means
 from tests.commands import sweep
 from tests.plotted import study
@@ -197,3 +198,16 @@ def test_the_command_says_what_it_pools() -> None:
     assert rows[0]["speed"] > rows[1]["speed"]
     assert rows[0]["view"].startswith("sweep view grid ")
     assert list(rows[0])[-1] == "view"
+
+
+def test_a_text_is_a_list_of_one_and_never_its_letters() -> None:
+    one = point_means(grid(), "speed", by="borders", sort="speed:desc").rows
+    same = point_means(grid(), ["speed"], by=["borders"], sort=["speed:desc"]).rows
+    pd.testing.assert_frame_equal(one, same)
+    assert len(one) == 2
+    means = grid().means("speed", "borders")
+    pd.testing.assert_frame_equal(means, grid().means(["speed"], ["borders"]))
+    with pytest.raises(ChoiceError, match='unknown varied setting "border"'):
+        point_means(grid(), by="border")
+    with pytest.raises(ChoiceError, match='unknown series metric "sped"'):
+        metric_curves(grid(), metrics="sped")
