@@ -14,7 +14,7 @@ import pandas as pd
 
 from sweep.analysis.notation import percent
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import named, span
+from sweep.figures.drawing import named, span, words
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import spelled
 from sweep.tables.overview import untried
@@ -229,7 +229,8 @@ class Selection:
         shown: Sequence[str] = (),
     ) -> str:
         """The note of a figure: the study, what `where` has chosen, `text`, how many
-        trials are not done, and how many points have none.
+        trials are not done, how many points have none, and in which fixed settings
+        several studies differ.
 
         In `text`, {n} becomes the span of `counts`, which are numbers of trials.
         `interval` says which interval is drawn; where no count is above one, the note
@@ -267,7 +268,12 @@ class Selection:
             for metric in dict.fromkeys([*metrics, *shown])
             if metric in self.trials and (share := self._undefined(metric))
         )
-        said = f"{text.format(n=span(known))}{missing}{undefined}"
+        apart = ", ".join(
+            f"{name.replace('_', ' ')} ({'; '.join(map(words, values))})"
+            for name, values in self.study.differ.items()
+        )
+        differ = f"; they differ in {apart}" if apart else ""
+        said = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
         return f"{self.study.name}{place}: {said}"
 
     def _undefined(self, metric: str) -> float:

@@ -10,6 +10,7 @@ import pandas as pd
 import pyarrow as pa
 
 from kernels.metrics import Distribution
+from sweep.analysis import agrees
 from sweep.analysis.sequential import Until
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
@@ -19,6 +20,8 @@ from sweep.tables.stored_study import StoredStudy
 
 STUDY = "study"
 IDS = ("trial_id", "point")
+ABOUT = ("model", "preset")
+"""What studies may differ in beside settings."""
 
 
 class JoinedStudies(StoredStudy):
@@ -68,6 +71,25 @@ class JoinedStudies(StoredStudy):
     def left_out(self) -> dict[str, str]:
         """The metrics that are not the same in all studies, each with the reason."""
         return self._left_out
+
+    @cached_property
+    def differ(self) -> dict[str, list[Any]]:
+        """The fixed settings in which the studies differ, model and preset before them,
+        each with its value in every study.
+        """
+        first = [one.trials.iloc[0] for one in self.parts]
+        varied = {name for one in self.parts for name in one.varied}
+        names = (*ABOUT, *self.parts[0].settings)
+        fixed = {
+            name: [trial[name] for trial in first]
+            for name in names
+            if name not in varied and all(name in trial for trial in first)
+        }
+        return {
+            name: values
+            for name, values in fixed.items()
+            if not all(agrees([values[0]], value)[0] for value in values)
+        }
 
     @property
     def metrics(self) -> list[str]:

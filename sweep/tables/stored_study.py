@@ -329,6 +329,11 @@ class StoredStudy:
         return {}
 
     @property
+    def differ(self) -> dict[str, list[Any]]:
+        """The fixed settings in which its parts differ, with each value: none."""
+        return {}
+
+    @property
     def metrics(self) -> list[str]:
         """The recorded metrics."""
         return list(self.about.record)

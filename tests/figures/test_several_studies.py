@@ -86,6 +86,22 @@ def test_a_setting_that_one_study_fixes_has_its_value_there(results: Path) -> No
     }
 
 
+def test_the_note_says_in_which_fixed_settings_studies_differ(results: Path) -> None:
+    """What varies in one of them stands on an axis or as a colour."""
+    assert joined(results, "small", "more/other").differ == {}
+    assert "differ" not in shown(metric_curves(joined(results, "small", "more/other")))
+    grid = study("grid").where(borders="bounded")
+    both = JoinedStudies([StoredStudy("small", results), grid])
+    assert both.differ == {"steps": [9, 8], "borders": ["torus", "bounded"]}
+    for figure in (
+        heatmap_figure(both, "speed", "separation_weight", "alignment_weight"),
+        scatter_figure(both, "speed", "separation_weight"),
+        metric_curves(both, "separation_weight"),
+    ):
+        said = shown(figure)
+        assert "; they differ in steps (9; 8), borders (torus; bounded)" in said
+
+
 def test_metrics_that_are_not_the_same_are_left_out_with_the_reason(
     results: Path,
 ) -> None:
