@@ -1,8 +1,9 @@
 """The headline of README.md: by document, how many statements have which verdict.
 
 `make documents` writes it between two marks. How many statements, hypotheses and fits a
-document has, follows from its claims. Verdicts are those of the stored scorecard. There
-are none as long as none is stored, for the repository keeps no results.
+document has, follows from its claims. Verdicts are those of the stored scorecard. The
+repository keeps no results: where no scorecard is stored, verdicts that stand there
+stay, as long as they are of as many statements.
 """
 
 import re
@@ -80,6 +81,24 @@ def headline(publications: Sequence[Publication], verdicts: Verdicts) -> str:
     return "\n".join([FIRST, *lines, LAST])
 
 
+def rows(block: str) -> list[dict[str, str]]:
+    """The rows of a headline, by the names of its columns."""
+    lines = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in block.splitlines()
+        if line.startswith("|")
+    ]
+    return [dict(zip(lines[0], line, strict=True)) for line in lines[2:]]
+
+
+def says(block: str, counts: str) -> bool:
+    """Whether a headline has all that the headline `counts` has, besides verdicts."""
+    wanted = rows(counts)
+    return [
+        {name: one.get(name) for name in wanted[0]} for one in rows(block)
+    ] == wanted
+
+
 def main() -> None:
     """Write the headline into the file that the first argument names. The second is the
     folder with the publications, and the third that with the results.
@@ -87,8 +106,12 @@ def main() -> None:
     readme, experiments, results = map(Path, sys.argv[1:])
     publications = read_unasked(experiments)
     text = readme.read_text(encoding="utf-8")
-    made = headline(publications, read_verdicts(results, publications))
-    readme.write_text(BLOCK.sub(lambda _: made, text), encoding="utf-8")
+    verdicts = read_verdicts(results, publications)
+    made = headline(publications, verdicts)
+    written = BLOCK.sub(
+        lambda there: there[0] if not verdicts and says(there[0], made) else made, text
+    )
+    readme.write_text(written, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import StoreError
-from sweep.published.headline import BLOCK, counted, headline, main, read_verdicts
+from sweep.published.headline import BLOCK, counted, headline, main, read_verdicts, rows
 from sweep.published.publications import Publication, read_unasked
 from sweep.spec.study_folder import SCORECARD
 from tests import ROOT
@@ -38,26 +38,16 @@ def stored(folder: Path, scale: str = "full", confirmed: int = 1) -> Path:
     return results
 
 
-def cells(block: str) -> list[dict[str, str]]:
-    """The rows of the table, by the names of its columns."""
-    lines = [
-        [cell.strip() for cell in line.strip("|").split("|")]
-        for line in block.splitlines()
-        if line.startswith("|")
-    ]
-    return [dict(zip(lines[0], line, strict=True)) for line in lines[2:]]
-
-
 def test_the_readme_says_what_is_judged_and_what_came_out() -> None:
     """Verdicts are held to the stored scorecard where there is one, and all else to the
     claims.
     """
     publications = read_unasked(ROOT / "experiments")
     verdicts = read_verdicts(ROOT / "results", publications)
-    expected = cells(headline(publications, verdicts))
+    expected = rows(headline(publications, verdicts))
     found = BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))
     assert found
-    said = cells(found[0])
+    said = rows(found[0])
     assert [{key: row[key] for key in expected[0]} for row in said] == expected
 
 
@@ -75,7 +65,7 @@ def test_verdicts_are_those_of_the_scorecard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     publications, results = tiny(tmp_path), stored(tmp_path)
-    (row,) = cells(headline(publications, read_verdicts(results, publications)))
+    (row,) = rows(headline(publications, read_verdicts(results, publications)))
     assert (row["statements"], row["confirmed"], row["not testable"]) == ("2", "1", "1")
     assert row["undecided"] == "0"
     readme = tmp_path / "README.md"
@@ -88,7 +78,28 @@ def test_verdicts_are_those_of_the_scorecard(
     text = readme.read_text()
     assert text.startswith("before\n\n<!-- headline")
     assert text.endswith("<!-- end of headline -->\n\nafter\n")
-    assert cells(text) == [row]
+    assert rows(text) == [row]
+
+
+def test_verdicts_stay_where_no_results_are_as_long_as_they_are_of_the_claims(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (one,) = tiny(tmp_path)
+    readme, counts = tmp_path / "README.md", headline([one], {})
+    kept = headline([one], {"tiny": {"confirmed": 1, "not testable": 1}})
+    nowhere = str(tmp_path / "nowhere")
+    monkeypatch.setattr(
+        "sys.argv", ["", str(readme), str(tmp_path / "experiments"), nowhere]
+    )
+    for there, left in (
+        (kept, kept),
+        (counts, counts),
+        (kept.replace("| tiny | 2 |", "| tiny | 3 |"), counts),
+        (kept.replace("| tiny |", "| other |"), counts),
+    ):
+        readme.write_text(there)
+        main()
+        assert readme.read_text() == left
 
 
 @pytest.mark.parametrize(("scale", "confirmed"), [("quick", 1), ("full", 2)])

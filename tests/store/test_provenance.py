@@ -32,7 +32,7 @@ def repository(tmp_path: Path) -> Path:
     (tmp_path / "sweep" / "one.pyc").touch()
     author = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
     for command in (["init"], ["add", "."], [*author, "commit", "-m", "first"]):
-        subprocess.run(["git", *command], cwd=tmp_path, **QUIET)  # type: ignore[call-overload]
+        subprocess.run(["git", *command], cwd=tmp_path, **QUIET)
     return tmp_path
 
 
@@ -78,7 +78,7 @@ def test_a_spec_is_of_its_own_repository(repository: Path) -> None:
     assert state == {"commit": commit, "path": "sweep/spec.yaml", "modified": True}
     author = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
     for command in (["add", "."], [*author, "commit", "-m", "second"]):
-        subprocess.run(["git", *command], cwd=repository, **QUIET)  # type: ignore[call-overload]
+        subprocess.run(["git", *command], cwd=repository, **QUIET)
     state = study_state(spec, SMALL)
     assert state["commit"] != commit
     assert not state["modified"]

@@ -63,7 +63,7 @@ def test_means_have_the_interval_of_the_distribution(results: Path) -> None:
     table = study.means(["speed", "escapes"])
     first = study.trials[study.trials["separation_weight"] == 0.5]
     for name, distribution in (("speed", "normal"), ("escapes", "count")):
-        wanted = mean_interval(first[name], distribution=distribution)  # type: ignore[arg-type]
+        wanted = mean_interval(first[name], distribution=distribution)
         row = table.iloc[0][[name, f"{name}_low", f"{name}_high", f"{name}_n"]]
         assert row.tolist() == pytest.approx(list(wanted))
         assert study.mean_of(name, first[name]) == wanted
