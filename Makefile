@@ -32,6 +32,7 @@ test-slow: $(LAB_STAMP) $(DOCS_STAMP) $(BROWSER_STAMP)  ## run the full-size tes
 	$(BIN)/pytest -m slow -n 0
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
+	$(BIN)/sweep warm
 	$(BIN)/python notebooks/execute.py
 
 documents: $(STAMP)  ## write what follows from the code and the scorecard: schema, keys, the headline of the readme
@@ -60,7 +61,7 @@ format: $(STAMP)  ## format the code
 	$(DENO) fmt --quiet
 
 clean:  ## delete the environment and all caches, not the results
-	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf .venv .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # What runs every built-in study and the live simulator; no tools of developers.

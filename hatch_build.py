@@ -1,10 +1,12 @@
-"""Lets a wheel and an sdist say from which commit they were built.
+"""What a wheel and an sdist say of themselves: from which commit they were built, and
+what a package registry shows of the README.
 
-A checkout that is installed as it is needs none of this: there git is asked at run
-time. Of an sdist the file is there already, and goes into the wheel as any other.
+A checkout that is installed as it is needs no commit: there git is asked at run time.
+Of an sdist the file is there already, and goes into the wheel as any other.
 """
 
 import json
+import re
 import tempfile
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -12,9 +14,36 @@ from types import ModuleType
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 ROOT = Path(__file__).parent
 ASKING = ROOT / "sweep" / "store" / "repository.py"
+CODE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
+NEAR = re.compile(r"(!?)\[([^\[\]]+)\]\((?![a-z]+:)[^()]+\)")
+"""A link or a picture that leads to no other site."""
+
+
+class SayReadme(MetadataHookInterface):
+    """Gives the package the README as its description."""
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """hatch calls this for whatever it builds."""
+        text = readable_anywhere((ROOT / "README.md").read_text(encoding="utf-8"))
+        metadata["readme"] = {"content-type": "text/markdown", "text": text}
+
+
+def readable_anywhere(text: str) -> str:
+    """Markdown for a page that has no other file of the repository: what would lead to
+    one is its words alone, and a picture is what it would show.
+    """
+    parts = CODE.split(text)
+    parts[::2] = [NEAR.sub(_in_words, part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def _in_words(link: "re.Match[str]") -> str:
+    picture, words = link.groups()
+    return f"*(Picture: {words}.)*" if picture else words
 
 
 class SayCommit(BuildHookInterface):

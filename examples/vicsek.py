@@ -139,6 +139,7 @@ MODEL = Model(
     metrics=("polarization", "flock_count"),
     sight=sight,
     advance=advance,
+    update_order="all boids at once, from the flock as it was before the step",
     symmetries={
         "translation": {"noise": 0.0},
         "rotation": {"noise": 0.0},

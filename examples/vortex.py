@@ -1,7 +1,6 @@
 """The model vortex: boids that pull each other together, and swirl about each other.
 
-Change whatever you like: trials know the code that computed them, and an edit of a rule
-runs them again. docs/own-models.md of boidsweep says what there is to import.
+Change whatever you like, and launch again. docs/own-models.md says what to import.
 """
 
 from typing import Annotated, NamedTuple
@@ -95,5 +94,6 @@ MODEL = Model(
     metrics=("speed", "polarization", "flock_radius"),
     sight=sight,
     advance=advance,
+    update_order="all boids at once, from the flock as it was before the step",
     symmetries={"translation": {}, "rotation": {}, "permutation": {}},
 )

@@ -13,9 +13,13 @@ prints nothing, validates nothing.
     stamps       what code computes, as a hash
     jit          how kernels are compiled
     caching      where compiled kernels are kept
+    lanes/       kernels for eight flights at once
+    threads/     kernels for one flight on several cores
     state        Flock, World: what enters kernels
     workspace    what a model works with
+    indices      unsigned indices, and marks read a word at a time
     neighbours   who sees whom
+    fetching     memory that is asked for before it is needed
     arbitration  how forces share one acceleration
     rules/       social, steering, avoidance, obstacles, borders
     worlds       maps -> World

@@ -6,6 +6,9 @@ covers them too: an edit compiles what it concerns again, and nothing else. Func
 equal stamps share what is compiled, in whatever folder their sources lie.
 
 What an edit leaves behind is removed when nobody has loaded it for a month.
+
+A process that compiles nothing begins quickly: it takes only those sources apart that
+its kernels are made of, and imports nothing with which numba compiles.
 """
 
 import glob
@@ -16,16 +19,17 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import CodeType
 from typing import Any
-from weakref import WeakSet
+from weakref import WeakKeyDictionary, WeakSet
 
 from numba import types
 from numba.core.caching import IndexDataCacheFile, _CacheLocator
+from numba.core.runtime.nrt import rtsys
 
-from kernels.stamps import code_stamp, values
+from kernels.stamps import code_stamp, note_sources, stamp_of_all, values
 
 
 def usual_folder() -> Path:
@@ -42,18 +46,33 @@ FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand."""
+MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
+"""Of functions that are made of others, for lanes or threads, these others."""
+MAKERS = tuple(Path(__file__).parent / name for name in ("lanes", "threads", "jit.py"))
+"""The files of what makes them."""
+OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
 
 class ByStamp(_CacheLocator):
-    """Tells numba the file and the stamp of a function of ours."""
+    """Tells numba the place of a function of ours. Its stamp is found when the function
+    is called: most are only parts of others, and are never loaded.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        self.stamp = code_stamp(function)
+        note_sources(MADE_OF.get(function, function))
+        if function in MADE_OF:
+            _makers()
+        self.function = function
         self.package = function.__module__.partition(".")[0]
         self.code = _of_code(function.__code__)
+
+    @cached_property
+    def stamp(self) -> str:
+        """The stamp of the function as it was when it was imported."""
+        return _stamp(self.function)
 
     @classmethod
     def from_function(
@@ -69,12 +88,30 @@ class ByStamp(_CacheLocator):
         return str(FOLDER)
 
     def get_source_stamp(self) -> str:
-        return self.stamp
+        return ""  # `ByClasses` asks for the stamp
 
     def get_disambiguator(self) -> str:
         # What is compiled names classes by their modules: those of another package,
         # which may be gone, must not be met.
-        return f"{self.package}-{self.code}-{self.stamp[:16]}"
+        return f"{self.package}-{self.code}"
+
+
+def _stamp(function: Callable[..., Any]) -> str:
+    """What decides whether a function must be compiled again."""
+    if function not in MADE_OF:
+        return code_stamp(function)
+    return _stamp_of_made(MADE_OF[function])
+
+
+def _stamp_of_made(function: Callable[..., Any]) -> str:
+    """What decides whether what is made of a function must be compiled again."""
+    plain = getattr(function, "py_func", function)
+    return hashlib.sha256(f"{code_stamp(plain)} {_makers()}".encode()).hexdigest()
+
+
+@cache
+def _makers() -> str:
+    return stamp_of_all(*MAKERS)
 
 
 class ByClasses:
@@ -89,8 +126,28 @@ class ByClasses:
         packages = function.__module__, __name__
         self._ours = {name.partition(".")[0] for name in packages}
         self._package = function.__module__.partition(".")[0]
-        self._folder, self._name = cache.cache_path, cache._impl.filename_base
-        self._stamp = cache._impl.locator.get_source_stamp()
+        self._folder, self._cache = cache.cache_path, cache
+        if self._package == OUR_PACKAGE:
+            cache.load_overload = self._load_overload
+
+    @property
+    def _stamp(self) -> str:
+        stamp: str = self._cache._impl.locator.stamp
+        return stamp
+
+    @property
+    def _name(self) -> str:
+        return f"{self._cache._impl.filename_base}-{self._stamp[:16]}"
+
+    def _load_overload(self, signature: Any, context: Any) -> Any:
+        """What numba's `load_overload` does, but for `context.refresh`. It imports all
+        with which numba could compile, and scipy, in 0.3 s, and numba also calls it
+        before it compiles. Our kernels need none of it to be loaded; those of others
+        may call what it brings.
+        """
+        rtsys.initialize(context)
+        with self._cache._guard_against_spurious_io_errors():
+            return self._cache._load_overload(signature, context)
 
     def load(self, key: Any) -> Any:
         """What is compiled for a key, which begins with the types of the arguments;
@@ -125,10 +182,33 @@ class ByClasses:
 
     def _file(self, arguments: Any) -> Any:
         packages = {one.__module__.partition(".")[0] for one in _classes(arguments)}
-        held = [] if self._package == "kernels" else [values(self._loaded())[:16]]
+        held = [] if self._package == OUR_PACKAGE else [values(self._loaded())[:16]]
         name = "-".join([self._name, *held, *sorted(packages - self._ours)])
         made: Any = IndexDataCacheFile
         return made(self._folder, name, self._stamp)
+
+
+def note_alone(function: Callable[..., Any]) -> None:
+    """Note that a function cannot be compiled for lanes: until its code changes, and
+    for UNUSED_DAYS at most.
+    """
+    place = _note_of(function)
+    with suppress(OSError):  # without the note others try it too, and fail
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.touch()
+
+
+def is_noted_alone(function: Callable[..., Any]) -> bool:
+    """Whether it is known that a function cannot be compiled for lanes."""
+    try:
+        return _note_of(function).exists()
+    except OSError:  # a folder that nobody may look into
+        return False
+
+
+@cache
+def _note_of(function: Callable[..., Any]) -> Path:
+    return FOLDER / f"{_stamp_of_made(function)[:32]}.alone"
 
 
 def is_kept(function: Callable[..., Any]) -> bool:
@@ -167,12 +247,13 @@ def remove_unused(folder: Path) -> None:
 
 def _entry(file: str) -> str:
     """The entry to which a file of numba's belongs: an index `NAME.nbi`, data
-    `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`; "" for others.
+    `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`. A note
+    `NAME.alone` of ours is one too; "" for others.
     """
     name = Path(file.partition(".tmp.")[0])
     if name.suffix == ".nbc":
         return name.with_suffix("").stem
-    return name.stem if name.suffix == ".nbi" else ""
+    return name.stem if name.suffix in (".nbi", ".alone") else ""
 
 
 def _of_code(code: CodeType) -> str:

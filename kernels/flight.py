@@ -27,7 +27,7 @@ from kernels.recording import (
     keep_frame,
 )
 from kernels.settings import Observation, Schedule, WorldSettings
-from kernels.state import Floats, Flock, Kinds, World
+from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Obstacles, Reach, build_reach, build_world
 
@@ -66,7 +66,7 @@ class Memory(NamedTuple):
 class Flight:
     """A flock in its world, and all that a model's `advance` works with.
 
-    `work` is replaced where its grid has become too small.
+    `work` is replaced where its grid is made anew.
     """
 
     model: Model
@@ -128,6 +128,7 @@ def begin(
     state is not finite.
     """
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
+    flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
     work = build_workspace(
@@ -216,8 +217,7 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     """Take up to `steps` steps, but no more than are left and than frames have room
     for. False if the state is not finite.
 
-    A grid that has overflowed is made anew, with twice the room. Raises RuntimeError
-    where the model has taken another number of steps.
+    Raises RuntimeError where the model has taken another number of steps.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
@@ -242,19 +242,15 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             f"advance took {flight.step - before} steps of {wanted}; call observe once"
             " in each"
         )
-    grid = flight.work.grid
-    capacity = grid.members.shape[1]
-    if going and grid.full[0] and capacity > 0:
-        rebuild_grid(flight, 2 * capacity)
     return going
 
 
-def rebuild_grid(flight: Flight, capacity: int) -> None:
-    """Enter the whole flock into a new grid whose lists have room for `capacity` boids,
-    see kernels.neighbours.build_grid.
+def rebuild_grid(flight: Flight, room: int = 0) -> None:
+    """Enter the whole flock into a new grid whose blocks have `room`, see
+    kernels.neighbours.build_grid.
     """
     reach = flight.model.sight(flight.params).range
-    grid = build_grid(flight.flock, flight.world, reach, capacity)
+    grid = build_grid(flight.flock, flight.world, reach, room)
     flight.work = flight.work._replace(grid=grid)
 
 
@@ -293,7 +289,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     flight.work.heading_y[:] = earlier.work.heading_y
     if list(flight.model.state) == list(earlier.model.state):
         flight.work.state[:] = flight.work.state_before[:] = earlier.work.state
-    rebuild_grid(flight, 0)
+    rebuild_grid(flight)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):
         coverage.visits[:], coverage.sums[:] = before.visits, before.sums

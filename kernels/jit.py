@@ -1,10 +1,15 @@
-"""How kernels are compiled: two decorators, and nothing else in the project calls
-numba.
+"""How kernels are compiled: three decorators. Nothing else in the project calls numba,
+but for kernels.indices and kernels.fetching, which say what functions of their own are
+compiled to, and for kernels.lanes, which makes types of its own and what these kernels
+call.
 
 Kernels are compiled at their first call (no signatures), cached on disk (see
 kernels.caching), and keep IEEE arithmetic, since `fastmath` gives different bits on
 different processors. With NUMBA_DISABLE_JIT=1 the decorated functions stay plain
 Python, which is the reference the tests compare with.
+
+A kernel works on arrays and numbers alone, so it holds no lock of Python (`nogil`):
+while it runs, other threads do too, such as that of a page's server.
 
 numba counts references to every array that a function touches, with atomic
 instructions, and a boid-step touches dozens of arrays. A kernel that allocates nothing
@@ -17,7 +22,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
-from kernels.caching import OURS, ByClasses
+from kernels.caching import MADE_OF, OURS, ByClasses
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -25,7 +30,9 @@ R = TypeVar("R")
 
 def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     OURS.add(function)
-    compiled = numba.njit(cache=True, error_model="numpy", **options)(function)
+    compiled = numba.njit(cache=True, nogil=True, error_model="numpy", **options)(
+        function
+    )
     if compiled is not function:  # as it is with NUMBA_DISABLE_JIT=1
         compiled._cache._cache_file = ByClasses(function, compiled._cache)
     return cast("Callable[P, R]", compiled)
@@ -41,3 +48,12 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
 def jit_with_memory(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function`, which may allocate arrays."""
     return _compiled(function)
+
+
+def jit_as(function: Callable[P, R], like: Callable[..., Any]) -> Callable[P, R]:
+    """Compile `function`, which is made of the text of `like` or calls what is, and
+    must not allocate either. What it is compiled to is kept as long as that of `like`
+    is valid.
+    """
+    MADE_OF[function] = like
+    return _compiled(function, _nrt=False)

@@ -119,6 +119,14 @@ class Model(NamedTuple):
     `symmetries` are those that it has, each with the settings that it needs:
     `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
 
+    `at_once` says that a step updates all boids from the flock as it was before, none
+    after another, and draws nothing at random; it has the settings that this needs,
+    `{"update": "synchronous"}`, or none, `{}`. Then the boids of one trial can be
+    divided among threads.
+
+    `update_order` says in words in which order a step updates boids, of a model that
+    has no setting `UPDATE` for it.
+
     `state` says what a boid has besides its place and velocity, by name; see
     kernels.workspace. `begin_state(params, flock, kind, rng, state)` fills these rows
     (S, N), which are 0 before, for a flock that was just drawn. `kinds` names the kinds
@@ -143,6 +151,7 @@ class Model(NamedTuple):
     occupancy: Callable[[Any], OccupancySettings] | None = None
     faces_heading: bool = False
     symmetries: Mapping[Symmetry, Mapping[str, Any]] = NONE_DECLARED
+    update_order: str = ""
     state: Mapping[str, About] = NO_STATE
     begin_state: Callable[..., None] | None = None
     kinds: tuple[str, ...] = ()
@@ -152,6 +161,7 @@ class Model(NamedTuple):
     length: str = "px"
     time: str = "step"
     y_down: bool = True
+    at_once: Mapping[str, Any] | None = None
 
     @property
     def rules(self) -> tuple[Rule, ...]:
@@ -204,14 +214,34 @@ def _flaws(model: Model) -> Iterator[str]:
         yield "state is no mapping from names to Abouts"
     if model.begin_state and not model.state:
         yield "there is a begin_state, but no state that it could fill"
+    if not isinstance(model.update_order, str):
+        yield "update_order is no text"
     texts = isinstance(model.kinds, tuple) and all(map(_is_text, model.kinds))
     if not texts or len(model.kinds) > len(set(model.kinds)):
         yield "kinds is no tuple of different names"
     if bool(model.kinds) != bool(model.count_kinds):
         yield "kinds and count_kinds belong together, and there is only one of them"
+    if model.at_once is not None:
+        yield from _flaws_of_at_once(model)
     for name in ("begin_state", "count_kinds"):
         if not (getattr(model, name) is None or callable(getattr(model, name))):
             yield f"{name} is no function"
+
+
+def _flaws_of_at_once(model: Model) -> Iterator[str]:
+    if not isinstance(model.at_once, Mapping):
+        yield "at_once is no mapping from settings to values"
+        return
+    hints = get_type_hints(model.params, include_extras=True)
+    for name, value in model.at_once.items():
+        abouts = [one for one in get_args(hints.get(name)) if isinstance(one, About)]
+        allowed = abouts[0].choices if abouts else ()
+        if not abouts:
+            yield f'at_once names "{name}", which is no setting of its Params'
+        elif allowed and value not in allowed:
+            yield f'at_once has {name} "{value}"; allowed: {", ".join(allowed)}'
+        elif not allowed and not isinstance(value, int | float):
+            yield f"at_once has for {name} what is no number"
 
 
 def _flaws_of_state(model: Model) -> Iterator[str]:

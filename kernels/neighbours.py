@@ -4,36 +4,59 @@ sequential updates.
 The plane is folded onto a torus of cells, which are at least as large as the range.
 Every cell lists the boids of its 3 x 3 block in ascending order. So a search reads one
 list, and sums over neighbours have the same bits with any grid. A move into another
-cell changes at most nine lists. If that list is long, or if any list has overflowed and
-`full` is set, a search looks at everyone instead. Both ways find the same neighbours in
-the same order.
+cell changes at most nine lists of each. If that list is long, a search looks at
+everyone instead. Both ways find the same neighbours in the same order.
+
+A list begins in a block of its own, and goes on in others that are taken from a store.
+So there is room wherever boids gather, and most lists of a large flock are one line of
+the processor's cache.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.fetching import fetch
+from kernels.indices import (
+    WORD,
+    Marks,
+    build_marks,
+    lowest,
+    signed,
+    unsigned,
+    without_lowest,
+    word,
+)
 from kernels.jit import jit
-from kernels.state import Floats, Flock, Indices, World
+from kernels.state import Floats, Flock, Indices, World, aligned, is_large
 
 FAR = 9
 ALL_ROUND = -4.0
-CAPACITY, SMALL_FLOCK = 64, 256
+ROOM, SMALL_FLOCK = 15, 256
+"""With the length of the list, a block with this room is 64 bytes."""
+AHEAD = 8
+"""So many boids before its search, the memory that it will read is asked for."""
 CROWDED = 4
 """A list of more than N / CROWDED boids takes longer to read than everyone: the
 processor looks at several boids of everyone at once.
+"""
+MANY = 128
+"""The marks of so many boids are read a word at a time. In smaller flocks the ends of
+words, which the processor cannot foresee, cost more than the marks that are not set.
 """
 
 
 class Grid(NamedTuple):
     """C = columns x rows cells for N boids.
 
-    `members` (C, capacity) holds the lists, the first `length[c]` places of each in
-    use; `column` and `row` (N,) say in which cell a boid is; `full` (1,) says that a
-    list has overflowed. Lists of more than `longest` are not read. Indices are
-    unsigned, which numba reads faster.
+    `blocks` (B, 1 + room) hold the lists. That of cell c begins in block c, whose first
+    place has the length of the list; the others hold boids. `following` (B,) says in
+    which block a list goes on that fills one. Blocks that no list needs are a chain of
+    their own, which begins with `spare` (1,). `column` and `row` (N,) say in which cell
+    a boid is. Lists of more than `longest` are not read; with `everyone` there are no
+    lists. `ahead` says how many boids ahead memory is asked for, 0 for none. Indices
+    are unsigned, which numba reads faster.
     """
 
     columns: int
@@ -41,25 +64,27 @@ class Grid(NamedTuple):
     columns_per_length: float
     rows_per_length: float
     longest: int
-    members: Indices
-    length: Indices
+    everyone: bool
+    ahead: int | None
+    blocks: Indices
+    following: Indices
+    spare: Indices
     column: Indices
     row: Indices
-    full: NDArray[np.bool_]
 
 
 class Near(NamedTuple):
     """Room for the neighbours of one boid: who, displacement to it and its square;
     arrays of shape (N + 1,).
 
-    `mark` (N,) says of everyone whether it is one.
+    `mark` says of everyone whether it is one; it has whole words of marks, at least N.
     """
 
     boid: Indices
     dx: Floats
     dy: Floats
     distance2: Floats
-    mark: NDArray[np.bool_]
+    mark: Marks
 
 
 class Gaze(NamedTuple):
@@ -80,47 +105,55 @@ def build_near(n: int) -> Near:
         np.zeros(n + 1),
         np.zeros(n + 1),
         np.zeros(n + 1),
-        np.zeros(n, np.bool_),
+        build_marks(n),
     )
 
 
 def all_pairs(n: int) -> Grid:
-    """The grid of one cell that is always full: every search reads everyone."""
-    return Grid(1, 1, 0.0, 0.0, n, *_lists(1, 0, n), np.ones(1, np.bool_))
+    """The grid without lists: every search reads everyone."""
+    return Grid(1, 1, 0.0, 0.0, n, True, None, *_lists(1, 1, n))
 
 
-def _lists(
-    cells: int, capacity: int, n: int
-) -> tuple[Indices, Indices, Indices, Indices]:
-    members, length = np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32)
-    return members, length, np.zeros(n, np.uint32), np.zeros(n, np.uint32)
+def _lists(cells: int, room: int, n: int) -> tuple[Indices, ...]:
+    """Empty lists for so many cells, and the cells of `n` boids.
+
+    A boid is in nine lists. All blocks of a list but the last are full, so that there
+    are enough.
+    """
+    blocks = cells + 9 * n // room
+    return (
+        aligned((blocks, 1 + room), np.uint32),
+        np.zeros(blocks, np.uint32),
+        np.zeros(1, np.uint32),
+        np.zeros(n, np.uint32),
+        np.zeros(n, np.uint32),
+    )
 
 
-def build_grid(
-    flock: Flock, world: World, search_range: float, capacity: int = 0
-) -> Grid:
+def build_grid(flock: Flock, world: World, search_range: float, room: int = 0) -> Grid:
     """The grid of `flock` for searches up to `search_range`; all-pairs where a grid
     would not pay.
 
     Cells tile the world, so that the fold is the torus where positions wrap. There are
-    at most about 4 N of them. A list has room for `capacity` boids; if that is 0, for
-    all of a small flock, for four times the mean of a large one.
+    at most about 4 N of them. A block has room for `room` boids; if that is 0, for all
+    of a small flock, for twice the mean of a large one.
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
-    if columns * rows < 9:
+    cells = columns * rows
+    if cells < 9:
         return all_pairs(n)
-    if capacity == 0:
-        capacity = n if n <= SMALL_FLOCK else max(CAPACITY, 36 * n // (columns * rows))
-    lists = _lists(columns * rows, min(capacity, n), n)
+    if room == 0:
+        room = n if n <= SMALL_FLOCK else max(ROOM, 18 * n // cells)
     grid = Grid(
         columns,
         rows,
         columns / world.width,
         rows / world.height,
         n // CROWDED,
-        *lists,
-        np.zeros(1, np.bool_),
+        False,
+        AHEAD if is_large(n) else None,
+        *_lists(cells, min(room, n), n),
     )
     fill(grid, flock)
     return grid
@@ -149,9 +182,12 @@ def _index(position: float, per_length: float, n: int) -> int:
 @jit
 def fill(grid: Grid, flock: Flock) -> None:
     """Enter every boid of `flock` into an emptied `grid`."""
-    for cell in range(grid.length.size):
-        grid.length[cell] = 0
-    grid.full[0] = False
+    cells = grid.columns * grid.rows
+    for cell in range(cells):
+        grid.blocks[cell, 0] = 0
+    for block in range(grid.following.size):
+        grid.following[block] = block + 1
+    grid.spare[0] = cells
     for i in range(flock.x.size):
         grid.column[i] = _index(flock.x[i], grid.columns_per_length, grid.columns)
         grid.row[i] = _index(flock.y[i], grid.rows_per_length, grid.rows)
@@ -207,26 +243,72 @@ def _offset(k: int, n: int) -> int:
 
 @jit
 def _insert(grid: Grid, cell: int, i: int) -> None:
-    k = int(grid.length[cell])
-    if k == grid.members.shape[1]:
-        grid.full[0] = True
-        return
-    while k > 0 and grid.members[cell, k - 1] > i:
-        grid.members[cell, k] = grid.members[cell, k - 1]
+    """Enter boid `i` into the list of a cell: what no longer fits into a block is
+    carried into the next one.
+    """
+    room = grid.blocks.shape[1] - 1
+    block, left, carried = cell, int(grid.blocks[cell, 0]), i
+    grid.blocks[cell, 0] += 1
+    while left >= room:
+        last = int(grid.blocks[block, room])
+        if carried < last:
+            _put(grid, block, room, carried)
+            carried = last
+        left -= room
+        if left == 0:
+            _lengthen(grid, block)
+        block = int(grid.following[block])
+    _put(grid, block, left + 1, carried)
+
+
+@jit
+def _put(grid: Grid, block: int, k: int, i: int) -> None:
+    """Put boid `i` in its place among the first `k` of a block; the last is lost."""
+    while k > 1 and grid.blocks[block, k - 1] > i:
+        grid.blocks[block, k] = grid.blocks[block, k - 1]
         k -= 1
-    grid.members[cell, k] = i
-    grid.length[cell] += 1
+    grid.blocks[block, k] = i
+
+
+@jit
+def _lengthen(grid: Grid, block: int) -> None:
+    """Let a spare block follow `block`."""
+    new = int(grid.spare[0])
+    grid.spare[0] = grid.following[new]
+    grid.following[block] = new
 
 
 @jit
 def _remove(grid: Grid, cell: int, i: int) -> None:
-    k, last = 0, int(grid.length[cell]) - 1
-    while grid.members[cell, k] != i:
+    """Remove boid `i` from the list of a cell: each block gets the first boid of the
+    next one.
+    """
+    room = grid.blocks.shape[1] - 1
+    block, left, k = cell, int(grid.blocks[cell, 0]), 1
+    grid.blocks[cell, 0] -= 1
+    while left > room and grid.blocks[block, room] < i:
+        block = int(grid.following[block])
+        left -= room
+    while grid.blocks[block, k] != i:
         k += 1
+    while left > room:
+        following = int(grid.following[block])
+        _close(grid, block, k, room)
+        grid.blocks[block, room] = grid.blocks[following, 1]
+        block, k = following, 1
+        left -= room
+    _close(grid, block, k, left)
+    if left == 1 and block != cell:
+        grid.following[block] = grid.spare[0]
+        grid.spare[0] = block
+
+
+@jit
+def _close(grid: Grid, block: int, k: int, last: int) -> None:
+    """Fill place `k` of a block with what stands after it, up to `last`."""
     while k < last:
-        grid.members[cell, k] = grid.members[cell, k + 1]
+        grid.blocks[block, k] = grid.blocks[block, k + 1]
         k += 1
-    grid.length[cell] = last
 
 
 @jit
@@ -234,7 +316,7 @@ def move(grid: Grid, i: int, x: float, y: float) -> None:
     """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are
     left to the end of the step.
     """
-    if grid.full[0] or not math.isfinite(x + y):
+    if grid.everyone or not math.isfinite(x + y):
         return
     old_column, old_row = int(grid.column[i]), int(grid.row[i])
     column = _index(x, grid.columns_per_length, grid.columns)
@@ -242,6 +324,9 @@ def move(grid: Grid, i: int, x: float, y: float) -> None:
     if column != old_column or row != old_row:
         columns_off = _offset(column - old_column, grid.columns)
         rows_off = _offset(row - old_row, grid.rows)
+        if grid.ahead is not None:
+            _fetch_block(grid, old_column, old_row)
+            _fetch_block(grid, column, row)
         _change_block(grid, old_column, old_row, columns_off, rows_off, i, False)
         _change_block(grid, column, row, -columns_off, -rows_off, i, True)
         grid.column[i], grid.row[i] = column, row
@@ -251,7 +336,30 @@ def move(grid: Grid, i: int, x: float, y: float) -> None:
 def move_all(grid: Grid, flock: Flock) -> None:
     """Tell `grid` where all boids are now, in index order."""
     for i in range(flock.x.size):
+        if grid.ahead is not None:
+            k = min(i + AHEAD, flock.x.size - 1)
+            _fetch_crossing(grid, k, flock.x[k], flock.y[k])
         move(grid, i, flock.x[i], flock.y[i])
+
+
+@jit
+def _fetch_crossing(grid: Grid, i: int, x: float, y: float) -> None:
+    """Ask for the lists that boid `i` will change by its move to (x, y)."""
+    if math.isfinite(x + y):
+        column = _index(x, grid.columns_per_length, grid.columns)
+        row = _index(y, grid.rows_per_length, grid.rows)
+        if column != grid.column[i] or row != grid.row[i]:
+            _fetch_block(grid, int(grid.column[i]), int(grid.row[i]))
+            _fetch_block(grid, column, row)
+
+
+@jit
+def _fetch_block(grid: Grid, column: int, row: int) -> None:
+    """Ask for the lists of the block about a cell, before they are changed."""
+    for r in range(-1, 2):
+        first = _fold(row + r, grid.rows) * grid.columns
+        for c in range(-1, 2):
+            fetch(grid.blocks, (first + _fold(column + c, grid.columns), 0))
 
 
 @jit
@@ -295,11 +403,50 @@ def search(
         range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y
     )
     cell = grid.row[i] * grid.columns + grid.column[i]
-    if grid.full[0] or grid.length[cell] > grid.longest:
-        return _search_all(seen, world, i, gaze, near)
-    found = 0
-    for k in range(grid.length[cell]):
-        j = grid.members[cell, k]
+    if grid.everyone or grid.blocks[cell, 0] > grid.longest:
+        if seen.x.size < MANY:
+            return _search_few(seen, world, i, gaze, near)
+        return _search_many(seen, world, i, gaze, near)
+    if grid.ahead is not None:
+        _fetch_ahead(seen, grid, i)
+    length = grid.blocks[cell, 0]
+    if length < grid.blocks.shape[1]:
+        return _look_at_block(seen, world, i, grid, cell, length, gaze, near, 0)
+    return _search_blocks(seen, world, i, grid, cell, gaze, near)
+
+
+@jit
+def _search_blocks(
+    seen: Flock, world: World, i: int, grid: Grid, cell: int, gaze: Gaze, near: Near
+) -> int:
+    """`search` in a list of more than one block."""
+    left, room = int(grid.blocks[cell, 0]), grid.blocks.shape[1] - 1
+    block, found = int(cell), 0
+    while left > 0:
+        here = min(left, room)
+        found = _look_at_block(seen, world, i, grid, block, here, gaze, near, found)
+        left -= here
+        block = int(grid.following[block])
+    return found
+
+
+@jit
+def _look_at_block(
+    seen: Flock,
+    world: World,
+    i: int,
+    grid: Grid,
+    block: int,
+    length: int,
+    gaze: Gaze,
+    near: Near,
+    found: int,
+) -> int:
+    """Add the neighbours of boid `i` among the first `length` in a block to the `found`
+    ones in `near`; return how many they are then.
+    """
+    for k in range(length):
+        j = grid.blocks[block, k + unsigned(1)]
         near.boid[found] = j
         near.dx[found], near.dy[found], near.distance2[found], is_near = _look(
             seen, world, i, j, gaze
@@ -311,22 +458,60 @@ def search(
 
 
 @jit
-def _search_all(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
-    """`search` among everyone, in two passes of which the first runs on several boids
-    at once.
+def _fetch_ahead(seen: Flock, grid: Grid, i: int) -> None:
+    """Ask for what the searches of boids after `i` will read: first the list, and when
+    it is there, the boids in its first block.
     """
-    for j in range(seen.x.size):
+    n = grid.row.size
+    k = min(i + 2 * AHEAD, n - 1)
+    fetch(grid.blocks, (grid.row[k] * grid.columns + grid.column[k], 0))
+    k = min(i + AHEAD, n - 1)
+    cell = grid.row[k] * grid.columns + grid.column[k]
+    room = unsigned(grid.blocks.shape[1] - 1)
+    for m in range(min(unsigned(grid.blocks[cell, 0]), room)):
+        j = grid.blocks[cell, m + unsigned(1)]
+        fetch(seen.x, j)
+
+
+@jit
+def _search_few(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
+    """`search` among everyone. The first pass runs on several boids at once, the second
+    reads each mark without a branch.
+    """
+    n, found = unsigned(seen.x.size), unsigned(0)
+    for j in range(n):
         near.mark[j] = _look(seen, world, i, j, gaze)[3]
     near.mark[i] = False
-    found = 0
-    for j in range(seen.x.size):
+    for j in range(n):
         near.boid[found] = j
-        found += int(near.mark[j])
+        found += unsigned(near.mark[j])
     for k in range(found):
         near.dx[k], near.dy[k], near.distance2[k], _ = _look(
             seen, world, i, near.boid[k], gaze
         )
-    return found
+    return signed(found)
+
+
+@jit
+def _search_many(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
+    """`search` among everyone. The first pass runs on several boids at once, the second
+    reads a word of marks at a time, and only those that are set.
+    """
+    n, found = unsigned(seen.x.size), unsigned(0)
+    for j in range(n):
+        near.mark[j] = _look(seen, world, i, j, gaze)[3]
+    near.mark[i] = False
+    for first in range(unsigned(0), n, WORD):
+        marks = word(near.mark, first)
+        while marks != unsigned(0):
+            j = first + lowest(marks)
+            marks = without_lowest(marks)
+            near.boid[found] = j
+            near.dx[found], near.dy[found], near.distance2[found], _ = _look(
+                seen, world, i, j, gaze
+            )
+            found += unsigned(1)
+    return signed(found)
 
 
 @jit
@@ -343,12 +528,10 @@ def _look(
         dy = nearest_image(dy, world.height)
     distance2 = dx * dx + dy * dy
     along = dx * gaze.ahead_x + dy * gaze.ahead_y
-    return (
-        dx,
-        dy,
-        distance2,
-        (distance2 < gaze.range2) & (along * abs(along) >= gaze.bound * distance2),
-    )
+    in_view = along * abs(along) >= gaze.bound * distance2
+    # A model without a heading says so with zeros, and then no cone is computed.
+    all_round = (gaze.ahead_x == 0.0) & (gaze.ahead_y == 0.0)
+    return dx, dy, distance2, (distance2 < gaze.range2) & (all_round | in_view)
 
 
 @jit

@@ -15,7 +15,7 @@ take the name of one of ours, nor that of another package's.
 import site
 import sys
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
-from importlib.metadata import EntryPoint, distributions
+from importlib.metadata import Distribution, EntryPoint, distributions
 from pathlib import Path
 from typing import TypeVar
 
@@ -120,16 +120,21 @@ def installed(groups: str) -> list[EntryPoint]:
     """The entry points, of groups that begin so, of all distributions in folders of
     installed packages, each distribution once.
     """
-    found = {
-        distribution.name: distribution
-        for distribution in reversed(list(distributions(path=places())))
-    }
+    every = list(distributions(path=places()))
+    if not any(_points(distribution, groups) for distribution in every):
+        return []  # and nobody needs the names of all, which take long to read
+    found = {distribution.name: distribution for distribution in reversed(every)}
     return [
         point
         for _, distribution in sorted(found.items())
-        for point in distribution.entry_points
-        if point.group.startswith(groups)
+        for point in _points(distribution, groups)
     ]
+
+
+def _points(distribution: Distribution, groups: str) -> list[EntryPoint]:
+    """The entry points of a distribution, of groups that begin so."""
+    points = distribution.entry_points
+    return [point for point in points if point.group.startswith(groups)]
 
 
 def places() -> list[str]:

@@ -66,6 +66,8 @@ UPDATE = About(
     " synchronous: all read the old state",
     choices=("sequential", "synchronous"),
 )
+SYNCHRONOUSLY = {"update": UPDATE.choices[SYNCHRONOUS]}
+"""With it a model with the setting UPDATE updates all boids at once."""
 OPEN, TORUS, BOUNDED = 0, 1, 2
 CONTINUOUS, INTEGER = 0, 1
 HEADING, COMPONENTS = 0, 1

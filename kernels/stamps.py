@@ -17,7 +17,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -58,14 +58,32 @@ class Definition(NamedTuple):
     name: str
 
 
-class Statement(NamedTuple):
-    """A statement at the top of a module: its code, the names in it with the attributes
-    that follow them, and what it imports within. Its tree would take far more memory.
+class Said(NamedTuple):
+    """The code of a statement, the names in it with the attributes that follow them,
+    and what it imports within.
     """
 
     code: str
     names: frozenset[str]
     imported: dict[str, str]
+
+
+class Statement:
+    """A statement at the top of a module. Its tree is read when a stamp needs it, as
+    few do, and then forgotten: it takes far more memory.
+    """
+
+    def __init__(self, tree: ast.stmt, module: str) -> None:
+        self._tree, self._module = tree, module
+
+    @cached_property
+    def said(self) -> Said:
+        bare = _Bare().visit(self._tree)
+        nodes = list(ast.walk(bare))
+        names = frozenset(_names(nodes))
+        imported = dict(_imported(nodes, self._module))
+        del self._tree
+        return Said(written_out(bare), names, imported)
 
 
 @dataclass
@@ -106,8 +124,7 @@ def code_stamp(function: Callable[..., Any]) -> str:
     """The sha256, in hexadecimal, of the code of a function and of all that it uses.
     Raises ValueError as `stamp`.
     """
-    if not at_the_top(function):
-        raise ValueError(f"{function} is no function at the top of a module")
+    _check_place(function)
     module, name = function.__module__, function.__name__
     named = _read(module).statements
     roots = {Definition(module, one) for one in ([name] if name in named else named)}
@@ -115,6 +132,29 @@ def code_stamp(function: Callable[..., Any]) -> str:
         f"{_called(one.module)} {one.name} {_hash(one)}\n" for one in closure(roots)
     )
     return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def note_sources(function: Callable[..., Any]) -> None:
+    """Read the sources of all that a function may use, which are imported before it: a
+    stamp that is asked for later is that of what runs, also after an edit of a file.
+    Raises ValueError for a function that can have no stamp.
+    """
+    _check_place(function)
+    _known_text(function.__module__)
+    _read_texts(function.__module__)
+
+
+@cache
+def _read_texts(module: str) -> None:
+    packages = (OURS, module.partition(".")[0])
+    for name in list(sys.modules):
+        if name.partition(".")[0] in packages:
+            _found_text(name)
+
+
+def _check_place(function: Callable[..., Any]) -> None:
+    if not at_the_top(function):
+        raise ValueError(f"{function} is no function at the top of a module")
 
 
 def values(modules: Iterable[str]) -> str:
@@ -238,8 +278,8 @@ def _used(definition: Definition) -> frozenset[Definition]:
         return frozenset(_reached(module))
     found = {Definition(module, "")}
     for statement in source.statements.get(name, []):
-        imported = source.imported | statement.imported
-        for used in statement.names:
+        imported = source.imported | statement.said.imported
+        for used in statement.said.names:
             first, _, rest = used.partition(".")
             if first in imported:
                 meant = f"{imported[first]}.{rest}" if rest else imported[first]
@@ -324,9 +364,9 @@ def _read(module: str) -> Source:
                 else:
                     source.imported[name] = meant
         if not isinstance(statement, ast.Import | ast.ImportFrom):
-            said = _said(statement, module)
+            kept = Statement(statement, module)
             for name in _bound(statement) or [""]:
-                source.statements.setdefault(name, []).append(said)
+                source.statements.setdefault(name, []).append(kept)
     return source
 
 
@@ -358,14 +398,6 @@ def _found_text(module: str) -> tuple[str, bool] | None:
         if file.is_file():
             return file.read_text("utf-8"), is_package
     return None
-
-
-def _said(statement: ast.stmt, module: str) -> Statement:
-    bare = _Bare().visit(statement)
-    nodes = list(ast.walk(bare))
-    names = frozenset(_names(nodes))
-    imported = dict(_imported(nodes, module))
-    return Statement(written_out(bare), names, imported)
 
 
 def _bound(statement: ast.stmt) -> set[str]:
@@ -459,7 +491,9 @@ def written_out(tree: ast.AST) -> str:
 
     Since 3.12 Python may write the quotes of an f-string within it, too.
     """
-    return ast.unparse(_Quoted().visit(tree))
+    if any(isinstance(node, ast.JoinedStr) for node in ast.walk(tree)):
+        tree = _Quoted().visit(tree)
+    return ast.unparse(tree)
 
 
 class _Quoted(ast.NodeTransformer):
@@ -509,5 +543,5 @@ def _hash(definition: Definition) -> str:
         code = written_out(tree)
     else:
         statements = _read(definition.module).statements.get(definition.name, [])
-        code = "\n".join(statement.code for statement in statements)
+        code = "\n".join(statement.said.code for statement in statements)
     return hashlib.sha256(code.encode()).hexdigest()

@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels.neighbours import Grid, Near, build_grid, build_near
 from kernels.occupancy import Occupancy
-from kernels.state import Floats, Flock, Kinds, World, empty_flock
+from kernels.state import Floats, Flock, Kinds, World, empty_flock, laid_out
 from kernels.worlds import Reach
 
 
@@ -56,7 +56,7 @@ def build_workspace(
         build_near(n),
         reach,
         occupancy,
-        empty_flock(n),
+        laid_out(empty_flock(n)),
         np.where(at_rest, 1.0, flock.vx),
         np.where(at_rest, 0.0, flock.vy),
         state,

@@ -19,6 +19,7 @@ A study flows down this list, and each package imports only what stands above it
     published/   claims, verdicts, scorecard
     sharing/     a study for others: one file, citation, description
     web/         the live simulator, as a page and as a widget
+    explorer/    results as pages: to explore, and as one file for readers
     cli/         the commands and what they print
 """
 
@@ -58,7 +59,7 @@ __all__ = [
     "unpack",
     "view",
 ]
-__version__ = "0.10.0"
+__version__ = "0.13.0"
 
 
 check_kernels(sys.modules.get("kernels"))
@@ -103,14 +104,14 @@ def run(
 
     from sweep.campaigns.launch import launch, search
     from sweep.store.locations import location
-    from sweep.workers.executors import Loky, core_count
+    from sweep.workers.executors import Loky, worker_count
 
     if workers < 0:
         raise ValueError(
             f"workers: {workers}; allowed: 0, as many as there are cores, or more"
         )
     study = _study(spec, code_from)
-    engine = Loky(workers or core_count())
+    engine = Loky(worker_count(workers, study.threads))
     try:
         (search if study.search else launch)(study, location(results), engine)
     finally:
@@ -133,19 +134,24 @@ def plan(
     spec: str | Path | Mapping[str, Any],
     workers: int = 0,
     *,
+    results: "str | Location" = "results",
     code_from: str | Path | None = None,
 ) -> "Plan | SearchPlan":
     """What `run` would do with the same arguments, without running it.
 
     `plan("spec.yaml").trials` is a number; `print(plan("spec.yaml").as_text())` is what
     `sweep plan` says: points, trials, and estimates of seconds and bytes. Of code that
-    is none of ours a few short trials are run, to measure it. Raises SpecError for what
-    is wrong with the spec, and where none of these trials can run.
+    is none of ours a few short trials are run, to measure it. Where last states are
+    recorded, those below `results` are looked for. Raises SpecError for what is wrong
+    with the spec, and where none of these trials can run; StoreError where results that
+    are there cannot be read.
     """
     from sweep.campaigns.plan import plan_of
-    from sweep.workers.executors import core_count
+    from sweep.store.locations import location
+    from sweep.workers.executors import worker_count
 
-    return plan_of(_study(spec, code_from), workers or core_count())
+    study = _study(spec, code_from)
+    return plan_of(study, worker_count(workers, study.threads), location(results))
 
 
 def compare(

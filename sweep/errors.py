@@ -39,14 +39,19 @@ class SpecError(UserError):
     """What is wrong with a spec, in one sentence that starts with its file and line.
     Where several things are wrong, each has a line of its own.
 
-    `line` is the number of the line in the file, 0 where there is none.
+    `line` is the number of the line in the file, 0 where there is none, and `place` the
+    keys and indices that lead there.
     """
 
     def __init__(
-        self, reason: str, line: int = 0, several: "Sequence[SpecError]" = ()
+        self,
+        reason: str,
+        line: int = 0,
+        several: "Sequence[SpecError]" = (),
+        place: tuple[str | int, ...] = (),
     ) -> None:
         super().__init__(reason)
-        self.line, self.several = line, tuple(several)
+        self.line, self.several, self.place = line, tuple(several), place
 
     @property
     def mistakes(self) -> "tuple[SpecError, ...]":

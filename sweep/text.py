@@ -55,13 +55,19 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     text = str(given)
     if why := getattr(allowed, "refused", {}).get(text):
         return f'{kind} "{shortened(text)}" cannot be used: {why}'
-    close = similar(text, names)
-    sentence = f'unknown {kind} "{shortened(text)}"{close}'
+    return f'unknown {kind} "{shortened(text)}"{choices(text, names)}'
+
+
+def choices(given: str, names: list[str], called: str = "Allowed") -> str:
+    """What follows a name that does not exist: which there are where they are few, and
+    what they are called, after the question whether a similar one is meant.
+    """
     if not names:
-        return sentence + ": there is none"
-    if len(names) <= SHORT_LIST:
-        sentence += ("" if close else ".") + f" Allowed: {', '.join(names)}"
-    return sentence
+        return ": there is none"
+    close = similar(given, names)
+    if len(names) > SHORT_LIST:
+        return close
+    return close + ("" if close else ".") + f" {called}: {', '.join(names)}"
 
 
 def installing(extra: str) -> str:

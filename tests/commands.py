@@ -6,6 +6,7 @@ tests/test_cli.py; what a command says and does is the same without.
 """
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -41,6 +42,39 @@ def python(code: str, folder: Path = ROOT, **environment: str) -> str:
     )
     assert finished.returncode == 0, finished.stderr
     return finished.stdout
+
+
+IN_TURN = """
+import json, sys
+from pathlib import Path
+from tests.commands import sweep
+
+for arguments in json.loads(sys.argv[1]):
+    ended = sweep(Path.cwd(), *arguments)
+    print(json.dumps([ended.returncode, ended.stdout, ended.stderr]))
+"""
+
+
+def started_in_turn(
+    folder: Path, packages: Path, *commands: tuple[str, ...]
+) -> list[subprocess.CompletedProcess[str]]:
+    """The finished commands, run in `folder` one after the other, in one process that
+    finds also the packages in `packages`: it starts once. They run as in `sweep`.
+    """
+    printed = subprocess.run(
+        [sys.executable, "-c", IN_TURN, json.dumps(commands)],
+        cwd=folder,
+        env=os.environ
+        | {"PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]), "COLUMNS": "200"},
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=300,
+        check=True,
+    ).stdout
+    return [
+        subprocess.CompletedProcess(command, *json.loads(line))
+        for command, line in zip(commands, printed.splitlines(), strict=True)
+    ]
 
 
 def started(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -7,8 +7,10 @@ from tests import environment  # noqa: F401
 # isort: on
 
 import fcntl
+import gc
 import os
 import signal
+from collections.abc import Generator, Iterator
 
 import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
@@ -17,6 +19,7 @@ from hypothesis import settings
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.trial.simulation import run
+from sweep.workers import attempts
 from tests.builders import job
 
 settings.register_profile("kernels", deadline=None, derandomize=True)
@@ -26,6 +29,34 @@ settings.load_profile("kernels")
 # tests of interruptions need.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collecting leaves a million objects that stay: nobody looks for garbage among
+    them, now or later.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_sessionfinish() -> None:
+    """Modules end with the interpreter as they do elsewhere."""
+    gc.unfreeze()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def alone() -> Iterator[None]:
+    """A launch flies trials together where some test has compiled that already. So it
+    does only where a test says so.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(attempts, "worth_flying_together", lambda *_: False)
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

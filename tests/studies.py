@@ -1,16 +1,20 @@
 """Small studies that tests launch."""
 
 import json
+from itertools import count
 from pathlib import Path
 
 import pandas as pd
 
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
 from sweep.own_code.reading import load_spec, study_of
 from sweep.spec.study import Study
 from sweep.store.locations import Location
 from sweep.store.origin import PROVENANCE
+from sweep.store.shares import Share
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import ExecutorFactory, Serial
 from tests.own_models import SPEC, at_hand
@@ -56,6 +60,21 @@ DERIVING = SMALL.replace(
     size: sqrt(dispersion * flock_radius) if dispersion > 170 else dispersion
 """,
 )
+
+
+def share_of_each_point(study: Study) -> Share:
+    """A share that has some trials of each point, and not all. Which ones have depends
+    on ids, and ids on the code of the kernels.
+    """
+    jobs = list(Jobs(study, expand(study)))
+    ids = pd.DataFrame([(job.point, job.trial_id) for job in jobs])
+    shares = (Share(number, of) for of in count(2) for number in range(1, of + 1))
+    for share in shares:
+        parts = ids.groupby(0)[1].agg(lambda some, share=share: share.has(some).mean())
+        if parts.between(0, 1, inclusive="neither").all():
+            return share
+    raise AssertionError("ids are not spread")
+
 
 ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {
     "git": {},

@@ -45,10 +45,12 @@ WORDS = {
         "sweep/web/protocol.py",  # an overlay of the page
         "sweep/web/live.py",
         "sweep/web/session.py",
+        "sweep/web/demo.py",
     },
     "speed": {  # the steps a second of a run
         "sweep/web/live.py",
         "sweep/web/messages.py",
+        "sweep/web/demo.py",
     },
 }
 """Names that are words too, and where they mean something else."""
@@ -82,18 +84,18 @@ def texts(name: str) -> Iterator[str]:
 )
 def test_nobody_knows_a_model_a_metric_or_a_weight_by_name(name: str) -> None:
     """As a text; one that is no plain word not within a text of `sweep` either."""
+    said, known = set(texts(name)), known_by_name()
     allowed = {word for word, places in WORDS.items() if name in places}
-    found = set(texts(name)) & known_by_name()
-    assert found == allowed
+    assert said & known == allowed
     if name in modules("sweep"):
-        told = {
-            known
-            for known in known_by_name()
-            if re.search("[_0-9]", known)
-            for text in texts(name)
-            if re.search(rf"\b{known}\b", text)
-        }
+        words = {word for text in said for word in re.findall(r"\w+", text)}
+        told = {one for one in words & known if re.search("[_0-9]", one)}
         assert told == {EXAMPLES[name]} if name in EXAMPLES else not told
+
+
+def test_names_are_words() -> None:
+    """So that whoever looks for words in texts finds them."""
+    assert all(re.fullmatch(r"\w+", name) for name in known_by_name())
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -19,20 +19,13 @@ MACHINE = re.compile(
 )
 """Folders of one machine."""
 
-FEWER = {
-    "finite_size": ("replicates: 12", "replicates: 2"),
-    "what_matters": ("points: 64", "points: 8"),
-}
-"""Of notebooks with many boid-steps, what `make test` runs in their place; `make
-test-slow` runs them whole.
-"""
 IN_PROCESS = (
     "import sweep.workers.executors\n\nsweep.workers.executors.Loky ="
     " sweep.workers.executors.Serial\n"
 )
 """Starting workers takes longer than these trials, and changes no bit of them."""
 
-pytestmark = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
 @pytest.fixture
@@ -69,14 +62,6 @@ def words(cell: NotebookNode) -> list[object]:
     ]
 
 
-def kinds(cell: NotebookNode) -> list[list[str]]:
-    """Which kinds of output a cell put out."""
-    return [
-        sorted(output["data"]) if "data" in output else [output["name"]]
-        for output in cell.outputs
-    ]
-
-
 def comes_to_what_is_committed(path: Path, folder: Path) -> None:
     fresh = executed(path, folder)
     assert (folder / "results" / "notebooks").is_dir()
@@ -85,28 +70,19 @@ def comes_to_what_is_committed(path: Path, folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_it_runs_from_nothing_to_what_is_committed(path: Path, tmp_path: Path) -> None:
-    """With the same kinds of output in the same places, where the trials are fewer."""
-    if path.stem not in FEWER:
-        comes_to_what_is_committed(path, tmp_path)
-        return
-    text = path.read_text(encoding="utf-8")
-    assert text.count(FEWER[path.stem][0]) == 1
-    fewer = tmp_path / path.name
-    fewer.write_text(text.replace(*FEWER[path.stem]), encoding="utf-8")
-    fresh = executed(fewer, tmp_path)
-    assert [kinds(cell) for cell in code(fresh)] == [
-        kinds(cell) for cell in code(committed(path))
-    ]
+def test_the_first_one_runs_from_nothing_to_what_is_committed(tmp_path: Path) -> None:
+    comes_to_what_is_committed(FOLDER / "first_sweep.ipynb", tmp_path)
 
 
 @pytest.mark.slow
+@every_notebook
 def test_with_workers_it_runs_to_what_is_committed_whole(
     path: Path, tmp_path: Path
 ) -> None:
     comes_to_what_is_committed(path, tmp_path)
 
 
+@every_notebook
 def test_every_cell_has_run_in_order_and_put_something_out(path: Path) -> None:
     cells = code(committed(path))
     assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
@@ -118,6 +94,7 @@ def test_every_cell_has_run_in_order_and_put_something_out(path: Path) -> None:
     )
 
 
+@every_notebook
 def test_it_uses_what_is_public(path: Path) -> None:
     source = "\n".join(
         line
@@ -141,6 +118,7 @@ def test_it_uses_what_is_public(path: Path) -> None:
     assert found <= {"sweep", "sweep.analysis", "sweep.figures"}
 
 
+@every_notebook
 def test_no_cell_warns_or_fails(path: Path) -> None:
     outputs = [output for cell in code(committed(path)) for output in cell.outputs]
     assert {output.output_type for output in outputs} <= {
@@ -153,6 +131,7 @@ def test_no_cell_warns_or_fails(path: Path) -> None:
     }
 
 
+@every_notebook
 def test_it_says_nothing_of_the_machine_and_is_small(path: Path) -> None:
     notebook = committed(path)
     assert notebook.metadata == METADATA

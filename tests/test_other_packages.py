@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from tests import ROOT
-from tests.commands import SWEEP
+from tests.commands import SWEEP, started_in_turn
 from tests.oscillators import SPEC as SPEC_OF_CIRCLES
 from tests.other_packages import FILES, OFFERED, RULES, install
 
@@ -46,6 +46,15 @@ def said(
     return found
 
 
+def said_in_turn(
+    folder: Path, *commands: tuple[str, ...], code: int = 0
+) -> list[subprocess.CompletedProcess[str]]:
+    """The finished commands, all of them in one process that finds the packages."""
+    found = started_in_turn(folder, folder / "site-packages", *commands)
+    assert [one.returncode for one in found] == [code] * len(commands), found
+    return found
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the package, a spec, and the study launched by two workers."""
@@ -61,29 +70,36 @@ def trials(folder: Path) -> pd.DataFrame:
     return pd.concat([pd.read_parquet(part) for part in parts])
 
 
-@pytest.mark.parametrize(
-    ("command", "name"),
-    [("models", "swirl"), ("metrics", "rightwards"), ("maps", "pillar")],
-)
-def test_what_others_bring_is_listed_with_their_package(
-    folder: Path, command: str, name: str
-) -> None:
-    lines = said(folder, command, COLUMNS="200").stdout
-    assert name in lines
-    assert "(swirling 1.0)" in lines
+NAMES = {"models": "swirl", "metrics": "rightwards", "maps": "pillar"}
 
 
 def test_commands_take_them_as_they_take_ours(folder: Path) -> None:
-    assert "at rest" in said(folder, "models", "swirl", COLUMNS="200").stdout
-    assert '"swirl"' in said(folder, "schema").stdout
-    table = said(folder, "table", "swirling", COLUMNS="200").stdout
-    assert "rightwards" in table
-    assert "6 of 6" in said(folder, "verify", "swirling", "--fraction", "1").stdout
     trial = trials(folder)["trial_id"].iloc[0]
-    assert "equal to what is stored" in said(folder, "replay", "swirling", trial).stdout
-    drawn = said(folder, "plot", "swirling", "nothing", "scatter").stdout
+    said = said_in_turn(
+        folder,
+        *((command,) for command in NAMES),
+        ("models", "swirl"),
+        ("schema",),
+        ("table", "swirling"),
+        ("verify", "swirling", "--fraction", "1"),
+        ("replay", "swirling", trial),
+        ("plot", "swirling", "nothing", "scatter"),
+        ("plan", "spec.yaml"),
+    )
+    *listed, model, schema, table, verified, replayed, drawn, planned = [
+        one.stdout for one in said
+    ]
+    for name, lines in zip(NAMES.values(), listed, strict=True):
+        assert name in lines
+        assert "(swirling 1.0)" in lines
+    assert "at rest" in model
+    assert '"swirl"' in schema
+    assert "rightwards" in table
+    assert "6 of 6" in verified
+    assert "equal to what is stored" in replayed
     assert "nothing.png" in drawn
     assert len(drawn.splitlines()) > 1
+    assert ", estimated from a probe of 90 steps\n" in planned
     assert trials(folder)["rightwards"].notna().all()
 
 
@@ -109,11 +125,6 @@ def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> Non
     assert set(again["speed"]) != set(first["speed"])
 
 
-def test_a_plan_says_that_it_has_measured_them(folder: Path) -> None:
-    planned = said(folder, "plan", "spec.yaml").stdout
-    assert ", estimated from a probe of 90 steps\n" in planned
-
-
 def test_a_rule_that_cannot_be_compiled_is_one_sentence_before_any_work(
     tmp_path: Path,
 ) -> None:
@@ -121,8 +132,9 @@ def test_a_rule_that_cannot_be_compiled_is_one_sentence_before_any_work(
     install(tmp_path, OFFERED, FILES | {"rules.py": wrong})
     (tmp_path / "spec.yaml").write_text(SPEC)
     sentence = "spec.yaml:3: no trial can be run: "
-    for command in ("plan", "launch"):
-        *_, last = said(tmp_path, command, "spec.yaml", code=2).stderr.splitlines()
+    commands = ("plan", "spec.yaml"), ("launch", "spec.yaml")
+    for found in said_in_turn(tmp_path, *commands, code=2):
+        *_, last = found.stderr.splitlines()
         assert last.startswith(sentence)
         assert "rules.py" in last
         assert "nothing" in last

@@ -14,6 +14,7 @@ import pytest
 from ruamel.yaml import YAML
 
 import sweep
+from sweep.analysis import offered
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import (
     ChoiceError,
@@ -277,3 +278,9 @@ def test_make_quickstart_installs_no_tools_of_developers() -> None:
     for target in ("test", "check", "notebooks", "documents"):
         assert "--group dev" in installs(target, makefile)
         assert installs("quickstart", makefile) in installs(target, makefile)
+
+
+def test_no_name_of_an_analysis_is_that_of_a_module_too() -> None:
+    """A module that is imported would take the place of the name."""
+    modules = {path.stem for path in (ROOT / "sweep" / "analysis").glob("*.py")}
+    assert modules & set(offered.__all__) == set()

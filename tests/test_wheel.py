@@ -1,6 +1,7 @@
 """The package as a wheel, in an empty folder."""
 
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -18,7 +19,10 @@ from tests import ROOT
 from tests.commands import SWEEP
 from tests.studies import SMALL
 
-MOST_BYTES = 1_500_000
+MOST_BYTES = 2_000_000
+"""Of code, documents and published data; half a megabyte of it is data."""
+NOT_PACKED = {".png", ".gif", ".svg", ".parquet", ".ipynb", ".nbi", ".nbc", ".pyc"}
+"""Endings of what pictures, results and caches would bring along."""
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +43,7 @@ def unpacked(source: Path, folder: Path) -> Path:
     (wheel,) = folder.glob("*.whl")
     assert wheel.stat().st_size < MOST_BYTES
     with ZipFile(wheel) as packed:
+        assert not {Path(name).suffix for name in packed.namelist()} & NOT_PACKED
         packed.extractall(folder / "site")
     return folder / "site"
 
@@ -179,3 +184,22 @@ def test_a_wheel_reproduces_a_publication_in_an_empty_folder(
     assert "this runs code" not in said
     assert (tmp_path / "results" / "quick" / "scorecard.html").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
+def test_its_description_leads_to_no_file_that_a_registry_lacks(
+    installed: Path,
+) -> None:
+    """Links to files of the repository are their words, pictures what they show."""
+    (about,) = installed.glob("*.dist-info/METADATA")
+    head, _, text = about.read_text(encoding="utf-8").partition("\n\n")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "Description-Content-Type: text/markdown" in head
+    targets = re.findall(r"\]\(([^)]*)\)", re.sub(r"```.*?```", "", text, flags=re.S))
+    assert [one for one in targets if not one.startswith("https://")] == []
+    assert "![" not in text
+    assert "](" in readme
+    assert "*(Picture: The first 240 steps of that run, as an animation that " in text
+    assert "writes a model of your own, a file of less than 100 lines" in text
+    blocks = re.findall(r"```.*?```", readme, re.DOTALL)
+    assert blocks == re.findall(r"```.*?```", text, re.DOTALL)
+    assert len(blocks) > 3

@@ -20,6 +20,7 @@ from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep import cli
 from sweep.own_code.reading import named_model, study_of
+from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import GROUPS, Setting, settings_of
 from sweep.store.rows import (
     heatmaps_schema,
@@ -128,13 +129,13 @@ def _default(option: Any) -> str:
 def metrics_page() -> str:
     """Every metric: unit, distribution, direction, need and source."""
     head = [
-        *("metric", "what it is", "unit", "its values are", "better", "it needs"),
-        "source",
+        *("metric", "what it is", "unit", "its values are", "range", "better"),
+        *("it needs", "source"),
     ]
     rows = [
         (
-            *(code(name), one.text, one.unit, one.distribution, one.better),
-            *(needs(one), one.source),
+            *(code(name), one.text, one.unit, one.distribution),
+            *(declaration_of(one).support.words, one.better, needs(one), one.source),
         )
         for name, one in METRICS.items()
     ]

@@ -1,6 +1,7 @@
 """The figures of aziel_chen2025, and its Table 1 as a figure."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     GREEN,
@@ -26,6 +28,8 @@ from sweep.figures import (
     name_rows,
     note,
 )
+from sweep.published.claims import shown
+from sweep.published.verdicts import Region
 from sweep.tables.stored_study import StoredStudy
 
 from .authors import (  # noqa: F401 (for published.yaml)
@@ -59,6 +63,7 @@ from .search import (  # noqa: F401 (for published.yaml)
     separation_outweighed,
 )
 
+PUBLISHED = Path(__file__).with_name("published.yaml")
 MAPS = {
     "dense_cafeteria": "dense cafeteria",
     "cafeteria": "cafeteria",
@@ -352,6 +357,9 @@ def table1(studies: Studies) -> Figure:
                 draw_values(
                     axes, np.array(places) + shift, table, colour, marker, label
                 )
+                for i in places:
+                    for allowed in _allowed(spec, column, *list(TABLE_1)[i]):
+                        _band(axes, i + shift, allowed, colour)
             axes.set_xlabel(words)
         for axes in panels:
             name_rows(axes, names)
@@ -359,10 +367,37 @@ def table1(studies: Studies) -> Figure:
         note(
             figure,
             f"map and number of boids; ours: {_trials(studies['fitted_steps'])} trials"
-            " a row, mean with 95 % interval; the steps were fitted to the coverage; in"
-            " the corridor, which boids leave, mean visits give none",
+            " a row, mean with 95 % interval; band: the margin of a claim about the"
+            " published number; the steps were fitted to the coverage; in the corridor,"
+            " which boids leave, mean visits give none",
         )
     return figure
+
+
+def _allowed(spec: str, column: str, name: str, n: int) -> list[Region]:
+    """What the claim about a number of Table 1 allows, in the trials of a spec; none
+    where no claim tests it there.
+    """
+    measure = {"mean": column, "for": _where(spec, name, n)}
+    return [
+        one.region
+        for one in shown(PUBLISHED, "table1")
+        if one.kind in ("number", "fit") and (one.spec, one.measure) == (spec, measure)
+    ][:1]
+
+
+def _band(axes: Axes, place: float, allowed: Region, colour: str) -> None:
+    """What is allowed, as a band behind the values at a height."""
+    axes.barh(
+        place,
+        allowed.most - allowed.least,
+        left=allowed.least,
+        height=0.22,
+        color=colour,
+        alpha=0.22,
+        linewidth=0,
+        zorder=0.5,
+    )
 
 
 def _has(spec: str, name: str) -> bool:
@@ -432,7 +467,10 @@ def swarm_size(studies: Studies) -> Figure:
                     )
                     for i in chosen
                 ]
-                found = [studies[spec].mean_of(column, change) for change in changes]
+                declared = studies[spec].distributions[column].of_differences
+                found = [
+                    mean_interval(change, distribution=declared) for change in changes
+                ]
                 draw_values(
                     axes,
                     places[chosen] + shift,
@@ -441,6 +479,7 @@ def swarm_size(studies: Studies) -> Figure:
                     marker,
                     label,
                 )
+            _shade_expected(axes, column)
             axes.set_xlabel(f"change from 50 to 100 boids:\n{words}")
             axes.locator_params(axis="x", nbins=6)
         for axes in panels:
@@ -449,10 +488,25 @@ def swarm_size(studies: Studies) -> Figure:
         pairs = f"{_trials(studies['fitted_steps'])} pairs of trials a row"
         note(
             figure,
-            f"below zero: less coverage, but more even visits; ours: {pairs}, mean with"
-            " 95 % interval",
+            f"below zero: less coverage, but more even visits; shaded: what the claims"
+            f" expect; ours: {pairs}, mean with 95 % interval",
         )
     return figure
+
+
+def _shade_expected(axes: Axes, column: str) -> None:
+    """Shade the changes of a column that claims expect, as far as the axis reaches."""
+    regions = {
+        one.region
+        for one in shown(PUBLISHED, "swarm_size")
+        if "difference" in one.measure
+        and all(side["mean"] == column for side in one.measure["difference"])
+    }
+    left, right = axes.get_xlim()
+    for allowed in regions:
+        ends = max(allowed.least, left), min(allowed.most, right)
+        axes.axvspan(*ends, color="0.93", linewidth=0, zorder=0)
+    axes.set_xlim(left, right)
 
 
 def authors_rows(studies: Studies) -> Figure:

@@ -8,7 +8,7 @@ from matplotlib import style
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from sweep.analysis import mean_interval
+from sweep.analysis import Declaration, Support, mean_interval
 from sweep.figures import (
     BLUE,
     COLOURS,
@@ -76,6 +76,8 @@ RUN_INTO = {
 }
 TRAIL = 50
 """Steps."""
+
+ENERGIES = Declaration("skewed", Support(low=0.0))
 
 
 def figure2(studies: Studies) -> Figure:
@@ -215,7 +217,7 @@ def energy(studies: Studies) -> Figure:
             found = energies(studies, weight)
             frames = found[0][0]
             bounds = [
-                mean_interval(at, distribution="skewed")[:3]
+                mean_interval(at, distribution=ENERGIES)[:3]
                 for at in np.array([values for _, values in found]).T
             ]
             mean, low, high = np.array(bounds).T

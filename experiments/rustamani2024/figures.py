@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import mean_interval
+from sweep.analysis import Declaration, Support, mean_interval
 from sweep.figures import (
     BLUE,
     GREEN,
@@ -71,6 +71,7 @@ RULES = {
     "alignment": (ALIGNMENT, ORANGE),
     "cohesion": (COHESION, BLUE),
 }
+SPEEDS = Declaration("normal", Support(low=0.0))
 SITUATIONS = {"arena": "without a goal", "field": "to a goal"}
 LOOKS = ((BLUE, "o"), (VERMILION, "s"), (SKY, "D"), (ORANGE, "^"))
 COMPARED = {"perception_range": "perception range", "fov": "half angle of view"}
@@ -179,7 +180,7 @@ def _draw_speeds(axes: Axes, studies: Studies) -> None:
             ]
             table = np.array(
                 [
-                    mean_interval(values, distribution="normal")
+                    mean_interval(values, distribution=SPEEDS)
                     for values in np.transpose(trials)
                 ]
             )

@@ -36,6 +36,7 @@ METRICS = Registry(
             unit="length/time",
             text="mean speed",
             source=_NGUYEN,
+            low=0.0,
         ),
         "flock_radius": Metric(
             shape.flock_radius,
@@ -43,6 +44,7 @@ METRICS = Registry(
             text="mean distance from the centre of mass",
             source=_NGUYEN,
             distribution="skewed",
+            low=0.0,
         ),
         "turn_rate": Metric(
             motion.turn_rate,
@@ -51,6 +53,8 @@ METRICS = Registry(
             source=_NGUYEN,
             distribution="skewed",
             per_step=True,
+            low=0.0,
+            high=180.0,
         ),
         "turn_rate_unwrapped": Metric(
             motion.turn_rate_unwrapped,
@@ -59,6 +63,8 @@ METRICS = Registry(
             source=_NGUYEN,
             distribution="skewed",
             per_step=True,
+            low=0.0,
+            high=360.0,
         ),
         "dispersion": Metric(
             shape.dispersion,
@@ -66,12 +72,15 @@ METRICS = Registry(
             text="standard deviation of distances from the centre of mass",
             source=_NGUYEN,
             distribution="skewed",
+            low=0.0,
         ),
         "polarization": Metric(
             motion.polarization,
             unit="",
             text="length of the mean unit velocity",
             source="Vicsek et al. (1995)",
+            low=0.0,
+            high=1.0,
         ),
         "nearest_neighbour_distance": Metric(
             shape.nearest_neighbour_distance,
@@ -79,6 +88,7 @@ METRICS = Registry(
             text="mean distance to the nearest other boid",
             source="Clark and Evans (1954)",
             pairwise=True,
+            low=0.0,
         ),
         "in_contact": Metric(
             shape.in_contact,
@@ -87,6 +97,8 @@ METRICS = Registry(
             source="ours",
             better="low",
             pairwise=True,
+            low=0.0,
+            high=100.0,
         ),
         "elongation": Metric(
             shape.elongation,
@@ -95,6 +107,8 @@ METRICS = Registry(
             source=_RUSTAMANI,
             distribution="skewed",
             pairwise=True,
+            low=-1.0,
+            high=1.0,
         ),
         "neighbours_ahead": Metric(
             shape.neighbours_ahead,
@@ -111,6 +125,7 @@ METRICS = Registry(
             source=_PATEL,
             distribution="skewed",
             pairwise=True,
+            low=1.0,
         ),
         "largest_flock": Metric(
             flocks.largest_flock,
@@ -119,6 +134,7 @@ METRICS = Registry(
             source=_PATEL,
             distribution="skewed",
             pairwise=True,
+            low=1.0,
         ),
         "largest_flock_share": Metric(
             flocks.largest_flock_share,
@@ -177,6 +193,7 @@ METRICS = Registry(
             distribution="skewed",
             better="low",
             demands=(_GOAL,),
+            low=0.0,
         ),
         "goal_spread": Metric(
             places.goal_spread,
@@ -185,6 +202,7 @@ METRICS = Registry(
             source=_RUSTAMANI,
             better="low",
             demands=(_GOAL,),
+            low=0.0,
         ),
         "coverage": Metric(
             counted.coverage,
@@ -194,6 +212,8 @@ METRICS = Registry(
             covers=True,
             demands=PIXELS,
             short="coverage",
+            low=0.0,
+            high=100.0,
         ),
         "coverage_total": Metric(
             counted.coverage_total,
@@ -202,6 +222,8 @@ METRICS = Registry(
             source="aziel_chen2025, as run",
             covers=True,
             demands=PIXELS,
+            low=0.0,
+            high=100.0,
         ),
         "coverage_cv": Metric(
             counted.coverage_cv,
@@ -212,6 +234,7 @@ METRICS = Registry(
             covers=True,
             demands=PIXELS,
             short="CV",
+            low=0.0,
         ),
         "escapes": Metric(
             counted.escapes,
@@ -258,6 +281,7 @@ METRICS = Registry(
             better="low",
             counts=True,
             demands=(_GOAL,),
+            low=0.0,
         ),
         "equilibrium": Metric(
             counted.equilibrium,
@@ -275,6 +299,7 @@ METRICS = Registry(
             distribution="skewed",
             better="low",
             counts=True,
+            low=0.0,
         ),
     },
 )

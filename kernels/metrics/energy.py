@@ -15,10 +15,8 @@ boids. If r_s > r_c, which is not checked, V is not the potential of the rules.
 
 import math
 
-import numpy as np
-
 from kernels.jit import jit, jit_with_memory
-from kernels.metrics.flocks import labels, sizes
+from kernels.metrics.flocks import count_flocks, labels, sizes
 from kernels.metrics.ground import Ground, X, Y
 from kernels.model import PairPotential
 from kernels.recording import Frames
@@ -98,5 +96,5 @@ def flock_potential(
         for i in range(n):
             if members[flock[i]] > 1:
                 total += _boid_potential(ground.potential, x, y, i)
-        flocks = np.sum(members > 1)
+        flocks = count_flocks(members, 2)
         values[f] = total / flocks if flocks > 0 else math.nan

@@ -1,5 +1,6 @@
 """What a metric is, and what it gets to see besides the recorded frames."""
 
+import math
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
@@ -33,7 +34,9 @@ class Metric(NamedTuple):
     `better` says which values are, where nothing else is said. `distribution` says how
     its values, one a trial, are distributed: about "normal"; "skewed", with a long
     tail; as a "count" of events; as a "proportion" from 0 to 1 or a "percentage" from 0
-    to 100. Its mean then has the interval that holds for these. `pairwise` says that it
+    to 100. Its mean then has the interval that holds for these. No value is below `low`
+    or above `high`, in the unit of the metric, so no interval reaches there; what
+    follows from the distribution need not be said again. `pairwise` says that it
     compares boids with each other, which takes longer. `covers`, `counts` and `pairs`
     say that it needs, instead of the bodies: the visited pixels; escapes, collisions
     and arrivals; contacts between boids. `potential` says that it needs a model with a
@@ -62,6 +65,8 @@ class Metric(NamedTuple):
     short: str = ""
     distribution: Distribution = "normal"
     per_step: bool = False
+    low: float = -math.inf
+    high: float = math.inf
 
     @property
     def looks(self) -> bool:

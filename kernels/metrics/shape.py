@@ -131,7 +131,10 @@ def in_contact(
                 if dx * dx + dy * dy < reach * reach:
                     touching[i] = True
                     touching[j] = True
-        values[f] = 100.0 * np.sum(touching) / n
+        touched = 0  # np.sum loads 0.3 s of numba's own modules
+        for i in range(n):
+            touched += int(touching[i])
+        values[f] = 100.0 * touched / n
 
 
 @jit_with_memory

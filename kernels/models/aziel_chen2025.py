@@ -13,7 +13,7 @@ from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_inverse, wall_repulsion
 from kernels.rules.social import flocking_sums
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About
+from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -283,4 +283,5 @@ MODEL = Model(
         "reflection": {},
         "permutation": {},
     },
+    at_once=SYNCHRONOUSLY,
 )

@@ -13,7 +13,15 @@ from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.social import protected_sums
-from kernels.settings import COMMON, SEQUENTIAL, SPEEDS, UPDATE, About, Demand
+from kernels.settings import (
+    COMMON,
+    SEQUENTIAL,
+    SPEEDS,
+    SYNCHRONOUSLY,
+    UPDATE,
+    About,
+    Demand,
+)
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -207,4 +215,5 @@ MODEL = Model(
     potential_demands=(
         Demand("separation_range <= perception_range", NARROW_POTENTIAL),
     ),
+    at_once=SYNCHRONOUSLY,
 )

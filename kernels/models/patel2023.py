@@ -12,7 +12,15 @@ from kernels.recording import Record, observe
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.obstacles import repulsion_linear
 from kernels.rules.social import alignment_from, cohesion, separation_linear
-from kernels.settings import COMMON, SEQUENTIAL, SPEEDS, UPDATE, About, Demand
+from kernels.settings import (
+    COMMON,
+    SEQUENTIAL,
+    SPEEDS,
+    SYNCHRONOUSLY,
+    UPDATE,
+    About,
+    Demand,
+)
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -273,4 +281,5 @@ MODEL = Model(
     },
     demands=(SPEEDS,),
     potential_demands=(Demand("separation_range <= cohesion_range", NARROW_POTENTIAL),),
+    at_once=SYNCHRONOUSLY,
 )

@@ -15,7 +15,7 @@ from kernels.rules.avoidance import steer_to_avoid
 from kernels.rules.borders import confine
 from kernels.rules.social import alignment, cohesion, separation_direction
 from kernels.rules.steering import arrival, seek
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
+from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, Demand
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -476,4 +476,5 @@ MODEL = Model(
     length="m",
     time="s",
     y_down=False,
+    at_once=SYNCHRONOUSLY,
 )

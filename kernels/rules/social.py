@@ -74,10 +74,12 @@ def alignment_from(
     """
     mean_vx, mean_vy, count = 0.0, 0.0, 0
     for k in range(found):
-        if near.distance2[k] < range2:
-            mean_vx += seen.vx[near.boid[k]]
-            mean_vy += seen.vy[near.boid[k]]
-            count += 1
+        close = near.distance2[k] < range2
+        # Both are read first: the processor would mispredict a branch about reading.
+        other_vx, other_vy = seen.vx[near.boid[k]], seen.vy[near.boid[k]]
+        mean_vx += other_vx if close else 0.0
+        mean_vy += other_vy if close else 0.0
+        count += int(close)
     if count == 0:
         return 0.0, 0.0
     share = 1.0 / count

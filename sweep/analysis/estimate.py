@@ -3,20 +3,25 @@ rank correlations.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.mean_bounds import (
+    ANYWHERE,
     EVENTS,
+    Bounds,
+    Declared,
     Distribution,
     Samples,
+    Support,
     equal,
+    in_full,
     mean_bounds,
 )
 
@@ -53,11 +58,15 @@ class MeanEstimate:
     `correlation` is that between both samples, None where they are independent. Of
     correlated ones it is the wider of this and Student's of the differences: pairs that
     are few and all alike in sign say little.
+
+    `support` is what the mean, or the difference, lies in: intervals end there, and the
+    chance of a true value outside is zero.
     """
 
     samples: tuple[Sample, ...]
     distribution: Distribution = "normal"
     correlation: float | None = None
+    support: Support = ANYWHERE
 
     @property
     def value(self) -> float:
@@ -75,8 +84,16 @@ class MeanEstimate:
         """The bounds of the interval that the distribution of the values has.
 
         With `published`, it is the interval of the difference from means of so many
-        published trials, which are taken to vary as ours do.
+        published trials, which are taken to vary as ours do. It may reach beyond the
+        support, as it has the error of both.
         """
+        uncut = self._uncut(confidence, published)
+        if published is not None:
+            return uncut
+        low, high = self.support.cut(self.value, *uncut)
+        return float(low), float(high)
+
+    def _uncut(self, confidence: float, published: int | None) -> tuple[float, float]:
         if self.distribution != "normal":
             low, high = self._bounds(np.array((1.0 - confidence) / 2.0), published)
             return float(low), float(high)
@@ -108,10 +125,13 @@ class MeanEstimate:
 
     def tail(self, bound: float, *, above: bool) -> float:
         """The one-sided p of so large (`above`) or so small a value if the true one
-        were `bound`: Student's for normal values, for others at least LEAST_P.
+        were `bound`: Student's for normal values, for others at least LEAST_P; zero
+        where neither `bound` nor what lies beyond can be.
         """
         from scipy.stats import t
 
+        if bound < self.support.low if above else bound > self.support.high:
+            return 0.0
         if self.distribution != "normal":
             side, sign = (0, 1.0) if above else (1, -1.0)
             found = _crossing(lambda tails: sign * (self._bounds(tails)[side] - bound))
@@ -136,44 +156,70 @@ class MeanEstimate:
             return np.nan
         return min(1.0, 2.0 * self.tail(0.0, above=self.value > 0.0))
 
-    def _bounds(self, tail: Floats, published: int | None = None) -> tuple[Floats, ...]:
+    def _bounds(self, tail: Floats, published: int | None = None) -> Bounds:
         """The two bounds that are missed with the chance `tail` each, same shape."""
-        arms = []
-        for sample in self.samples:
-            moments = Samples(*(np.array(one) for one in sample))
-            low, high = mean_bounds(self.distribution, moments, tail)
-            arms.append((sample.mean - low, high - sample.mean))
-        below, above = arms[0]
-        if len(arms) == 1 and published is None:
+        samples = [
+            Samples(*(np.array(one) for one in sample)) for sample in self.samples
+        ]
+        if len(samples) == 1 and published is None:
+            below, above = _arms(samples[0], self.distribution, tail)
             return self.value - below, self.value + above
-        correlation = self.correlation or 0.0
-        squares = [below**2, above**2]
-        for down, up in arms[1:]:
-            squares[0] += up**2 - 2.0 * correlation * below * up
-            squares[1] += down**2 - 2.0 * correlation * above * down
-        if self.correlation is not None:
-            least = self._students_half(tail) ** 2
-            squares = [np.maximum(one, least) for one in squares]
+        squares = list(squared_arms(samples, self.distribution, tail, self.correlation))
         if published is not None:
-            for place, (sample, (down, up)) in enumerate(
-                zip(self.samples, arms, strict=True)
-            ):
+            for place, one in enumerate(samples):
+                down, up = _arms(one, self.distribution, tail)
                 # A published mean that lies too high makes ours seem too low.
                 swapped = (up, down) if place == 0 else (down, up)
                 for side, arm in enumerate(swapped):
-                    squares[side] += arm**2 * sample.n / published
+                    squares[side] += arm**2 * one.n / published
         roots = [np.sqrt(np.maximum(one, 0.0)) for one in squares]
         return self.value - roots[0], self.value + roots[1]
 
-    def _students_half(self, tail: Floats) -> Floats:
-        """Half the width of Student's interval of the differences of both samples."""
-        first, second = self.samples
-        spreads = math.sqrt(first.variance), math.sqrt(second.variance)
-        variance = first.variance + second.variance
-        variance -= 2.0 * (self.correlation or 0.0) * spreads[0] * spreads[1]
-        change = Sample(0.0, max(variance, 0.0), first.n)
-        moments = Samples(*(np.array(one) for one in change))
-        return mean_bounds("normal", moments, tail)[1]
+
+def squared_arms(
+    samples: Sequence[Samples],
+    distribution: Distribution,
+    tail: Floats,
+    correlation: ArrayLike | None = None,
+) -> tuple[Floats, Floats]:
+    """The squares of what the lower and the upper bound are away from a mean, or from
+    a first mean minus a second one: those of `MeanEstimate`, of k at once.
+
+    `samples` are one or two, (k,) each, `tail` the chance with which a bound is missed,
+    and `correlation` is that between both samples, None where they are independent.
+    """
+    (below, above), *others = (_arms(one, distribution, tail) for one in samples)
+    common = 0.0 if correlation is None else np.asarray(correlation, np.float64)
+    squares = below**2, above**2
+    for down, up in others:
+        squares = (
+            squares[0] + up**2 - 2.0 * common * below * up,
+            squares[1] + down**2 - 2.0 * common * above * down,
+        )
+    if correlation is None:
+        return squares
+    least = _students_half(samples, common, tail) ** 2
+    return np.maximum(squares[0], least), np.maximum(squares[1], least)
+
+
+def _arms(
+    samples: Samples, distribution: Distribution, tail: Floats
+) -> tuple[Floats, Floats]:
+    """What either bound of the mean is away from it."""
+    low, high = mean_bounds(distribution, samples, tail)
+    return samples.mean - low, high - samples.mean
+
+
+def _students_half(
+    samples: Sequence[Samples], correlation: Floats | float, tail: Floats
+) -> Floats:
+    """Half the width of Student's interval of the differences of both samples."""
+    first, second = samples
+    common = np.sqrt(first.variance) * np.sqrt(second.variance)
+    variance = first.variance + second.variance - 2.0 * correlation * common
+    none = np.zeros_like(variance)
+    change = first._replace(mean=none, variance=np.maximum(variance, 0.0))
+    return mean_bounds("normal", change, tail)[1]
 
 
 LEAST_P = 1e-15
@@ -241,19 +287,24 @@ Estimate = MeanEstimate | RankEstimate
 
 
 def mean_estimate(
-    *values: NDArray[np.float64], distribution: Distribution = "normal"
+    *values: NDArray[np.float64], distribution: Declared = "normal"
 ) -> MeanEstimate:
     """The estimate from one array of independent values, or from two for their
     difference; NaN does not count.
     """
-    samples = tuple(_sample(array[~np.isnan(array)]) for array in values)
-    return MeanEstimate(samples, distribution)
+    known = [array[~np.isnan(array)] for array in values]
+    of, support = _declared(distribution, known)
+    return MeanEstimate(
+        tuple(map(_sample, known)),
+        of,
+        support=support if len(known) == 1 else support.of_differences,
+    )
 
 
 def paired_estimate(
     first: NDArray[np.float64],
     second: NDArray[np.float64],
-    distribution: Distribution = "normal",
+    distribution: Declared = "normal",
 ) -> MeanEstimate:
     """The mean of the differences of two arrays (n,) without NaN, whose values of equal
     place are a pair.
@@ -261,13 +312,27 @@ def paired_estimate(
     The differences of events are taken apart into gains and losses. Both are events
     again, so that pairs without any difference have an interval with a width.
     """
-    change = first - second
-    if distribution not in EVENTS:
-        return MeanEstimate((_sample(change),), distribution)
+    change, (of, support) = first - second, _declared(distribution, (first, second))
+    if of not in EVENTS:
+        sample = _sample(change)
+        return MeanEstimate((sample,), of, support=support.of_differences)
     gains, losses = np.maximum(change, 0.0), np.maximum(-change, 0.0)
     varies = len(change) > 1 and np.ptp(gains) > 0.0 and np.ptp(losses) > 0.0
     correlation = float(np.corrcoef(gains, losses)[0, 1]) if varies else 0.0
-    return MeanEstimate((_sample(gains), _sample(losses)), distribution, correlation)
+    samples = _sample(gains), _sample(losses)
+    return MeanEstimate(samples, of, correlation, support.of_differences)
+
+
+def _declared(
+    declared: Declared, samples: Sequence[NDArray[np.float64]]
+) -> tuple[Distribution, Support]:
+    """The distribution of values and what they lie in: anywhere, where some do not lie
+    in what is declared.
+    """
+    of, support = in_full(declared)
+    known = np.concatenate(samples)
+    held = not len(known) or support.holds(known.min(), known.max())
+    return of, support if held else ANYWHERE
 
 
 def _sample(values: NDArray[np.float64]) -> Sample:

@@ -12,7 +12,15 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE, mean_estimate
-from sweep.analysis.mean_bounds import Distribution, Samples, equal, mean_bounds
+from sweep.analysis.mean_bounds import (
+    Declaration,
+    Declared,
+    Distribution,
+    Samples,
+    equal,
+    in_full,
+    mean_bounds,
+)
 from sweep.analysis.resampling import resampled_interval, studentised_interval
 from sweep.text import unknown
 
@@ -21,7 +29,7 @@ MeanKind = Literal["t", "bootstrap", "bootstrap_t"]
 QuantileKind = Literal["order", "bootstrap"]
 
 NONE_REPEATED: Mapping[str, float] = MappingProxyType({})
-NONE_DECLARED: Mapping[str, Distribution] = MappingProxyType({})
+NONE_DECLARED: Mapping[str, Declared] = MappingProxyType({})
 
 
 class Interval(NamedTuple):
@@ -54,13 +62,14 @@ def mean_interval(
     values: ArrayLike,
     confidence: float = CONFIDENCE,
     interval: MeanKind | None = None,
-    distribution: Distribution = "normal",
+    distribution: Declared = "normal",
 ) -> Interval:
     """The mean of `values` (n,), its interval, and the number of values that are not
     NaN.
 
     The values must be independent. Without `interval` it is the one that holds for
-    values of this `distribution`, see `sweep.analysis.mean_bounds`. Else it is one of
+    values of this `distribution`, see `sweep.analysis.mean_bounds`. None reaches beyond
+    the values that there can be, `study.distributions` knows both. Else it is one of
 
     - "t", Student's: for means that are about normal;
     - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): its two sides miss
@@ -75,22 +84,27 @@ def mean_interval(
     93 %. NaN bounds for fewer than two values. Raises ValueError for another kind.
     """
     _check_interval(interval)
-    of = "normal" if interval else distribution
+    of = _asked(interval, distribution)
     estimate = mean_estimate(np.asarray(values, np.float64), distribution=of)
     n = estimate.samples[0].n
     if not estimate.testable:
         return Interval(estimate.value, np.nan, np.nan, n)
     if interval in (None, "t"):
         return Interval(estimate.value, *estimate.interval(confidence), n)
-    if interval == "bootstrap_t":
-        return Interval(
-            estimate.value, *studentised_interval(_known(values), confidence), n
-        )
-    return Interval(
-        estimate.value,
-        *resampled_interval(_known(values), np.mean, confidence, "BCa"),
-        n,
-    )
+    if interval == "bootstrap":
+        bounds = resampled_interval(_known(values), np.mean, confidence, "BCa")
+        return Interval(estimate.value, *bounds, n)
+    bounds = studentised_interval(_known(values), confidence)
+    low, high = estimate.support.cut(estimate.value, *bounds)
+    return Interval(estimate.value, float(low), float(high), n)
+
+
+def _asked(interval: MeanKind | None, declared: Declared) -> Declaration:
+    """The values as the interval that is asked for takes them, normal ones; by default
+    as they are declared.
+    """
+    values = in_full(declared)
+    return values._replace(distribution="normal") if interval else values
 
 
 def quantile_interval(
@@ -142,7 +156,7 @@ def by_point(
     confidence: float = CONFIDENCE,
     interval: MeanKind | None = None,
     repeated: Mapping[str, float] = NONE_REPEATED,
-    distributions: Mapping[str, Distribution] = NONE_DECLARED,
+    distributions: Mapping[str, Declared] = NONE_DECLARED,
 ) -> pd.DataFrame:
     """Each metric's mean and interval over the replicates of each point, in the order
     of `trials`.
@@ -225,7 +239,7 @@ def curves(
     metric: str,
     confidence: float = CONFIDENCE,
     interval: MeanKind | None = None,
-    distribution: Distribution = "normal",
+    distribution: Declared = "normal",
 ) -> pd.DataFrame:
     """Mean of `metric` over trials, with its pointwise interval, at every frame and for
     every value of `by`.
@@ -241,13 +255,26 @@ def curves(
 
 
 def group_bounds(
-    groups: Any, confidence: float, distribution: Distribution
+    groups: Any, confidence: float, distribution: Declared
 ) -> tuple[Floats, Floats]:
     """The bounds of the mean of each of k groups of a column, (k,) each."""
+    of, support = in_full(distribution)
+    samples = group_samples(groups, of)
+    bounds = mean_bounds(of, samples, (1.0 - confidence) / 2.0)
+    cut = support.cut(samples.mean, *bounds)
+    holds = support.holds(samples.least, samples.largest)
+    low, high = (np.where(holds, *ends) for ends in zip(cut, bounds, strict=True))
+    return low, high
+
+
+def group_samples(groups: Any, distribution: Distribution) -> Samples:
+    """What is known of each of k groups of a column, whose values have this
+    `distribution`. Normal ones are taken to have no skewness.
+    """
     least, largest, n = groups.min(), groups.max(), groups.count()
     varies = ~equal(least, largest)
     skewness = groups.skew() if distribution != "normal" else 0.0 * least
-    samples = Samples(
+    return Samples(
         *(
             one.to_numpy(np.float64)
             for one in (
@@ -260,23 +287,24 @@ def group_bounds(
             )
         )
     )
-    return mean_bounds(distribution, samples, (1.0 - confidence) / 2.0)
 
 
 def _group_means(
     groups: Any,
     confidence: float,
     interval: MeanKind | None,
-    distribution: Distribution,
+    distribution: Declared,
 ) -> pd.DataFrame:
     """mean, low, high and n of each group of a column, by the keys of the groups."""
     if interval not in (None, "t"):
-        found = [mean_interval(group, confidence, interval) for _, group in groups]
+        found = [
+            mean_interval(group, confidence, interval, distribution)
+            for _, group in groups
+        ]
         return pd.DataFrame(
             found, columns=["mean", "low", "high", "n"], index=groups.count().index
         )
-    of = "normal" if interval else distribution
-    low, high = group_bounds(groups, confidence, of)
+    low, high = group_bounds(groups, confidence, _asked(interval, distribution))
     return pd.DataFrame(
         {"mean": groups.mean(), "low": low, "high": high, "n": groups.count()}
     )

@@ -1,8 +1,9 @@
 """A number with its interval as text: `86.21 ± 0.28`, or `86.21 (85.93 to 86.49)`.
 
-All are rounded to the second significant digit of half the width of the interval. They
-have five digits if the interval is unknown or infinite, or if it is no wider than the
-rounding errors of a computer: then its width is said to be 0.
+All are rounded to the second significant digit of half the width of the interval, but
+to no more than nine decimal places. They have five digits if the interval is unknown or
+infinite, or if it is no wider than the rounding errors of a computer: then its width is
+said to be 0.
 """
 
 import math
@@ -13,7 +14,9 @@ ROUNDING_ERROR = 1e-12
 """Half widths that are a smaller part of the numbers than this are rounding errors."""
 MOST_PLACES = 9
 MOST_DIGITS = 15
-"""Numbers with more decimal places, or more digits before them, have an exponent."""
+"""So many decimal places are written, and so many digits before them. Numbers that are
+all smaller, or larger, have an exponent.
+"""
 UNKNOWN = "-"
 
 
@@ -45,14 +48,30 @@ def plus_minus(
     return f"{text} ± {_written(half, half, max(scale, _size(half)))}"
 
 
-def with_interval(value: float, low: float, high: float) -> str:
-    """A value with both bounds of its interval; alone where one of them is NaN.
+def is_centred(value: float, low: float, high: float) -> bool:
+    """Whether a value is the middle of its interval, but for rounding, so that half the
+    width says all.
+
+    >>> is_centred(0.4, 0.1, 0.7), is_centred(0.4, 0.0, 1.0)
+    (True, False)
+    """
+    rounding = ROUNDING_ERROR * max(map(_size, (value, low, high)))
+    return math.isclose(value - low, high - value, rel_tol=1e-9, abs_tol=rounding)
+
+
+def with_interval(
+    value: float, low: float, high: float, scale: float = 0.0, *, sign: bool = False
+) -> str:
+    """A value with both bounds of its interval; alone where one of them is NaN. `scale`
+    and `sign` as of `plus_minus`.
 
     >>> with_interval(86.21234, 85.93, 86.49)
     '86.21 (85.93 to 86.49)'
     """
-    half, scale = high / 2.0 - low / 2.0, max(map(_size, (value, low, high)))
-    text, *bounds = (_written(one, half, scale) for one in (value, low, high))
+    half, scale = high / 2.0 - low / 2.0, max(scale, *map(_size, (value, low, high)))
+    text, *bounds = (
+        _written(one, half, scale, sign=sign) for one in (value, low, high)
+    )
     if math.isnan(value) or math.isnan(low) or math.isnan(high):
         return text
     return f"{text} ({bounds[0]} to {bounds[1]})"
@@ -87,6 +106,10 @@ def _written(value: float, half: float, scale: float, *, sign: bool = False) -> 
     if last >= -MOST_PLACES and first < MOST_DIGITS:
         places = max(0, -last)
         return f"{round(value, places) + positive:{plus}.{places}f}"
+    if -DIGITS <= first < MOST_DIGITS:
+        readable = abs(value) >= 10.0**-MOST_PLACES or value == 0.0
+        digits = f"{MOST_PLACES}f" if readable else "1e"
+        return f"{value + positive:{plus}.{digits}}"
     mantissa = Decimal(value).scaleb(-first)
     return f"{mantissa:{plus}.{first - last}f}e{first:+03}"
 

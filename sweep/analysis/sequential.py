@@ -35,10 +35,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from sweep.analysis.mean_bounds import Distribution
+from sweep.analysis.mean_bounds import Declared, in_full
 
 if TYPE_CHECKING:
     from sweep.analysis.intervals import Interval
@@ -51,7 +50,7 @@ GROWTH = 1.25
 
 PATHS = 400_000
 SEED = 20240611
-ALL_NORMAL: Mapping[str, Distribution] = MappingProxyType({})
+ALL_NORMAL: Mapping[str, Declared] = MappingProxyType({})
 MOST_METRICS = 10
 """Of more of them, PATHS would be too few for the confidence of each."""
 SAFETY = 2.0
@@ -221,7 +220,7 @@ def repeated_interval(
     values: ArrayLike,
     looks: Sequence[int],
     confidence: float = 0.95,
-    distribution: Distribution = "normal",
+    distribution: Declared = "normal",
 ) -> "Interval":
     """The mean of `values` (n,) and its repeated confidence interval, where n is one of
     `looks`.
@@ -269,7 +268,7 @@ def look(
     nominal: float,
     trials: Counts,
     values: Mapping[str, ArrayLike],
-    distributions: Mapping[str, Distribution] = ALL_NORMAL,
+    distributions: Mapping[str, Declared] = ALL_NORMAL,
 ) -> Look:
     """Look at P points with `trials` (P,) each. The `values` of each metric follow one
     another, point after point; `distributions` are those of the metrics, "normal" where
@@ -277,8 +276,10 @@ def look(
 
     What is not finite is no value. No point waits for a metric of which it has fewer
     than two values, whatever its number of trials: it might go on to `most` without
-    ever having one. The half width is half of the distance of both bounds. Equal values
-    have half width 0, unless they are counts or shares.
+    ever having one. The half width is half of the distance of both bounds, before the
+    interval is cut off where values end: what could not be anyway says nothing of how
+    well a mean is known. Equal values have half width 0, unless they are counts or
+    shares.
     """
     numbers = np.asarray(until.looks)
     following = numbers[
@@ -298,14 +299,18 @@ def _seen(
     nominal: float,
     trials: Counts,
     values: ArrayLike,
-    distribution: Distribution | None,
+    distribution: Declared | None,
 ) -> SeenMetric:
+    import pandas as pd
+
     from sweep.analysis.intervals import group_bounds
 
     array = np.asarray(values, np.float64)
     known = pd.Series(np.where(np.isfinite(array), array, np.nan))
     groups = known.groupby(np.repeat(np.arange(len(trials)), trials))
-    low, high = group_bounds(groups, nominal, distribution or "normal")
+    # As wide as it is before it is cut: a range says nothing of how much is known.
+    of = in_full(distribution or "normal").distribution
+    low, high = group_bounds(groups, nominal, of)
     means = np.asarray(groups.mean(), np.float64)
     counts: Counts = np.asarray(groups.count(), np.int64)
     return SeenMetric(counts, (high - low) / 2.0, width.allowed(means))

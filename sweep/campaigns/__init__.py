@@ -11,6 +11,8 @@ search asks for.
     design_plan    the plan of a study whose points come from its axes
     stored_trials  what is stored when a launch begins, and what it adds
     twins          trials that run again, compared with what is stored of them
+    measure        further metrics of what is stored: `sweep measure`
+    further_metrics  the metrics that it is asked for
     loaded         a stored study, with its search and its sensitivities
     warming        what is compiled ahead
     progress       how far a campaign is, and what shows it

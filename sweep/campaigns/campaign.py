@@ -9,12 +9,12 @@ a launch has stored is in its plan, whenever the launch ends.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
-import pyarrow as pa
 
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.stored_trials import StoredTrials, among
@@ -22,9 +22,12 @@ from sweep.campaigns.strategy import Origin, PlanTables, Round, Strategy
 from sweep.campaigns.twins import Twins, twins
 from sweep.design.jobs import Job
 from sweep.design.recording import Recording
+from sweep.design.trial_ids import as_texts
 from sweep.store.custody import custody
+from sweep.store.last_states import continued, earlier_trials
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
+from sweep.store.memory import give_back
 from sweep.store.provenance import provenance
 from sweep.store.recordings import NONE_SERVED, others_stored, served
 from sweep.store.rows import Tables
@@ -36,7 +39,7 @@ from sweep.trial.result import Result
 from sweep.workers.attempts import run_jobs
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import ExecutorFactory
-from sweep.workers.failures import Failures, failed_among
+from sweep.workers.failures import Failures
 
 P = TypeVar("P", bound=Progress)
 
@@ -115,7 +118,7 @@ class _Campaign(Generic[P]):
                 unpublished = None
             # The ids and the plan of a million trials are a hundred megabytes.
             del asked, wanted
-            pa.default_memory_pool().release_unused()
+            give_back()
             if jobs:
                 self._run(jobs)
         if unpublished:
@@ -132,11 +135,10 @@ class _Campaign(Generic[P]):
         _, final = self.stored.ask(asked.ids)
         if not final.all() and self.recordings:
             jobs = asked.jobs_at(np.flatnonzero(~final))
-            known, done = self.stored.table["trial_id"], self.stored.done
+            known, done = self.stored.known, self.stored.done
             new = served(self.study, jobs, self.recordings, known, done)
             serving = serving.also(new)
-            shorter = (self.recordings, known, new)
-            self.twins += twins(self.store, self.study, jobs, *shorter)
+            self.twins += twins(self.store, self.study, jobs, self.recordings, new)
         if not len(serving):
             return asked
         if self.strategy.grows:  # its next plan lists them too
@@ -145,8 +147,8 @@ class _Campaign(Generic[P]):
         def plan(origin: Origin) -> PlanTables:
             listed, asked_for = asked.plan(origin)
             if asked_for is not None:
-                asked_for = serving.into_table(asked_for)
-            return serving.into_table(listed), asked_for
+                asked_for = serving.into_rows(asked_for.to_reader()).read_all()
+            return serving.into_rows(listed), asked_for
 
         return replace(asked, ids=serving.into(asked.ids), plan=plan)
 
@@ -165,12 +167,12 @@ class _Campaign(Generic[P]):
         self.progress.apart -= int(stored.sum())
         self.progress.count(int(ours.sum()), int((ours & final).sum()))
         if not retry:
-            failed = failed_among(self.stored.table, asked.ids)
-            self.failures.note_stored(failed)
+            failed = np.isin(asked.ids, self.stored.failed_ids())
+            self.failures.note_stored(as_texts(asked.ids[failed]).to_pylist())
         if not self.strategy.grows:
             self.stored.forget()
             if there := self.checkpoints.trials():
-                running = asked.ids.take(pa.array(missing))
+                running = asked.ids[missing]
                 self.checkpoints.keep_only(among(there, running))
         return asked.jobs_at(missing)
 
@@ -182,16 +184,26 @@ class _Campaign(Generic[P]):
             self.spec_is_written = True
 
     def _run(self, jobs: Sequence[Job]) -> None:
-        self.report(self.progress)
-        run_jobs(
-            self.study,
-            jobs,
-            self.store,
-            self.tables,
-            self.executor,
-            self.failures,
-            self._note,
-        )
+        with self._continued(jobs) as those:
+            self.report(self.progress)
+            run_jobs(
+                self.study,
+                those,
+                self.store,
+                self.tables,
+                self.executor,
+                self.failures,
+                self._note,
+            )
+
+    def _continued(self, jobs: Sequence[Job]) -> AbstractContextManager[Sequence[Job]]:
+        """The jobs, with what trials with fewer steps have left of them."""
+        if not self.study.record.last_states:
+            return nullcontext(jobs)
+        earlier = earlier_trials(self.study, self.store, jobs)
+        self.progress.continued += earlier.count
+        self.progress.steps_saved += int(earlier.steps.sum())
+        return continued(self.store, jobs, earlier)
 
     def _note(self, results: list[Result]) -> None:
         if self.strategy.grows:

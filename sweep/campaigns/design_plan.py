@@ -5,6 +5,7 @@ import pyarrow as pa
 
 from sweep.campaigns.strategy import Origin, PlanTables
 from sweep.design.jobs import Jobs
+from sweep.design.trial_ids import BLOCK, Ids
 from sweep.store.plan_about import PlanAbout
 
 
@@ -13,13 +14,22 @@ def plan_table(jobs: Jobs, origin: Origin) -> pa.Table:
 
     Its metadata say where it comes from, and what PlanAbout has.
     """
-    return plan_tables(jobs.table(), jobs, origin)[0]
+    return plan_tables(jobs.ids(), jobs, origin)[0].read_all()
 
 
-def plan_tables(trials: pa.Table, jobs: Jobs, origin: Origin) -> PlanTables:
-    """`plan_table` from `trials`, which is `jobs.table()`, and no asked.parquet."""
-    plan = trials
-    for name, column in jobs.design.columns.items():
-        plan = plan.append_column(name, pa.array(np.repeat(column, jobs.trials)))
+def plan_tables(ids: Ids, jobs: Jobs, origin: Origin) -> PlanTables:
+    """`plan_table` of jobs with these ids, some rows at a time, and no asked.parquet.
+    The whole of a million would take a hundred megabytes.
+    """
     about = PlanAbout.of(jobs.study, jobs.design.columns, jobs.study.axes)
-    return about.into(plan, origin), None
+
+    def batch(some: slice) -> pa.RecordBatch:
+        places = np.arange(len(jobs))[some]
+        rows, points = jobs.rows(places, ids[some]), jobs.points_at(places)
+        for name, column in jobs.design.columns.items():
+            rows = rows.append_column(name, pa.array(column[points]))
+        return about.into(rows, origin).combine_chunks().to_batches()[0]
+
+    every = (slice(first, first + BLOCK) for first in range(0, len(jobs), BLOCK))
+    schema = batch(slice(1)).schema
+    return pa.RecordBatchReader.from_batches(schema, map(batch, every)), None

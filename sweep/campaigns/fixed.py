@@ -30,6 +30,5 @@ class FixedStrategy:
         yield self._round(Jobs(self.study, self.design))
 
     def _round(self, jobs: Jobs) -> Round:
-        trials = jobs.table()
-        plan = partial(plan_tables, trials, jobs)
-        return Round(trials["trial_id"], jobs.to_run, plan)
+        ids = jobs.ids()
+        return Round(ids, jobs.to_run, partial(plan_tables, ids, jobs))

@@ -2,7 +2,7 @@
 and which settings matter.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from sweep.analysis import CONFIDENCE, MeanKind
+from sweep.analysis.replication import CHANCE
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
 from sweep.spec.sampling import Analyses
 from sweep.tables.arrays import to_arrays
 from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
+from sweep.tables.power import NOTHING, power
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
 
@@ -51,6 +53,38 @@ class LoadedStudy(StoredStudy):
         """
         found = point_means(
             self, metrics, by=by, sort=sort, half=half, interval=interval
+        )
+        return found.rows
+
+    def power(
+        self,
+        half_width: Mapping[str, float | str] = NOTHING,
+        difference: Mapping[str, float | str] = NOTHING,
+        *,
+        against: StoredStudy | None = None,
+        half: bool = False,
+        chance: float = CHANCE,
+    ) -> pd.DataFrame:
+        """How many replicates each point needs for 95 % intervals of so narrow a
+        `half_width`, a number or a share of the mean, {"speed": 0.05, "coverage":
+        "5%"}, and for a comparison that notices so large a `difference`, with these
+        trials as the pilot: see `sweep.tables.power.power`.
+
+        A difference is one of each point to the first one, or of `against` to these
+        trials: `study.where(n=50).power({}, {"speed": "5%"},
+        against=study.where(n=100))`.
+        """
+        widths, sizes = (
+            [f"{name}={size}" for name, size in asked.items()]
+            for asked in (half_width, difference)
+        )
+        found = power(
+            self,
+            against,
+            half_widths=widths,
+            differences=sizes,
+            half=half,
+            chance=chance,
         )
         return found.rows
 

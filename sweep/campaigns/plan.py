@@ -2,21 +2,55 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from sweep.campaigns.search.plan import SearchPlan, make_search_plan
+from sweep.campaigns.stored_trials import StoredTrials
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs, SomeJobs
 from sweep.design.plan import Plan, make_plan
+from sweep.design.trial_ids import Ids
 from sweep.spec.study import Study
+from sweep.store.last_states import Earlier, earlier_trials
+from sweep.store.locations import Location
+from sweep.store.recordings import others_stored, served
+from sweep.store.store import Store
 from sweep.trial.probe import measured_pace
 from sweep.trial.simulation import compiling_seconds
 
 
-def plan_of(study: Study, workers: int) -> Plan | SearchPlan:
+def plan_of(
+    study: Study, workers: int, results: Location | None = None
+) -> Plan | SearchPlan:
     """What `study` would run with so many workers.
 
-    Raises SpecError for a design or a search that cannot be, and as `measured_pace`.
+    Of trials that keep their last states it says how many go on from those that are
+    stored below `results`. Raises SpecError for a design or a search that cannot be,
+    StoreError for results that cannot be read, and as `measured_pace`.
     """
-    seconds = compiling_seconds(study.known.models[study.model])
+    seconds = compiling_seconds(study.known.models[study.model], study.threads)
     if study.search:
         search = make_search_plan(study, workers)
         return replace(search, compiling_seconds=seconds)
     plan = make_plan(study, workers, measured_pace(study))
-    return replace(plan, compiling_seconds=seconds)
+    plan = replace(plan, compiling_seconds=seconds)
+    if results is None or not study.record.last_states:
+        return plan
+    earlier = _earlier(study, Store(results / study.name, results))
+    saved = int(earlier.steps.sum())
+    return replace(plan, continued=earlier.count, steps_saved=saved)
+
+
+def _earlier(study: Study, store: Store) -> Earlier:
+    """From which stored trials those of a study would go on that are missing."""
+    jobs, stored = Jobs(study, expand(study)), StoredTrials(store, (), retry=False)
+    ids, others = jobs.ids(), others_stored(store, study)
+    missing = _missing(stored, jobs, ids)
+    serving = served(study, missing, others, stored.known, stored.done)
+    return earlier_trials(study, store, _missing(stored, jobs, serving.into(ids)))
+
+
+def _missing(stored: StoredTrials, jobs: Jobs, ids: Ids) -> SomeJobs:
+    """Those of the jobs, stored under `ids`, that are not."""
+    _, final = stored.ask(ids)
+    return SomeJobs(jobs, np.flatnonzero(~final))

@@ -14,9 +14,11 @@ class Progress:
 
     `trials` counts the trials of the plan; of a launch of a share, only those in it.
     `stored` of them were stored before, and `statuses` counts the new ones. `apart` are
-    stored trials that the plan does not list. The plan grows to `most` trials at most.
-    Where a rule decides how many trials a point gets, `settled` of the `points` have
-    had their last one; `settled` is None where the number is fixed.
+    stored trials that the plan does not list. Of the new trials `continued` go on from
+    the last states of others, whose steps are `steps_saved` together. The plan grows to
+    `most` trials at most. Where a rule decides how many trials a point gets, `settled`
+    of the `points` have had their last one; `settled` is None where the number is
+    fixed.
     """
 
     points: int = 0
@@ -25,6 +27,8 @@ class Progress:
     trials: int = 0
     stored: int = 0
     apart: int = 0
+    continued: int = 0
+    steps_saved: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
 
     def count(self, trials: int, stored: int, /) -> None:

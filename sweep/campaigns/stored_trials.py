@@ -10,54 +10,67 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.store.recordings import places_of
+from sweep.design.trial_ids import NO_IDS, Ids, KnownIds, as_texts, packed
+from sweep.store.memory import give_back
 from sweep.store.rows import trial_metrics
 from sweep.store.store import Store
 from sweep.tables.stored_tables import checked_numbers
-from sweep.trial.result import Result
+from sweep.trial.result import FAILED, Result
 
 
 class StoredTrials:
     """The stored trials of a study: of each its id, its status, and some `columns`.
 
-    `table` has those that were stored when the launch began. `final` says which of them
-    do not run again: all, or with `retry` those that are done. Raises StoreError where
-    they cannot be read, or are not what a launch writes.
+    `known` has the ids of those that were stored when the launch began, and `table` the
+    rest of them. `final` says which of them do not run again: all, or with `retry`
+    those that are done. Raises StoreError where they cannot be read, or are not what a
+    launch writes.
     """
 
     def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
         texts = {"trial_id": pa.string(), "status": pa.string()}
-        self.schema = pa.schema(texts | dict.fromkeys(columns, pa.float64()))
         found = store.read("trials", columns=list(texts), optional=columns)
         checked_numbers(store.folder, found, columns)
+        self.known = KnownIds.of_column(found["trial_id"].cast(pa.string()))
+        found = found.drop_columns("trial_id")
         for name in columns:
             if name not in found.column_names:
                 found = found.append_column(name, pa.nulls(len(found)))
+        kinds = {"status": pa.string()} | dict.fromkeys(columns, pa.float64())
+        self.schema = pa.schema(kinds)
         self.table = found.select(self.schema.names).cast(self.schema)
         del found
-        pa.default_memory_pool().release_unused()
+        give_back()
         self.final = np.ones(len(self.table), np.bool_)
         if retry:
             self.final = self.done
-        self._asked = pa.chunked_array([], pa.string())
-        self._noted = self.schema.empty_table()
+        self._begin(NO_IDS)
 
-    def ask(self, ids: pa.ChunkedArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def _begin(self, asked: Ids) -> None:
+        self._asked, self._noted = asked, list[Ids]()
+        self._noted_rows = self.schema.empty_table()
+
+    def ask(self, ids: Ids) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Begin a round of the trials `ids`, shape (n,).
 
         Returns which of them were stored when the launch began, and which of these do
         not run again; shapes (n,).
         """
-        self._asked, self._noted = ids, self.schema.empty_table()
-        places = places_of(ids, self.table["trial_id"])
+        self._begin(ids)
+        places = self.known.places(ids)
         stored = places >= 0
         final = stored.copy()
         final[stored] = self.final[places[stored]]
         return stored, final
 
-    def final_ids(self) -> pa.ChunkedArray:
+    def final_ids(self) -> Ids:
         """The ids of the trials of `table` that do not run again."""
-        return self.table["trial_id"].filter(pa.array(self.final))
+        return self.known.where(self.final)
+
+    def failed_ids(self) -> Ids:
+        """The ids of the trials of `table` that failed."""
+        failed = pc.is_in(self.table["status"], value_set=pa.array(FAILED))
+        return self.known.where(failed.to_numpy())
 
     @property
     def done(self) -> NDArray[np.bool_]:
@@ -67,31 +80,27 @@ class StoredTrials:
 
     def note(self, results: Sequence[Result]) -> None:
         """Enter trials of this round that are stored now."""
-        rows = [
-            {"trial_id": result.job.trial_id, "status": result.status}
-            | trial_metrics(result)
-            for result in results
-        ]
+        rows = [{"status": one.status} | trial_metrics(one) for one in results]
         table = pa.Table.from_pylist(rows, self.schema)
-        self._noted = pa.concat_tables([self._noted, table])
+        self._noted.append(packed(one.job.trial_id for one in results))
+        self._noted_rows = pa.concat_tables([self._noted_rows, table])
 
     def look(self) -> pa.Table:
         """What is stored of the trials of the round: see `sweep.campaigns.strategy`."""
-        known = pa.concat_tables([self.table, self._noted])
-        before = places_of(self._asked, self.table["trial_id"])
-        new = places_of(self._asked, self._noted["trial_id"])
+        both = pa.concat_tables([self.table, self._noted_rows])
+        noted = KnownIds.of(np.concatenate([NO_IDS, *self._noted]))
+        before, new = (ids.places(self._asked) for ids in (self.known, noted))
         places = np.where(new >= 0, new + len(self.table), before)
-        rows = pa.array(places, mask=places < 0)
-        return known.drop_columns("trial_id").take(rows)
+        return both.take(pa.array(places, mask=places < 0))
 
     def forget(self) -> None:
         """Give the memory back: there is no further round."""
-        self.table = self._noted = self.schema.empty_table()
-        self._asked = pa.chunked_array([], pa.string())
-        pa.default_memory_pool().release_unused()
+        self.table, self.known = self.schema.empty_table(), KnownIds.of(NO_IDS)
+        self._begin(NO_IDS)
+        give_back()
 
 
-def among(trials: Iterable[str], ids: pa.ChunkedArray) -> set[str]:
+def among(trials: Iterable[str], ids: Ids) -> set[str]:
     """Those of some trials that are among `ids`."""
-    named = pa.chunked_array([sorted(trials)], pa.string())
-    return set(named.filter(pa.array(places_of(named, ids) >= 0)).to_pylist())
+    named = packed(trials)
+    return set(as_texts(named[np.isin(named, ids)]).to_pylist())

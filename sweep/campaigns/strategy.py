@@ -21,14 +21,15 @@ from numpy.typing import NDArray
 from sweep.campaigns.progress import Progress
 from sweep.design.design import evenly
 from sweep.design.jobs import Counts, Job
+from sweep.design.trial_ids import Ids, as_texts, blocks
 from sweep.spec.study import Study
 from sweep.store.shares import Share
 
 Origin = Mapping[str, object]
 """Where results come from, as `sweep.store.provenance` says it."""
 
-PlanTables = tuple[pa.Table, pa.Table | None]
-"""What becomes plan.parquet and, of a search, asked.parquet."""
+PlanTables = tuple[pa.RecordBatchReader, pa.Table | None]
+"""What becomes plan.parquet, some rows at a time, and, of a search, asked.parquet."""
 
 Look = Callable[[], pa.Table]
 """Returns what is stored of the trials of the last round: a row each, in their order.
@@ -50,7 +51,7 @@ class Round:
     missing of the last round.
     """
 
-    ids: pa.ChunkedArray
+    ids: Ids
     jobs_at: Callable[[Counts], Sequence[Job]]
     plan: Callable[[Origin], PlanTables]
 
@@ -60,8 +61,8 @@ class Round:
 
     def in_share(self, share: Share) -> NDArray[np.bool_]:
         """Which of the trials a launch of this share runs, shape (len(ids),)."""
-        chunks = [share.has(chunk.to_pylist()) for chunk in self.ids.chunks]
-        return np.concatenate([np.empty(0, np.bool_), *chunks])
+        masks = [share.has(as_texts(some).to_pylist()) for some in blocks(self.ids)]
+        return np.concatenate([np.empty(0, np.bool_), *masks])
 
 
 class Strategy(Protocol[P_co]):

@@ -7,39 +7,42 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job, blocks_of, ids_recording
+from sweep.design.jobs import Counts, Job, ids_recording
 from sweep.design.recording import Recording
+from sweep.design.trial_ids import KnownIds, as_texts, packed
 from sweep.errors import StoreError
 from sweep.spec.recorded import columns_of
 from sweep.spec.study import Study
-from sweep.store.recordings import Served, places_of
+from sweep.store.locations import Location
+from sweep.store.memory import give_back
+from sweep.store.parquet import load_table, stored_schema
+from sweep.store.recordings import Served
 from sweep.store.rows import trial_metrics
 from sweep.store.store import Store
 from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import Result
 
-READ_AT_ONCE = 100_000
-"""So many trials are read together. What stays of each is 16 bytes."""
+Stored = tuple[NDArray[np.uint64], NDArray[np.bool_]]
+"""Of some trials the digests of what is stored, and which are stored and done; (n,)."""
 NO_VALUE = np.float64(np.nan).view(np.uint64)
 
 
 class Twins(NamedTuple):
-    """Up to READ_AT_ONCE stored trials of a recording, which are the same flights as
-    some jobs, though they record less.
+    """Stored trials of a recording that are the same flights as some jobs, though they
+    record less. Each takes 24 bytes.
 
-    `columns` are those that both have. `keys` (n,) are the beginnings of the ids of the
-    jobs in ascending order, and `digests` (n,) stand for what is stored in the columns.
+    `columns` are those that both have. `known` are the ids of the jobs, and `digests`
+    (n,), by their rows, stand for what is stored in the columns.
     """
 
     store: Store
     study: Study
     recording: Recording
     columns: list[str]
-    keys: NDArray[np.uint64]
+    known: KnownIds
     digests: NDArray[np.uint64]
 
     def check(self, results: Iterable[Result]) -> None:
@@ -49,10 +52,8 @@ class Twins(NamedTuple):
             return
         rows = [trial_metrics(result) for result in done]
         values = np.array([[row[name] for name in self.columns] for row in rows])
-        keys = _keys([result.job.trial_id for result in done])
-        places = np.searchsorted(self.keys, keys).clip(max=len(self.keys) - 1)
-        known = self.keys[places] == keys
-        differs = known & (self.digests[places] != _digests(values))
+        places = self.known.places(packed(one.job.trial_id for one in done))
+        differs = (places >= 0) & (self.digests[places] != _digests(values))
         for place in np.flatnonzero(differs)[:1].tolist():
             raise self._difference(done[place].job, rows[place])
 
@@ -60,7 +61,7 @@ class Twins(NamedTuple):
         stored = ids_recording(self.study, [job], self.recording)
         table = self.store.read(
             "trials",
-            trial_ids=stored.combine_chunks(),
+            trial_ids=as_texts(stored).combine_chunks(),
             columns=["trial_id", *self.columns],
         )
         (then,) = table.to_pylist()
@@ -84,48 +85,55 @@ def twins(
     study: Study,
     jobs: Sequence[Job],
     recordings: Iterable[Recording],
-    known: pa.ChunkedArray,
     served: Served,
 ) -> list[Twins]:
     """The stored trials of each of the `recordings` that must come out again when those
-    of the `jobs` run that are not `served`, some after the other; `known` are the ids
-    of all that is stored. Raises StoreError for a damaged part.
+    of the `jobs` run that are not `served`. Raises StoreError for a damaged part.
     """
     asked, found = Recording.of(study), list[Twins]()
     for recording in recordings:
         names = columns_of(recording.shared(asked))
-        for some in blocks_of(jobs, READ_AT_ONCE) if names else ():
-            own = ids_recording(study, some, asked)
-            other = ids_recording(study, some, recording)
-            run = (places_of(own, served.asked) < 0) & (places_of(other, known) >= 0)
-            if run.any():
-                mask = pa.array(run)
-                pairs = Served(own.filter(mask), other.filter(mask))
-                keys, digests = _read(store, names, pairs)
-                found.append(Twins(store, study, recording, names, keys, digests))
-    return [one for one in found if len(one.keys)]
+        own = ids_recording(study, jobs if names else (), asked)
+        run = served.asked.places(own) < 0
+        if not run.any():
+            continue
+        own = own[run]
+        other = ids_recording(study, jobs, recording)[run]
+        # Searched ids of a million take 16 MB, which are free again after it.
+        digests, done = _read(store, names, KnownIds.of(other))
+        del other
+        if done.any():
+            ids = KnownIds.of(own[done])
+            found.append(Twins(store, study, recording, names, ids, digests[done]))
+    return found
 
 
-def _read(
-    store: Store, columns: list[str], pairs: Served
-) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
-    """The keys and digests of the stored ones that are done, as Twins has them."""
-    rows = store.read(
-        "trials",
-        trial_ids=pairs.stored.combine_chunks(),
-        columns=["trial_id", "status", *columns],
-    )
-    checked_numbers(store.folder, rows, columns)
-    rows = rows.filter(pc.equal(rows["status"], "done"))
-    places = places_of(rows["trial_id"], pairs.stored)
-    keys = _keys(pairs.asked.take(pa.array(places)).to_pylist())
-    values = np.column_stack([rows[name].to_numpy() for name in columns])
-    order = np.argsort(keys)
-    return keys[order], _digests(values)[order]
+def _read(store: Store, columns: list[str], wanted: KnownIds) -> Stored:
+    """What is stored in the columns, by the rows of `wanted`."""
 
+    def of_part(part: Location) -> tuple[Counts, NDArray[np.uint64], NDArray[np.bool_]]:
+        if not {*columns} <= {*stored_schema(part / "trials.parquet").names}:
+            return np.empty(0, np.int64), np.empty(0, np.uint64), np.empty(0, np.bool_)
+        rows = load_table(part, "trials", ["trial_id", "status", *columns])
+        checked_numbers(store.folder, rows, columns)
+        places = wanted.places_of_column(rows["trial_id"])
+        values = np.column_stack([rows[name].to_numpy() for name in columns])
+        done = pc.equal(rows["status"], "done").fill_null(False).to_numpy()
+        there = places >= 0
+        return places[there], _digests(values)[there], done[there]
 
-def _keys(ids: Iterable[str]) -> NDArray[np.uint64]:
-    return np.array([int(trial[:16], 16) for trial in ids], np.uint64)
+    def read(parts: list[Location]) -> Stored:
+        digests = np.empty(len(wanted.rows), np.uint64)
+        done = np.zeros(len(wanted.rows), np.bool_)
+        for part in parts:
+            # Parts come oldest first, and a trial counts from the latest one.
+            places, numbers, ended = of_part(part)
+            digests[places], done[places] = numbers, ended
+            # Else what each part has freed would be kept beside what the next takes.
+            give_back()
+        return digests, done
+
+    return store.steadily(read)
 
 
 def _bits(values: NDArray[np.float64]) -> NDArray[np.uint64]:

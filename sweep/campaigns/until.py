@@ -57,11 +57,11 @@ class UntilStrategy:
 
     def _round(self, jobs: Jobs, new: NDArray[np.bool_]) -> Round:
         places = np.flatnonzero(new)
-        trials = jobs.table()
+        ids = jobs.ids()
         return Round(
-            trials["trial_id"].take(places),
+            ids[places],
             lambda some: jobs.to_run(places[some]),
-            partial(plan_tables, trials, jobs),
+            partial(plan_tables, ids, jobs),
         )
 
 

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from sweep.design.design import evenly, expand
+from sweep.design.design import Design, evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.errors import SpecError
 from sweep.own_code.reading import named_model, study_of
 from sweep.spec.study import Study
 from sweep.text import unknown
 from sweep.trial.compiled import usual
+from sweep.trial.lanes import AT_ONCE, first_group, groups, warm_together
 from sweep.trial.simulation import warm
 from sweep.workers.failures import in_a_line
 
@@ -32,16 +33,31 @@ def cache_folder() -> Path:
 
 
 def warm_study(study: Study) -> float:
-    """Compile what the trials of a study need; the seconds that it took. Raises
-    SpecError where none of them can take a step.
+    """Compile what the trials of a study need, alone and where they fly together; the
+    seconds that it took. Of a search that is what its scenarios need. Raises SpecError
+    where none of them can take a step.
     """
     began = time.perf_counter()
-    results = [warm(job) for job in _unlike(study)]
+    if study.search:
+        study = replace(study, axes=study.search.over, require=(), search=None)
+    design = expand(study)
+    jobs = list(_unlike(study, design))
+    results = [warm(job) for job in jobs]
     failed = [result for result in results if result.has_failed]
     if failed and len(failed) == len(results):
         said = f"no trial can be run: {in_a_line(failed[0].error)}"
         raise study.document.error(("model",), said)
+    if study.policy.memory is None and first_group(Jobs(study, design)):
+        for job in jobs:
+            _warm_together(job)
     return time.perf_counter() - began
+
+
+def _warm_together(job: Job) -> None:
+    """Compile what trials like `job` need that fly together, if they may do so."""
+    alike = [replace(job, replicate=k) for k in range(AT_ONCE)]
+    if len(next(groups(alike))) > 1:
+        warm_together(alike)
 
 
 def warm_model(model: str, *, code: bool = True) -> float:
@@ -54,7 +70,12 @@ def warm_model(model: str, *, code: bool = True) -> float:
         raise SpecError(unknown("model", name, known.models))
     began = time.perf_counter()
     for preset in known.models[name].presets:
-        spec = {"study": "warm", "model": model, "preset": preset, "replicates": 1}
+        spec = {
+            "study": "warm",
+            "model": model,
+            "preset": preset,
+            "replicates": AT_ONCE,
+        }
         fitting = [one for one in known.metrics if _fits(spec, one)]
         warm_study(study_of(spec | {"record": {"metrics": fitting}}))
     return time.perf_counter() - began
@@ -68,13 +89,10 @@ def _fits(spec: dict[str, Any], metric: str) -> bool:
     return True
 
 
-def _unlike(study: Study) -> Iterator[Job]:
+def _unlike(study: Study, design: Design) -> Iterator[Job]:
     """A trial for each combination of maps, starts and other choices: others may run
-    other code. Of a search those of its scenarios.
+    other code.
     """
-    if study.search:
-        study = replace(study, axes=study.search.over, require=(), search=None)
-    design = expand(study)
     looked = evenly(design.n_points, MOST_POINTS)
     choices = [one[looked] for one in design.columns.values() if one.dtype == object]
     first = (

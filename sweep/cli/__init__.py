@@ -8,12 +8,16 @@ themselves, so that `sweep --help` answers at once.
     engines          the options that say where trials run
     starting         init, new: a study, and code, of one's own
     running          launch, search, plan, reproduce
-    reading          status, table, plot, compare
+    reading          status, table, power, plot, compare
+    power_text       needed replicates as text
     overview         list, columns: what there is
+    measuring        measure: further metrics of what is stored
     maintenance      replay, verify, diff, gc, rename, rm, export
     sharing          pack, load, cite, odd: a study for others
     own_code         code: that of a stored study
     viewing          view: the live simulator
+    showing          show: the results explorer, or a study as one file
+    supplementing    the options of that file
     guide            guide: the documentation, in the terminal
     warming          warm: compiles ahead
     checking         check: whether a model keeps its promises
@@ -26,6 +30,7 @@ themselves, so that `sweep --help` answers at once.
     replay_files     the files that a replay writes
     comparison_text  a comparison as text and as JSON
     completing       names that a shell completes
+    spec_files       the file of a spec that a command names, or of a stored study
     topics           the guide by topics
     output           errors of standard output
     terminal         tables and lines, by rich
@@ -37,10 +42,12 @@ from sweep.cli import starting as starting
 from sweep.cli import running as running
 from sweep.cli import reading as reading
 from sweep.cli import overview as overview
+from sweep.cli import measuring as measuring
 from sweep.cli import maintenance as maintenance
 from sweep.cli import sharing as sharing
 from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing
+from sweep.cli import showing as showing
 from sweep.cli import warming as warming
 from sweep.cli import guide as guide
 from sweep.cli import checking as checking

@@ -125,8 +125,15 @@ Quiet = Annotated[
         help="No progress and no warnings on stderr: errors alone.",
     ),
 ]
+MOST_WORKERS = 1024
+"""More processes than any machine has cores for are a slip of the finger."""
 Workers = Annotated[
-    int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")
+    int,
+    typer.Option(
+        min=0,
+        max=MOST_WORKERS,
+        help="Worker processes; 0 for as many as cores have room for.",
+    ),
 ]
 
 

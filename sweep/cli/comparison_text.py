@@ -10,12 +10,20 @@ import pandas as pd
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from sweep.analysis.notation import number, percent, plus_minus
-from sweep.cli.listing import MOST_ROWS, brief
+from sweep.analysis.notation import (
+    is_centred,
+    number,
+    percent,
+    plus_minus,
+    with_interval,
+)
+from sweep.cli.listing import MOST_ROWS
 from sweep.cli.terminal import console
 from sweep.tables.comparison import Comparison
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import telling
+from sweep.tables.means_text import brief
+from sweep.tables.overview import few_skewed
 from sweep.text import so_many
 
 MOST_VALUES = 4
@@ -249,8 +257,12 @@ def _table(comparison: Comparison) -> Table:
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
     """A, B and their difference, all to the place that its interval allows."""
     a, b, low, high = (float(row[name]) for name in ("a", "b", "low", "high"))
-    half, scale = (high - low) / 2, max(abs(a), abs(b))
-    difference = plus_minus(float(row["difference"]), half, scale, sign=True)
+    half, scale, value = (high - low) / 2, max(abs(a), abs(b)), float(row["difference"])
+    difference = (
+        plus_minus(value, half, scale, sign=True)
+        if math.isnan(half) or is_centred(value, low, high)
+        else with_interval(value, low, high, scale, sign=True)
+    )
     return number(a, half), number(b, half), difference
 
 
@@ -272,7 +284,8 @@ def _notes(comparison: Comparison) -> Iterable[str]:
     """How to read the table, and warnings."""
     rows, method = comparison.rows, comparison.method
     together = _together(comparison)
-    yield f"±: half the width of the {100 * method.confidence:g} % interval; {together}"
+    width = f"half the width of the {100 * method.confidence:g} % interval"
+    yield f"±: {width}, whose ends stand where it is not centred; {together}"
     if method.together != "max_t":
         yield DISTRIBUTIONS
     paired, streams = (
@@ -306,6 +319,10 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             " others lack a value or a partner"
         )
     yield from _undefined(rows)
+    counts = {
+        str(name): [*part["n_a"], *part["n_b"]] for name, part in rows.groupby("metric")
+    }
+    yield from filter(None, [few_skewed(comparison.one.study, counts)])
     small = (
         (rows["p"] < 1.0 - method.confidence)
         & (rows["low"] <= 0.0)

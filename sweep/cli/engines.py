@@ -52,20 +52,25 @@ SchedulerFile = Annotated[
 
 @contextmanager
 def engine(
-    kind: EngineKind, workers: int, address: str | None, scheduler_file: Path | None
+    kind: EngineKind,
+    workers: int,
+    address: str | None,
+    scheduler_file: Path | None,
+    threads: int,
 ) -> "Iterator[ExecutorFactory]":
     """The engine that the options ask for. It is stopped at the end of the context.
 
         kind            processes on this machine, or a dask cluster
-        workers         worker processes; 0 for one on each core
+        workers         worker processes; 0 for as many as cores have room for
         address         the address of the scheduler, only for dask
         scheduler_file  the file in which the scheduler has written its address, instead
+        threads         of each trial, at most
 
     The command ends if options do not go together, a package is missing, or the
     scheduler does not answer.
     """
     made = (
-        _local(workers, address, scheduler_file)
+        _local(workers, address, scheduler_file, threads)
         if kind is EngineKind.local
         else _dask(workers, address, scheduler_file)
     )
@@ -76,14 +81,14 @@ def engine(
 
 
 def _local(
-    workers: int, address: str | None, scheduler_file: Path | None
+    workers: int, address: str | None, scheduler_file: Path | None, threads: int
 ) -> "ExecutorFactory":
-    from sweep.workers.executors import Loky, core_count
+    from sweep.workers.executors import Loky, worker_count
 
     for option, value in (("--address", address), ("--scheduler-file", scheduler_file)):
         if value is not None:
             stop(f"{option}: only a dask cluster has one; add --executor dask")
-    return Loky(workers or core_count())
+    return Loky(worker_count(workers, threads))
 
 
 def _dask(

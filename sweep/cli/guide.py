@@ -54,4 +54,6 @@ def _chosen(topic: str, topics: dict[str, str]) -> str:
     for found in ([wanted] if wanted in topics else [], begin, within):
         if len(found) == 1:
             return found[0]
-    raise ChoiceError(unknown("topic", topic, begin or within or topics))
+    raise ChoiceError(
+        unknown("topic (see `sweep guide`)", topic, begin or within or topics)
+    )

@@ -2,9 +2,8 @@
 
 import json
 from collections import Counter
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 from rich.table import Table
 
 from kernels.catalogue import Catalogue
@@ -12,34 +11,23 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
-from sweep.analysis import MeanKind
-from sweep.analysis.notation import number, percent, plus_minus, with_interval
 from sweep.cli.terminal import console
 from sweep.design.plan import duration
 from sweep.published.starting import built_in_studies
+from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import settings_of
-from sweep.tables.overview import untried
+from sweep.tables.causes import Cause, causes_of
+from sweep.tables.means_text import brief, caption, cell_text
 from sweep.tables.point_means import PointMeans
 from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
 from sweep.tables.stored_tables import command
-from sweep.text import shortened, so_many
-from sweep.workers.failures import MOST_CAUSES, in_a_line
+from sweep.text import so_many
+from sweep.workers.failures import MOST_CAUSES
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOST_ROWS = 200
-INTERVALS: dict[MeanKind | None, str] = {
-    None: (
-        "mean with the 95 % interval of its distribution (sweep metrics), ± half width"
-        " of Student's"
-    ),
-    "t": "mean ± half width of the 95 % interval",
-    "bootstrap": "mean and 95 % interval by the BCa bootstrap",
-    "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
-}
-
-POOLED = (
-    "a row pools its points, each with the same weight: a value is the mean over them"
-    " in one replicate, and a replicate counts where all of them have a value"
-)
 
 
 def model_table() -> Table:
@@ -88,11 +76,14 @@ def map_table() -> Table:
 
 
 def metric_table() -> Table:
-    """Metrics, their units, how their values are distributed, and their sources."""
-    table = Table("metric", "unit", "distribution", "what it is", "source")
+    """Metrics, their units, how their values are distributed and what they lie in, and
+    their sources.
+    """
+    table = Table("metric", "unit", "distribution", "range", "what it is", "source")
     for name, metric in METRICS.items():
         source = _source(METRICS, name, metric.source)
-        about = (metric.unit, metric.distribution, metric.text)
+        values = declaration_of(metric)
+        about = (metric.unit, values.distribution, values.support.words, metric.text)
         table.add_row(name, *about, source)
     return table
 
@@ -108,14 +99,6 @@ def refusals(registry: Registry[Any]) -> list[str]:
     return [f"{name} cannot be used: {why}" for name, why in registry.refused.items()]
 
 
-def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
-    """The rows of a table for programs: the last column, `view`, is the command that
-    shows a trial of the row.
-    """
-    views = [command("view", study.name, trial) for trial in table.rows["trial_id"]]
-    return table.rows.drop(columns="trial_id").assign(view=views)
-
-
 def table_text(study: StoredStudy, table: PointMeans) -> None:
     """Print a table of means; a half width is printed where the interval is Student's.
 
@@ -126,10 +109,10 @@ def table_text(study: StoredStudy, table: PointMeans) -> None:
     shown = [*table.headings, *(["points"] if table.pooled else [])]
     counted = "replicates" if table.pooled else "trials"
     printed = Table(
-        *shown, *headings, counted, title=study.name, caption=_caption(study, table)
+        *shown, *headings, counted, title=study.name, caption=caption(study, table)
     )
     for _, row in table.rows.head(MOST_ROWS).iterrows():
-        cells = [_cell(study, row, name, table) for name in names]
+        cells = [cell_text(study, row, name, table) for name in names]
         printed.add_row(
             *(brief(row[name]) for name in shown), *cells, _count(row, names)
         )
@@ -148,69 +131,9 @@ def table_text(study: StoredStudy, table: PointMeans) -> None:
         )
 
 
-def _cell(
-    study: StoredStudy, row: "pd.Series[Any]", name: str, table: PointMeans
-) -> str:
-    """A mean with its interval, and the share of trials without a value.
-
-    Equal values of a metric that is no event have an interval without a width: so much
-    is said in its place.
-    """
-    mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
-    repeated = name in study.repeated and not table.pooled
-    own = table.interval is None or repeated
-    students = study.distributions[name] == "normal" if own else table.interval == "t"
-    if low == high:
-        text = f"{number(mean)} (all equal)"
-    elif students:
-        text = plus_minus(mean, high - mean)
-    else:
-        text = with_interval(mean, low, high)
-    undefined = row[f"{name}_undefined"]
-    return f"{text}\n{percent(undefined)} undefined" if undefined else text
-
-
-def _caption(study: StoredStudy, table: PointMeans) -> str:
-    """Which intervals a table shows, how rows pool points, and what is not stored."""
-    return "\n".join(filter(None, [_intervals(study, table), _missing(study)]))
-
-
-def _missing(study: StoredStudy) -> str:
-    """How many trials are not stored, and how many points have none; "" for none."""
-    if not study.missing:
-        return ""
-    number = f"{study.missing:,} of {so_many(study.plan.num_rows, 'trial')} missing"
-    return "; ".join(filter(None, [number, untried(study)]))
-
-
-def _intervals(study: StoredStudy, table: PointMeans) -> str:
-    """Which intervals a table shows, and how rows pool points. If `until` stopped at a
-    narrow interval of one metric, only this metric has an interval that takes that into
-    account.
-    """
-    if table.pooled:
-        given = ", which takes the numbers of trials as given" if study.repeated else ""
-        return f"{INTERVALS[table.interval]}{given}\n{POOLED}"
-    if not study.repeated:
-        return INTERVALS[table.interval]
-    rule = study.rule
-    normal = {study.distributions[name] for name in rule.widths} == {"normal"}
-    return (
-        f"{', '.join(rule.widths)}: mean {'± half width of' if normal else 'with'} the"
-        f" repeated {100 * rule.confidence:g} % interval, by which the number of trials"
-        f" of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
-        " which takes that as given"
-    )
-
-
 def _count(row: "pd.Series[Any]", names: list[str]) -> str:
     n = max((int(row[f"{name}_n"]) for name in names), default=0)
     return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
-
-
-def brief(value: Any) -> str:
-    """A setting in few characters."""
-    return f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) or "-"
 
 
 def status_json(study: StoredStudy) -> str:
@@ -274,25 +197,7 @@ def status_text(study: StoredStudy) -> str:
     return "\n".join(lines)
 
 
-class _Cause(NamedTuple):
-    """Why trials are not done: how many have this status and this line as their error,
-    and the id of the first.
-    """
-
-    status: str
-    trials: int
-    cause: str
-    first: str
-
-
-def _causes(study: StoredStudy) -> list[_Cause]:
-    """Each cause once, the one of the first trial first."""
-    if not study.statuses().keys() - {"done", "missing"}:
-        return []
-    troubled = study.trials[study.trials["status"] != "done"]
-    causes = troubled["error"].fillna("").astype(str).map(in_a_line)
-    groups = troubled.groupby([troubled["status"], causes], sort=False)["trial_id"]
-    return [
-        _Cause(str(status), len(trials), str(cause), str(trials.iloc[0]))
-        for (status, cause), trials in groups
-    ]
+def _causes(study: StoredStudy) -> list[Cause]:
+    """Why trials are not done; they are read only where some are not."""
+    troubled = study.statuses().keys() - {"done", "missing"}
+    return causes_of(study.trials) if troubled else []

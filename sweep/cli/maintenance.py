@@ -21,7 +21,6 @@ from sweep.cli.app import (
     app,
     stop,
 )
-from sweep.store.locations import Location
 
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")]
@@ -106,7 +105,9 @@ def verify(
     study: StudyName,
     fraction: Annotated[
         float,
-        typer.Option(min=0, max=1, help="Part of the stored trials, at least one."),
+        typer.Option(
+            help="Part of the stored trials, from 0 to 1; at least one trial."
+        ),
     ] = 0.01,
     most: Annotated[int, typer.Option(min=1, help="At most so many trials.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
@@ -120,9 +121,9 @@ def verify(
     from sweep.cli.progress_line import ProgressLine
     from sweep.replays.verify import verify as check
     from sweep.tables.stored_study import StoredStudy
-    from sweep.workers.executors import Loky, core_count
+    from sweep.workers.executors import Loky, worker_count
 
-    engine = Loky(workers or core_count())
+    engine = Loky(worker_count(workers))
     try:
         found = check(
             StoredStudy(study, results, trust=trust),
@@ -158,10 +159,13 @@ def diff(
 
     Of a spec of several studies each is compared, with --json in an object each.
     """
+    from sweep.cli.spec_files import check_spec_file
     from sweep.own_code.reading import load_spec, load_specs
     from sweep.tables.spec_difference import compare
     from sweep.tables.stored_study import StoredStudy
 
+    for file in filter(None, (spec, other)):
+        check_spec_file(file, results)
     if other:
         one, two = (
             load_spec(path, code=not no_code, code_from=code_from)
@@ -220,25 +224,13 @@ def rename(
     results: Results = Path("results"),
 ) -> None:
     """Give a stored study another name; all that is stored of it stays as it is."""
+    from sweep.cli.spec_files import what_the_spec_needs
     from sweep.store.whole_studies import rename_study
+    from sweep.tables.stored_study import StoredStudy
 
     print(rename_study(study, name, results))
-    say_what_the_spec_needs(name, results)
-
-
-def say_what_the_spec_needs(name: str, results: Location) -> None:
-    """Where a study was launched under another name, say what to change in its spec."""
-    from sweep.tables.stored_study import StoredStudy
-    from sweep.text import shortened
-
-    launched = StoredStudy(name, results).provenance
-    said, spec = launched.get("study"), launched.get("spec_path")
-    if said != name:
-        print(
-            f"the spec {shortened(str(spec))} has the study {shortened(str(said))}:"
-            f' write "study: {name}" there, or its next launch begins that study anew',
-            file=sys.stderr,
-        )
+    if said := what_the_spec_needs(StoredStudy(name, results)):
+        print(said, file=sys.stderr)
 
 
 @app.command()

@@ -18,7 +18,7 @@ def list_studies(results: Results = Path("results"), as_json: Json = False) -> N
 
     found = studies(local_folder(results, "the list of studies"))
     if found.empty and not as_json:
-        print(f"{results}: no study has been launched here", file=sys.stderr)
+        print(f"{results}: no study is stored here", file=sys.stderr)
         return
     _show(found, as_json)
 

@@ -113,6 +113,11 @@ class ProgressBar:
             f"{settled}{so_many(progress.trials, 'trial')},"
             f" {progress.stored:,} of them stored already"
         )
+        if progress.continued:
+            going = so_many(progress.continued, "trial")
+            self._line(
+                f"from last states of shorter trials: {going}, {_saved(progress)}"
+            )
         if progress.apart:
             later = ", or not asked for yet" if rule else ""
             self._line(
@@ -160,9 +165,15 @@ def launch_json(
             "stored": progress.stored,
             "new": dict(progress.statuses),
             "apart": progress.apart,
+            "continued": progress.continued,
+            "steps_saved": progress.steps_saved,
             "seconds": round(took, 3),
         }
     )
+
+
+def _saved(progress: Progress) -> str:
+    return f"{so_many(progress.steps_saved, 'step')} less to run"
 
 
 def _settled(progress: Progress) -> str:

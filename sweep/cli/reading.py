@@ -103,14 +103,16 @@ def table(
     as_json: Json = False,
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
-    from sweep.cli.listing import point_rows, table_text
+    from sweep.cli.listing import table_text
     from sweep.tables.choosing import Refusals
+    from sweep.tables.means_text import point_rows
     from sweep.tables.point_means import point_means
     from sweep.tables.safe_csv import as_csv
+    from sweep.tables.search_phases import by_phase
     from sweep.tables.stored_study import StoredStudy
 
     one_format(csv=csv, json=as_json)
-    stored, refusals = StoredStudy(study, results), Refusals()
+    stored, refusals = by_phase(StoredStudy(study, results)), Refusals()
     chosen = stored
     with refusals.noted():
         chosen = stored.where(*(where or ()))
@@ -130,6 +132,80 @@ def table(
         print(point_rows(chosen, found).to_json(orient="records", indent=2))
     else:
         table_text(chosen, found)
+
+
+@app.command()
+def power(
+    a: Annotated[
+        str,
+        typer.Argument(
+            metavar="A",
+            help="The pilot: STUDY, STUDY:setting=value[,...], or STUDY:PRESET.",
+        ),
+    ],
+    b: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="B",
+            help=(
+                "What A is to differ from, written alike. Without it the first point of"
+                " A is compared with each of the others."
+            ),
+        ),
+    ] = None,
+    results: Results = Path("results"),
+    half_width: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=SIZE",
+            help=(
+                "Half the width that the 95 % interval may have: speed=0.05 in the unit"
+                " of the metric, speed=5% as a share of the mean. Repeatable."
+            ),
+        ),
+    ] = None,
+    difference: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=SIZE",
+            help=(
+                "A true difference that sweep compare is to notice, written alike; a"
+                " share is that of the mean of A. Repeatable."
+            ),
+        ),
+    ] = None,
+    chance: Annotated[
+        float, typer.Option(help="With which that is to happen, from 0.5 to 0.99.")
+    ] = 0.8,
+    over: Annotated[
+        Over, typer.Option(help="The last frame, or the mean over the last half.")
+    ] = Over.last,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """How many replicates a half width, or a difference, needs, by the stored trials as
+    a pilot.
+    """
+    from sweep.cli.power_text import power_json, power_text
+    from sweep.tables.comparison_sides import read_side
+    from sweep.tables.power import power as needs
+    from sweep.tables.safe_csv import as_csv
+
+    one_format(csv=csv, json=as_json)
+    found = needs(
+        read_side(a, results),
+        None if b is None else read_side(b, results),
+        half_widths=half_width or [],
+        differences=difference or [],
+        half=over is Over.half,
+        chance=chance,
+    )
+    if csv:
+        print(as_csv(found.rows), end="")
+    elif as_json:
+        print(power_json(found))
+    else:
+        power_text(found)
 
 
 class Format(StrEnum):

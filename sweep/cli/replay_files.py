@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from sweep.cli.progress_line import ProgressLine
 from sweep.design.jobs import Job
+from sweep.errors import ChoiceError
 from sweep.replays.animation import (
     check_frame,
     frames_apart,
@@ -46,8 +47,16 @@ def check(
         force   whether a file that exists may be replaced
 
     Raises OutputError for a place where no file can be, and for an MP4 without ffmpeg.
-    Raises ChoiceError for an unknown trial or frame, and for a page of too many boids.
+    Raises ChoiceError for an unknown trial or frame, for more steps between frames than
+    the trial has, and for a page of too many boids.
     """
+    if wanted.every:
+        steps = int(study.job(study.trial(trial)).settings["steps"])
+        if wanted.every > steps:
+            raise ChoiceError(
+                f"every: {wanted.every:,}; allowed: 0, or up to {steps:,}, the steps of"
+                " the trial"
+            )
     if wanted.trajectory:
         check_output(wanted.trajectory, [".parquet"], force=force)
     if wanted.animation:

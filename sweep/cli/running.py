@@ -11,6 +11,9 @@ from sweep.cli.app import CodeFrom, Json, NoCode, Quiet, Results, Spec, Workers,
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 from sweep.errors import ChoiceError
 
+MOST_PLANNED = 1_000_000
+"""Workers of a cluster."""
+
 
 class Scale(StrEnum):
     """How many trials a reproduction has, or which variants are tried with few."""
@@ -52,15 +55,17 @@ def launch(
     from sweep.campaigns.launch import check_launches
     from sweep.campaigns.launch import launch as run_study
     from sweep.cli.progress import ProgressBar, launch_json
+    from sweep.cli.spec_files import check_spec_file
     from sweep.own_code.reading import load_specs
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
+    check_spec_file(spec, results)
     studies = load_specs(spec, code=not no_code, code_from=code_from)
     if len(studies) > 1:
         check_launches(studies, share)
-    troubled = False
-    with engine(executor, workers, address, scheduler_file) as made:
+    troubled, threads = False, max(study.threads for study in studies)
+    with engine(executor, workers, address, scheduler_file, threads) as made:
         for study in studies:
             name = f"{study.name}, share {share}" if share else study.name
             with ProgressBar(name, quiet=quiet) as bar:
@@ -83,15 +88,15 @@ def search(
     workers: Workers = 0,
     results: Results = Path("results"),
     repetitions: Annotated[
-        int,
+        int | None,
         typer.Option(
-            min=0,
+            min=1,
             help=(
                 "Repeat the search so often with other seeds,"
-                " and compare it with random searches."
+                " and compare it with random searches; by default it is not repeated."
             ),
         ),
-    ] = 0,
+    ] = None,
     export: Annotated[
         str | None,
         typer.Option(
@@ -120,18 +125,25 @@ def search(
     from sweep.campaigns.search.export import export as write_export
     from sweep.cli import search_report as report
     from sweep.cli.search_progress import SearchBar
+    from sweep.cli.spec_files import check_spec_file
     from sweep.own_code.reading import load_spec
     from sweep.tables.stored_study import StoredStudy
 
+    check_spec_file(spec, results)
     study = load_spec(spec, code=not no_code, code_from=code_from)
     if export:
         check_export(export, study.name)
     with (
-        engine(executor, workers, address, scheduler_file) as made,
+        engine(executor, workers, address, scheduler_file, study.threads) as made,
         SearchBar(study.name, quiet=quiet) as bar,
     ):
         progress = run_search(
-            study, results, made, repetitions=repetitions, retry=retry, report=bar.show
+            study,
+            results,
+            made,
+            repetitions=repetitions or 0,
+            retry=retry,
+            report=bar.show,
         )
     if not quiet:
         print(bar.summary(progress, results / study.name), file=sys.stderr)
@@ -149,7 +161,15 @@ def search(
 @app.command()
 def plan(
     spec: Spec,
-    workers: Workers = 0,
+    workers: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=MOST_PLANNED,
+            help="Workers, here or of a cluster; 0 for as many as cores have room for.",
+        ),
+    ] = 0,
+    results: Results = Path("results"),
     as_json: Json = False,
     quiet: Quiet = False,  # noqa: ARG001
     no_code: NoCode = False,
@@ -160,11 +180,13 @@ def plan(
     Of a spec of several studies there is a plan each, with --json an object each.
     """
     from sweep.campaigns.plan import plan_of
+    from sweep.cli.spec_files import check_spec_file
     from sweep.own_code.reading import load_specs
-    from sweep.workers.executors import core_count
+    from sweep.workers.executors import worker_count
 
+    check_spec_file(spec, results)
     for study in load_specs(spec, code=not no_code, code_from=code_from):
-        made = plan_of(study, workers or core_count())
+        made = plan_of(study, worker_count(workers, study.threads), results)
         print(made.as_json() if as_json else made.as_text())
 
 
@@ -231,7 +253,7 @@ def reproduce(
     from sweep.published.variants import KINDS
     from sweep.spec.built_in import EXPERIMENTS
     from sweep.store.locations import local_folder
-    from sweep.workers.executors import Loky, core_count
+    from sweep.workers.executors import Loky, worker_count
 
     folder, quick = (
         local_folder(results, "the page and its figures are written to"),
@@ -263,7 +285,7 @@ def reproduce(
                 foreseen = outlooks(full, pilot, folder)
                 print(*outlook_lines(full.name, foreseen), sep="\n")
         return
-    engine = Loky(workers or core_count())
+    engine = Loky(worker_count(workers))
     if kind:
         chosen = chosen_variants(publications, kind, variant or ())
         tried = sum(len(variants) for _, variants in chosen)

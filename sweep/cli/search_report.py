@@ -24,7 +24,8 @@ from sweep.spec.objectives import Objective
 from sweep.spec.strict_yaml import dump
 from sweep.tables.stored_study import StoredStudy
 
-WIDTH = 110
+WIDTH = 10_000
+"""A table takes what its cells need, and none of them is cut off."""
 
 
 def text(study: StoredStudy) -> str:
@@ -294,7 +295,8 @@ def _against_text(found: Findings) -> str:
     half = (high - low) / 2
     means = [number(sample.mean, half) for sample in against.estimate.samples]
     unit = f" {unit}" if unit else ""
-    test = "Welch" if against.distribution == "normal" else against.distribution
+    of = against.estimate.distribution
+    test = "Welch" if of == "normal" else of
     return (
         f"{head}\n{said}\n    (95 %, {test}; means {means[0]} and {means[1]}{unit})"
         + "".join(missing)

@@ -60,9 +60,9 @@ def load(
     """Make a study of a packed file again, after a check of all of it. No code of the
     study runs.
     """
+    from sweep.cli.spec_files import what_the_spec_needs
     from sweep.sharing.unpacking import unpack
-    from sweep.spec.study_folder import SPEC
-    from sweep.text import shortened
+    from sweep.tables.stored_study import StoredStudy
 
     done = unpack(file, results, name)
     print(done.place)
@@ -72,14 +72,8 @@ def load(
             " it; where you have not launched it yourself it runs only with --trust",
             file=sys.stderr,
         )
-    if done.launched_as != done.study:
-        print(
-            f"to launch it on, copy {done.place / SPEC} and change the line"
-            f' "study: {shortened(done.launched_as)}" of the copy to'
-            f' "study: {done.study}": without that a launch begins'
-            f" {shortened(done.launched_as)}",
-            file=sys.stderr,
-        )
+    if said := what_the_spec_needs(StoredStudy(done.study, results)):
+        print(said, file=sys.stderr)
 
 
 @app.command()

@@ -26,7 +26,8 @@ def view(
         str | None,
         typer.Argument(
             metavar="[SPEC | STUDY]",
-            help="A spec or a study, of which the first point is shown.",
+            help="A spec or a study, of which the first point is shown; without one, a"
+            " page of demos.",
         ),
     ] = None,
     trial: Annotated[
@@ -51,6 +52,14 @@ def view(
     map_name: Annotated[
         str | None, typer.Option("--map", help="A map; that of the preset by default.")
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A setting: n=50; may be given several times.",
+        ),
+    ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port to serve at; 0 for a free one.")
     ] = 0,
@@ -65,8 +74,8 @@ def view(
     code_from: CodeFrom = None,
     trust: Trust = False,
 ) -> None:
-    """See the swarm in the browser: a model, a spec or study from its first point, or a
-    stored trial again.
+    """See the swarm in the browser: demos, a model, a spec or study from its first
+    point, or a stored trial again.
 
     The page is served to this machine only. Ctrl-C ends it.
     """
@@ -80,6 +89,8 @@ def view(
             f"{what} is a spec, and {trial} the trial of a study:"
             f" sweep view STUDY {trial}"
         )
+    if trial and settings:
+        stop("--set is for a live run, and a stored trial has its settings")
     try:
         from sweep.web.server import PageServer
     except ModuleNotFoundError as error:
@@ -89,14 +100,18 @@ def view(
         begin = _replayed(_stored(what, results, trust), trial)
     elif what:
         allowed = {"trust": trust, "code": not no_code}
-        begin = _live(_state_of(what, results, **allowed, code_from=code_from))
+        state = _state_of(what, results, **allowed, code_from=code_from)
+        begin = _live(_with(settings, state))
     else:
-        begin = _live(_chosen(model, preset, map_name, code=not no_code))
-    server = PageServer(_first_at_once(begin), port)
-    print(server.url, flush=True)
+        state = _chosen(model, preset, map_name, code=not no_code)
+        begin = _live(_with(settings, state))
+    asked = what or model or preset or map_name or settings
+    server = PageServer(_first_at_once(begin) if asked else begin, port)
+    address = server.url if asked else server.start
+    print(address, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:
-        _open(server.url)
+        open_page(address)
     with suppress(KeyboardInterrupt):
         server.run()
 
@@ -149,6 +164,20 @@ def _chosen(
     return state.with_settings({"map": map_name}) if map_name else state
 
 
+def _with(settings: list[str] | None, state: "ViewState") -> "ViewState":
+    """The state with these settings, each NAME=VALUE as a spec writes it."""
+    from sweep.spec.strict_yaml import parse_document
+
+    changes: dict[str, object] = {}
+    for text in settings or ():
+        name, equals, value = text.partition("=")
+        if not equals:
+            stop(f"--set {text}: must be NAME=VALUE, as in --set n=50")
+        given = parse_document(f"{name}: {value}", Path("--set"))
+        changes |= given.value
+    return state.with_settings(changes) if changes else state
+
+
 def _is_spec(what: str) -> bool:
     return what.endswith(SPEC_ENDINGS) or Path(what).is_file()
 
@@ -169,7 +198,8 @@ def _state_of(
     return from_job(study.job(_of_then(study, study.trials["trial_id"].iloc[0])))
 
 
-def _open(url: str) -> None:
+def open_page(url: str) -> None:
+    """Open an address in the browser."""
     import webbrowser
 
     webbrowser.open(url)

@@ -6,6 +6,7 @@ design       the points of a study
 consistency  what settings fulfil together
 code         which code computes a study
 recording    what a trial records
+trial_ids    12 bytes a trial
 jobs         a trial's seed, id and settings
 cost         seconds and bytes of a trial
 plan         what a launch would run

@@ -40,7 +40,9 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError for the first point whose settings do not go together."""
+    """Raise SpecError for the first point whose settings do not go together, or whose
+    boids cannot be divided among threads.
+    """
     for demand in dict.fromkeys(_demands(study)):
         condition = parse(demand.condition, study.settings)
         # The map comes last: it brings its width and height.
@@ -53,6 +55,35 @@ def check_consistency(study: Study, points: Points) -> None:
         if not holds.all():
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
+    _check_threads(study, points)
+
+
+def _check_threads(study: Study, points: Points) -> None:
+    """Raise SpecError where trials are to have several threads, and the boids of one
+    wait for each other.
+    """
+    if study.threads == 1:
+        return
+    place, asked = ("threads",), f"threads: {study.threads}"
+    needed = study.known.models[study.model].at_once
+    if needed is None:
+        raise study.document.error(
+            place,
+            f"{asked} needs a model that updates all boids at once, and draws nothing"
+            f" at random meanwhile; {study.model} does not say that it does (`at_once`"
+            " of its Model): leave threads out",
+        )
+    for name, value in needed.items():
+        condition = parse(f"{name} == {value!r}", study.settings)
+        holds = points.evaluate(study, condition, place)
+        if not holds.all():
+            where = points.describe(int(np.argmin(holds)), [name])
+            raise study.document.error(
+                place,
+                f"{asked} needs all boids updated at once: {study.model} does that with"
+                f" `{name}: {value}`, and here are trials{where} (preset"
+                f" {study.preset}); set it, or leave threads out",
+            )
 
 
 def _demands(study: Study) -> Iterator[Demand]:

@@ -15,12 +15,16 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from sweep.design.design import Design, evenly
-from sweep.design.jobs import Job, SomeJobs
+from sweep.design.jobs import ContinuedJobs, Job, SomeJobs, steps_of
 from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
 
 TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9
+ONCE_SECONDS, VISIT_SECONDS = 12e-9, 45e-9
+"""Of a boid-step, what one thread does alone, and what it does where visits are
+counted: measured where a boid-step took about as long as here.
+"""
 CANDIDATE_SECONDS = 6e-9
 METRIC_SECONDS = 15e-9
 PAIR_METRIC_SECONDS = 250e-9
@@ -28,6 +32,8 @@ ROW_BYTES = 120.0
 NUMBER_BYTES = 7.0
 TRAJECTORY_NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
+LAST_STATE_BYTES = 500.0
+LAST_STATE_BOID_BYTES = 90.0
 ENDS_TRIED_AT = 20
 
 
@@ -41,38 +47,58 @@ class TrialPace(NamedTuple):
 
 
 KNOWN_PACE = TrialPace()
+NOTHING = RecordSpec(())
 
 
 def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
     """The estimated seconds of each trial, shape (number of jobs,)."""
+    if isinstance(jobs, ContinuedJobs):
+        left = 1.0 - jobs.begun / steps_of(jobs.jobs)
+        return job_seconds(jobs.jobs) * left
     if isinstance(jobs, SomeJobs):  # millions of jobs may have few points
         whole = jobs.jobs
         return point_seconds(whole.study, whole.design)[jobs.points]
     return np.array(
-        [trial_seconds(job.model, job.known, job.settings, job.record) for job in jobs]
+        [
+            trial_seconds(job.model, job.known, job.settings, job.record, job.threads)
+            for job in jobs
+        ]
     )
 
 
 def trial_seconds(
-    model: str, known: Catalogue, settings: dict[str, Value], record: RecordSpec
+    model: str,
+    known: Catalogue,
+    settings: dict[str, Value],
+    record: RecordSpec,
+    threads: int = 1,
 ) -> float:
     """The estimated seconds of a trial with these settings, from its boid-steps, their
-    neighbours, its frames and its metrics.
+    neighbours, its frames and its metrics. Of a boid-step `threads` share what is not
+    done once; metrics are measured by one of them.
     """
-    about = known.models[model]
-    params = settings_tuple(about.params, settings, settings_of(model, known))
     n, steps = float(settings["n"]), float(settings["steps"])
-    side = 3.0 * about.sight(params).range
-    width, height = float(settings["width"]), float(settings["height"])
-    share = min(1.0, side / width) * min(1.0, side / height)
+    share = searched_share(model, known, settings)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
     frames = steps / record.every + 1.0
     measured = [known.metrics[name] for name in record.metrics]
     looking = sum(metric.looks for metric in measured)
+    covering = record.heatmaps or any(metric.covers for metric in measured)
+    once = ONCE_SECONDS + VISIT_SECONDS * covering
+    boid_step = once + (boid_step - once) / threads
     boid_step += PAIR_METRIC_SECONDS * any(metric.pairs for metric in measured)
     pairing = sum(metric.pairwise for metric in measured)
     metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
+
+
+def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
+    """The part of the world that a search looks through: 3 x 3 cells of the grid."""
+    about = known.models[model]
+    params = settings_tuple(about.params, settings, settings_of(model, known))
+    side = 3.0 * about.sight(params).range
+    width, height = float(settings["width"]), float(settings["height"])
+    return min(1.0, side / width) * min(1.0, side / height)
 
 
 def trial_bytes(
@@ -98,6 +124,27 @@ def trial_bytes(
     return size
 
 
+def last_state_bytes(
+    model: str, known: Catalogue, settings: dict[str, Value], record: RecordSpec
+) -> float:
+    """The estimated bytes of the last state of a trial with these settings: those of
+    its boids, its pixels if visits are counted, and its frames. 0 where none is kept.
+    """
+    if not record.last_states:
+        return 0.0
+    states, n = len(known.models[model].state), float(settings["n"])
+    visits = any(known.metrics[name].covers for name in record.metrics)
+    kept = RecordSpec(
+        record.metrics,
+        record.metrics,
+        record.every,
+        heatmaps=visits or record.heatmaps,
+        trajectories=record.trajectories,
+    )
+    own = LAST_STATE_BYTES + n * (LAST_STATE_BOID_BYTES + 2 * NUMBER_BYTES * states)
+    return own + trial_bytes(settings, kept, states) - trial_bytes(settings, NOTHING)
+
+
 def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
     """The estimated seconds of a trial at each point, shape (n_points,).
 
@@ -107,7 +154,9 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
     def estimate(point: int) -> float:
         settings = design.settings(point)
-        return trial_seconds(study.model, study.known, settings, study.record)
+        return trial_seconds(
+            study.model, study.known, settings, study.record, study.threads
+        )
 
     matters = [
         column
@@ -141,19 +190,31 @@ def _matters(study: Study, design: Design, name: str) -> bool:
     return False
 
 
-def study_cost(
-    study: Study, design: Design, pace: TrialPace = KNOWN_PACE
-) -> tuple[float, float]:
-    """Estimated seconds of one core, and bytes, for all trials, from at most 500 points
-    spread evenly.
+class StudyCost(NamedTuple):
+    """Estimated seconds of one core, bytes, and how many of these are last states, for
+    all trials of a study. A trial takes as many cores as it has threads, until it ends.
     """
+
+    seconds: float
+    size_bytes: float
+    last_state_bytes: float
+
+
+def study_cost(study: Study, design: Design, pace: TrialPace = KNOWN_PACE) -> StudyCost:
+    """What a study costs, from at most 500 points spread evenly."""
     settings: list[dict[str, Any]] = [
         design.settings(point) for point in evenly(design.n_points, 500)
     ]
-    seconds = np.mean(
-        [trial_seconds(study.model, study.known, one, study.record) for one in settings]
+    model, known, record = study.model, study.known, study.record
+    seconds = study.threads * np.mean(
+        [trial_seconds(model, known, one, record, study.threads) for one in settings]
     )
-    states = len(study.known.models[study.model].state)
-    size = np.mean([trial_bytes(one, study.record, states) for one in settings])
+    states = len(known.models[model].state)
+    size = np.mean([trial_bytes(one, record, states) for one in settings])
+    last = np.mean([last_state_bytes(model, known, one, record) for one in settings])
     trials = design.n_points * study.trials_per_point
-    return float(seconds) * pace.factor * trials, float(size) * trials
+    return StudyCost(
+        float(seconds) * pace.factor * trials,
+        float(size + last) * trials,
+        float(last) * trials,
+    )

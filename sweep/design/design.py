@@ -55,6 +55,11 @@ class Design:
             name: column.item(point) for name, column in self.columns.items()
         }
 
+    def with_value(self, name: str, value: Value) -> "Design":
+        """The design with one value of a setting at all points, in the same order."""
+        columns = {key: one for key, one in self.columns.items() if key != name}
+        return replace(self, base=self.base | {name: value}, columns=columns)
+
     def only(self, points: list[int]) -> "Design":
         """The design of these points alone."""
         columns = {name: column[points] for name, column in self.columns.items()}

@@ -8,15 +8,14 @@ trials that could differ in a single number are different trials.
 
 import hashlib
 import json
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
-import pyarrow as pa
 from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
@@ -26,21 +25,33 @@ from sweep.design.code import study_code
 from sweep.design.design import Design
 from sweep.design.order import coarse_first
 from sweep.design.recording import Recording
+from sweep.design.trial_ids import BYTES, Ids, as_texts
 from sweep.spec.maps import Obstacles, OwnMap
 from sweep.spec.seeds import address, point_numbers
-from sweep.spec.settings import Value
-from sweep.spec.study import RecordSpec, Streams, Study
+from sweep.spec.settings import Value, preset_settings
+from sweep.spec.study import RecordSpec, Stream, Streams, Study
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 Purpose = Literal["start", "world", "noise"]
 Counts = NDArray[np.int64]
 
-TRIAL_ID = re.compile("[0-9a-f]{24}")
 SCENE = ("map", "start_draws")
 """Settings whose values have code of their own."""
 Scene = tuple[Value, ...]
+STEPS = "steps"
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
 """Points, or trials, whose ids are made at once: a million would take a gigabyte."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastState:
+    """All with which the trial `trial_id` ended, in bytes that are sealed."""
+
+    trial_id: str
+    content: bytes = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +63,8 @@ class Job:
     the list. Otherwise `seed` is that of the study, and `replicate` tells apart the
     trials of a point. `obstacles` are those of a map that the spec brings, None for a
     built-in one. `known` has what names of models, metrics, maps and starts stand for.
+    `earlier` is what the same trial with fewer steps has left, None to begin at step 0.
+    Its boids are divided among `threads`, which changes no bit.
     """
 
     trial_id: str
@@ -67,17 +80,29 @@ class Job:
     time_limit: float | None
     obstacles: Obstacles | None = None
     known: Catalogue = BUILT_IN
+    earlier: LastState | None = None
+    threads: int = 1
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
     """The seed sequence of one kind of randomness in a trial; a common one is the same
-    at all points.
+    at all points, a lasting one at all that differ in `steps` alone.
     """
     replicate = 0 if job.literal else job.replicate
-    common = getattr(job.streams, purpose) == "common"
-    return address(
-        job.seed, purpose, replicate, *(() if common else point_numbers(job.point))
-    )
+    kind: Stream = getattr(job.streams, purpose)
+    point: tuple[int, ...] = ()
+    if kind == "independent":
+        point = point_numbers(job.point)
+    elif kind == "lasting":
+        point = point_numbers(_point_of_any_steps(job))
+    return address(job.seed, purpose, replicate, *point)
+
+
+def _point_of_any_steps(job: Job) -> str:
+    """The id that the point of a job would have with the steps of its preset."""
+    usual = preset_settings(job.model, job.preset, job.known)
+    settings = job.settings | {STEPS: usual[STEPS]}
+    return point_id(job.model, job.preset, settings, usual)
 
 
 def literal_seed(job: Job, purpose: Purpose) -> int:
@@ -123,7 +148,25 @@ def _point_hash(canonical: str) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 
 
-class Jobs(Sequence[Job]):
+class LazyJobs(Sequence[Job], ABC):
+    """Jobs of which each is made when it is asked for."""
+
+    @overload
+    def __getitem__(self, index: int) -> Job: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Job]: ...
+    def __getitem__(self, index: int | slice) -> Job | list[Job]:
+        places = range(len(self))[index]
+        if isinstance(places, range):
+            return [self.at(place) for place in places]
+        return self.at(places)
+
+    @abstractmethod
+    def at(self, place: int) -> Job:
+        """The job at a place from 0 on, which there is."""
+
+
+class Jobs(LazyJobs):
     """All trials of a study, point after point. Each is made when it is asked for.
 
     `trials` (n_points,) says how many each point has, at least one; by default the
@@ -150,48 +193,46 @@ class Jobs(Sequence[Job]):
     def __len__(self) -> int:
         return int(self._ends[-1])
 
-    @overload
-    def __getitem__(self, index: int) -> Job: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Job]: ...
-    def __getitem__(self, index: int | slice) -> Job | list[Job]:
-        if isinstance(index, slice):
-            return [self[position] for position in range(len(self))[index]]
-        place = range(len(self))[index]
+    def at(self, place: int) -> Job:
+        """The job at a place in the order of the study."""
         point = int(self.points_at(place))
         return self._job(point, place - int(self._ends[point] - self.trials[point]))
 
-    def table(self) -> pa.Table:
+    def ids(self) -> Ids:
+        """The ids of all jobs, in their order."""
+        return self.ids_at(np.arange(len(self)))
+
+    def table(self) -> "pa.Table":
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
-        places = np.arange(len(self))
+        return self.rows(np.arange(len(self)), self.ids())
+
+    def rows(self, places: Counts, ids: Ids) -> "pa.Table":
+        """The rows of `table` at some places, whose jobs have these ids."""
+        import pyarrow as pa  # workers need no tables
+
         point, replicate = self._points_and_replicates(places)
         seeds = self.study.seeds
         return pa.table(
             {
-                "trial_id": self.ids_at(places),
-                "point": pa.array(self._points, pa.binary())
-                .cast(pa.string())
-                .take(pa.array(point)),
+                "trial_id": as_texts(ids),
+                "point": pa.array(self._points[point], pa.binary()).cast(pa.string()),
                 "replicate": replicate,
-                "seed": np.full(len(self), self.study.seed)
+                "seed": np.full(len(places), self.study.seed)
                 if seeds is None
                 else np.array(seeds)[replicate],
             }
         )
 
-    def ids_at(
-        self, places: Counts, recording: Recording | None = None
-    ) -> pa.ChunkedArray:
+    def ids_at(self, places: Counts, recording: Recording | None = None) -> Ids:
         """The ids of the trials at some places, or those that they would have if they
         recorded something else.
         """
         ids = self._ids if recording is None else _TrialIds(self.study, recording)
-        blocks = (
-            places[first : first + BLOCK] for first in range(0, len(places), BLOCK)
-        )
-        return pa.chunked_array(
-            [self._trial_ids(block, ids) for block in blocks], pa.string()
-        )
+        found = np.empty(len(places), BYTES)
+        for first in range(0, len(places), BLOCK):
+            some = slice(first, first + BLOCK)
+            found[some] = self._trial_ids(places[some], ids)
+        return found
 
     def _points_and_replicates(self, places: Counts) -> tuple[Counts, Counts]:
         point = self.points_at(places)
@@ -219,7 +260,7 @@ class Jobs(Sequence[Job]):
         # Python's texts would take four times the memory.
         return _point_ids(self.study, self.design)
 
-    def _trial_ids(self, places: Counts, ids: "_TrialIds") -> pa.Array:
+    def _trial_ids(self, places: Counts, ids: "_TrialIds") -> Ids:
         point, replicate = self._points_and_replicates(places)
         names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
         scenes = zip(*(self._values(name, point) for name in SCENE), strict=False)
@@ -228,7 +269,7 @@ class Jobs(Sequence[Job]):
             ids.of(name.decode(), _ending(self._seed(number), number, literal), scene)
             for (name, number), scene in zip(names, scenes, strict=False)
         ]
-        return pa.array(made, pa.string())
+        return np.array(made, BYTES)
 
     def _job(self, point: int, replicate: int) -> Job:
         study, settings, name = (
@@ -240,7 +281,7 @@ class Jobs(Sequence[Job]):
         seed, literal = self._seed(replicate), study.seeds is not None
         ending = _ending(seed, replicate, literal)
         return Job(
-            trial_id=self._ids.of(name, ending, _scene(settings)),
+            trial_id=self._ids.of(name, ending, _scene(settings)).hex(),
             point=name,
             replicate=replicate,
             seed=seed,
@@ -253,6 +294,7 @@ class Jobs(Sequence[Job]):
             time_limit=study.time_limit,
             obstacles=own.obstacles if own else None,
             known=study.known,
+            threads=study.threads,
         )
 
     def _seed(self, replicate: int) -> int:
@@ -276,13 +318,13 @@ class _TrialIds:
         self.study, self.recording, self.code = study, recording, study_code(study)
         self._begun: dict[Scene, hashlib._Hash] = {}
 
-    def of(self, point: str, ending: str, scene: Scene) -> str:
+    def of(self, point: str, ending: str, scene: Scene) -> bytes:
         """The id of a trial; the id of its point has the content of a map that the spec
         brings.
         """
         digest = self._common(scene).copy()
         digest.update(f" {point} {ending}".encode())
-        return digest.hexdigest()[:24]
+        return digest.digest()[:12]
 
     def _common(self, scene: Scene) -> "hashlib._Hash":
         """The hash of what all trials in a scene have in common."""
@@ -313,7 +355,7 @@ def _ending(seed: int, replicate: int, literal: bool) -> str:
     return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
 
 
-class SomeJobs(Sequence[Job]):
+class SomeJobs(LazyJobs):
     """The jobs of `jobs` at some indices; each is made when it is asked for."""
 
     def __init__(self, jobs: Jobs, indices: Counts) -> None:
@@ -322,14 +364,9 @@ class SomeJobs(Sequence[Job]):
     def __len__(self) -> int:
         return len(self.indices)
 
-    @overload
-    def __getitem__(self, index: int) -> Job: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Job]: ...
-    def __getitem__(self, index: int | slice) -> Job | list[Job]:
-        if isinstance(index, slice):
-            return [self.jobs[place] for place in self.indices[index].tolist()]
-        return self.jobs[int(self.indices[index])]
+    def at(self, place: int) -> Job:
+        """The job of one of the indices."""
+        return self.jobs.at(int(self.indices[place]))
 
     @property
     def points(self) -> Counts:
@@ -348,9 +385,7 @@ def blocks_of(jobs: Sequence[Job], size: int) -> Iterator[Sequence[Job]]:
             yield jobs[some]
 
 
-def ids_recording(
-    study: Study, jobs: Sequence[Job], recording: Recording
-) -> pa.ChunkedArray:
+def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Ids:
     """The ids that some jobs of a study would have if they recorded something else."""
     if isinstance(jobs, SomeJobs):  # there may be millions
         return jobs.jobs.ids_at(jobs.indices, recording)
@@ -363,7 +398,64 @@ def ids_recording(
         )
         for job in jobs
     ]
-    return pa.chunked_array([made], pa.string())
+    return np.array(made, BYTES)
+
+
+def ids_of_steps(study: Study, jobs: Sequence[Job], steps: int) -> Ids:
+    """The ids that some jobs of a study would have with so many steps."""
+    if isinstance(jobs, SomeJobs):  # there may be millions
+        whole = jobs.jobs
+        design = whole.design.with_value(STEPS, steps)
+        return Jobs(study, design, whole.trials).ids_at(jobs.indices)
+    shorter = [
+        replace(
+            job,
+            point=point_id(
+                job.model,
+                job.preset,
+                job.settings | {STEPS: steps},
+                study.preset_settings,
+                study.maps,
+            ),
+        )
+        for job in jobs
+    ]
+    return ids_recording(study, shorter, Recording.of(study))
+
+
+def steps_of(jobs: Sequence[Job]) -> Counts:
+    """The steps of each job, shape (n,)."""
+    if isinstance(jobs, SomeJobs):
+        design, points = jobs.jobs.design, jobs.points
+        if STEPS in design.columns:
+            return np.asarray(design.columns[STEPS][points], np.int64)
+        return np.full(len(points), design.base[STEPS], np.int64)
+    return np.array([job.settings[STEPS] for job in jobs], np.int64)
+
+
+class ContinuedJobs(LazyJobs):
+    """`jobs`, some of which go on from the last states of earlier trials.
+
+    `begun` (n,) are the steps that those have done, 0 where there is none; `earlier`
+    gives the last state of the trial for the job at a place.
+    """
+
+    def __init__(
+        self,
+        jobs: Sequence[Job],
+        begun: Counts,
+        earlier: Callable[[int], LastState],
+    ) -> None:
+        self.jobs, self.begun, self._earlier = jobs, begun, earlier
+
+    def __len__(self) -> int:
+        return len(self.jobs)
+
+    def at(self, place: int) -> Job:
+        """The job at a place, with the last state from which it goes on."""
+        if not self.begun[place]:
+            return self.jobs[place]
+        return replace(self.jobs[place], earlier=self._earlier(place))
 
 
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:

@@ -16,8 +16,11 @@ class Plan:
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
     are for the most of them. `probe_steps` is how many steps were run to estimate the
-    seconds, 0 where the cost of all code is known. `compiling_seconds` come on top of
-    the wall time, once: 0 where the model is compiled already.
+    seconds, 0 where the cost of all code is known. Each of the `workers` runs a trial
+    on so many `threads`, each on a core of its own. `compiling_seconds` come on top of
+    the wall time, once: 0 where the model is compiled already. Of the `result_bytes`
+    so many are `last_state_bytes`. `continued` trials go on from last states that are
+    stored, whose steps are `steps_saved` together.
     """
 
     study: str
@@ -40,6 +43,10 @@ class Plan:
     on_error: str = ""
     probe_steps: int = 0
     compiling_seconds: float = 0.0
+    last_state_bytes: float = 0.0
+    continued: int = 0
+    steps_saved: int = 0
+    threads: int = 1
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -68,12 +75,20 @@ class Plan:
                 f"{probed(self.probe_steps)}"
             ),
             (
-                f"wall time  {about} {duration(self.wall_seconds)} with {self.workers}"
-                f" workers{compiled(self.compiling_seconds)}"
+                f"wall time  {about} {duration(self.wall_seconds)} with"
+                f" {workforce(self.workers, self.threads)}"
+                f"{compiled(self.compiling_seconds)}"
             ),
-            f"results    {about} {size(self.result_bytes)}",
+            f"results    {about} {size(self.result_bytes)}{self._last_states()}",
         ]
+        if self.continued:
+            trials, steps = f"{self.continued:,} trials", f"{self.steps_saved:,} steps"
+            lines.append(f"goes on    {trials} from last states, {steps} less to run")
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
+
+    def _last_states(self) -> str:
+        kept = self.last_state_bytes
+        return f", {size(kept)} of them last states" if kept else ""
 
     def _trials(self) -> str:
         until = self.until
@@ -95,7 +110,7 @@ def _width(metric: str, width: float | str) -> str:
 def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """The plan of `study`. Raises SpecError for a design that cannot be."""
     design = expand(study)
-    seconds, size_bytes = study_cost(study, design, pace)
+    cost = study_cost(study, design, pace)
     return Plan(
         study=study.name,
         model=study.model,
@@ -109,15 +124,23 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         varied=list(design.columns),
         rejected=design.rejected,
         merged=design.duplicates,
-        cpu_seconds=seconds,
-        wall_seconds=seconds / workers,
+        cpu_seconds=cost.seconds,
+        wall_seconds=cost.seconds / (workers * study.threads),
         workers=workers,
-        result_bytes=size_bytes,
+        threads=study.threads,
+        result_bytes=cost.size_bytes,
+        last_state_bytes=cost.last_state_bytes,
         notes=tuple(note for axis in study.axes for note in axis.notes),
         until=study.until.as_json() if study.until else None,
         on_error=study.policy.in_words(design.n_points * study.trials_per_point),
         probe_steps=pace.steps,
     )
+
+
+def workforce(workers: int, threads: int) -> str:
+    """Who runs trials, in words."""
+    each = f" of {threads} threads each" if threads > 1 else ""
+    return f"{workers} workers{each}"
 
 
 def compiled(seconds: float) -> str:

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 from sweep.design.code import study_code
-from sweep.spec.study import RecordSpec, Study
+from sweep.spec.study import LAST_STATES, RecordSpec, Study
 
 
 class Recording(NamedTuple):
@@ -33,6 +33,7 @@ class Recording(NamedTuple):
             and set(mine["series"]) >= set(theirs["series"])
             and mine["heatmaps"] >= theirs["heatmaps"]
             and mine["trajectories"] >= theirs["trajectories"]
+            and mine.get(LAST_STATES, False) >= theirs.get(LAST_STATES, False)
             and derived.items() >= theirs.get("derive", {}).items()
         )
 
@@ -55,6 +56,9 @@ def recorded_content(record: RecordSpec) -> dict[str, Any]:
         "series": sorted(record.series),
         "derive": {one.name: one.expression.text for one in record.derive},
     }
-    if not record.derive:  # trials that derive nothing keep the ids they had
+    # Trials without what came later keep the ids they had.
+    if not record.derive:
         del content["derive"]
+    if not record.last_states:
+        del content[LAST_STATES]
     return content

@@ -8,6 +8,7 @@ published studies.
     selection           which trials a figure shows
     style               what all figures share
     drawing             maps, flocks, intervals
+    marks               figures as plain data
     scales              axes of settings
     directions          which way a metric is better
     saving              files that say what they show

@@ -7,10 +7,12 @@ from sweep.errors import ChoiceError
 from sweep.figures.kinds import KINDS
 from sweep.own_code.sources import SUFFIX
 from sweep.spec.recorded import Column
+from sweep.spec.study_folder import PLAN
+from sweep.store.finding import stored_names
 from sweep.store.locations import Location
 from sweep.tables.choosing import Refusals
-from sweep.tables.comparison_sides import stored_names
 from sweep.tables.joined import JoinedStudies
+from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import similar, unknown
 
@@ -31,22 +33,21 @@ def as_asked(names: Sequence[str], results: Location, where: Iterable[str]) -> A
     """
     first, *others = names
     refusals, studies, kinds = Refusals(), [first.rstrip("/")], list[str]()
-    there = stored_names(results) if others else []
     for name in others:
         plain = name.rstrip("/")
         if name in KINDS or name.partition(":")[0].endswith(SUFFIX):
             kinds.append(name)
-        elif plain in there:
+        elif (results / plain / PLAN).exists():
             studies.append(plain)
         else:
             with refusals.noted():
                 raise ChoiceError(
                     f"{unknown('kind', name, KINDS)}; and {results} has no study of"
-                    f" that name{similar(plain, there)}"
+                    f" that name{similar(plain, stored_names(results))}"
                 )
     found, texts = list[StoredStudy](), tuple(where)
     for name in studies:
-        stored = StoredStudy(name, results)
+        stored = by_phase(StoredStudy(name, results))
         with refusals.noted():
             found.append(stored.where(*texts))
     refusals.check()

@@ -9,13 +9,21 @@ import pandas as pd
 from matplotlib import colormaps, style
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.analysis import curves
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import note, quantity, title_panel, without_trials, words
+from sweep.figures.drawing import (
+    legend_of,
+    note,
+    quantity,
+    title_panel,
+    without_trials,
+    words,
+)
+from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, legend_of_marks
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import (
@@ -156,45 +164,24 @@ def draw_curves(layout: Curves) -> Figure:
                 Line2D([], [], **_looks(layout, place)) for place in range(len(labels))
             ]
             title = quantity(selection.study, by)
-            figure.legend(
-                handles,
-                labels,
-                title=title,
-                loc="outside upper center",
-                ncols=len(labels),
-            )
-        counts = (
-            selection.trials[selection.trials["status"] == "done"]
-            .groupby("point")
-            .size()
-        )
-        given = (
-            ", which takes the numbers of trials as given"
-            if selection.study.repeated
-            else ""
-        )
-        note(
-            figure,
-            selection.about(
-                "{n} trials a curve",
-                counts,
-                f"mean with pointwise 95 % interval{given}",
-                shown=metrics,
-            ),
-        )
+            legend_of(figure, handles, labels, title)
+        note(figure, _note(layout))
     return figure
+
+
+def _note(layout: Curves) -> str:
+    selection = layout.selection
+    trials = selection.trials
+    counts = trials[trials["status"] == "done"].groupby("point").size()
+    repeated = ", which takes the numbers of trials as given"
+    given = repeated if selection.study.repeated else ""
+    interval = f"mean with pointwise 95 % interval{given}"
+    return selection.about("{n} trials a curve", counts, interval, shown=layout.metrics)
 
 
 def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
     selection, by = layout.selection, layout.by
-    trials = among(selection.trials, facet.points)
-    trials = trials.assign(
-        **{LINE: trials["point"].map(selection.points[by]) if by else ""}
-    )
-    distribution = selection.study.distributions[metric]
-    table = curves(
-        selection.study.series, trials, LINE, metric, distribution=distribution
-    )
+    table = _means(layout, metric, facet)
     lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
     for number, value in enumerate(selection.values(by) if by else [""]):
         if value not in lines:
@@ -218,6 +205,19 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
     elif table["mean"].min() >= 0.0:
         axes.set_ylim(bottom=0)
     axes.margins(x=0)
+
+
+def _means(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
+    """The curves of a panel: frame, mean, low and high, and the value of `by`."""
+    selection, by = layout.selection, layout.by
+    trials = among(selection.trials, facet.points)
+    trials = trials.assign(
+        **{LINE: trials["point"].map(selection.points[by]) if by else ""}
+    )
+    distribution = selection.study.distributions[metric]
+    return curves(
+        selection.study.series, trials, LINE, metric, distribution=distribution
+    )
 
 
 def _looks(layout: Curves, number: int) -> dict[str, Any]:
@@ -280,6 +280,48 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
+def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+    """The figure of one metric as marks: the first, as no metric is chosen."""
+    names = [Column.read(name).metric for name in choices.plain(study)]
+    chosen = names[:1] if choices.metrics else series_metrics(study)[:1]
+    layout = curves_layout(study, choices.by, chosen)
+    selection, by, (metric,) = layout.selection, layout.by, layout.metrics
+    x = MarkedAxis("frame", "frame (steps)")
+    y = MarkedAxis(metric, quantity(selection.study, metric))
+    panels = [
+        MarkedPanel(facet.title, x, y, _marked(layout, metric, facet))
+        for facet in layout.facets
+    ]
+    numbers = range(len(selection.values(by)) if by else 1)
+    colours = tuple(to_hex(_looks(layout, number)["color"]) for number in numbers)
+    legend = legend_of_marks(selection, by)
+    return FigureMarks("lines", (metric,), panels, _note(layout), *legend, colours)
+
+
+def _marked(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
+    selection, by = layout.selection, layout.by
+    table = _means(layout, metric, facet)
+    values = selection.values(by) if by else [""]
+    order = {value: number for number, value in enumerate(values)}
+    points = selection.points.loc[facet.points]
+    behind = points[by] if by else pd.Series("", points.index)
+    ids = {value: point for point, value in behind.items()}
+    columns = {
+        "x": table["frame"],
+        "y": table["mean"],
+        "low": table["low"],
+        "high": table["high"],
+        "n": table["n"],
+        "colour": table[LINE].map(order).astype(int),
+        "point": table[LINE].map(ids),
+    }
+    return pd.DataFrame(columns)
+
+
 KIND = FigureKind(
-    "each series metric against time, mean and band", ("by",), plan, of_several=True
+    "each series metric against time, mean and band",
+    ("by",),
+    plan,
+    of_several=True,
+    marks=marks,
 )

@@ -12,10 +12,13 @@ from itertools import cycle
 from textwrap import wrap
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.legend import Legend
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
@@ -27,6 +30,13 @@ from sweep.trial.world import TrialWorld
 
 LETTERS_AN_INCH = 18.0
 LETTERS_OF_A_TITLE = 104
+MOST_COLUMNS = 8
+ROOM = 0.96
+"""The part of the width of a figure that its legend may take."""
+NAMES_PART = 0.9
+"""The part of the width of a legend with one column that its names have at least."""
+ROW = 0.5
+"""What the layout of a figure has for the legend, in inches: a title and one row."""
 OUTLINE, SEAM = 1.8, 0.5
 """Widths of lines, in points. Half of an outline is drawn over by what it surrounds; a
 seam closes the gap between obstacles that touch, such as the pieces of an image.
@@ -187,8 +197,48 @@ def note(figure: Figure, text: str) -> None:
 
 def legend(figure: Figure, axes: Axes, columns: int = 4) -> None:
     """Put the legend of `axes` above the whole figure."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+    legend_of(figure, *axes.get_legend_handles_labels(), columns=columns)
+
+
+def legend_of(
+    figure: Figure,
+    handles: Sequence[Artist],
+    labels: Sequence[str],
+    title: str | None = None,
+    columns: int = MOST_COLUMNS,
+) -> None:
+    """Put a legend above the whole figure, in up to so many columns as fit its width.
+
+    Names that are too long for one column are broken, and the figure grows by what the
+    legend has more than one row, so that panels keep their size.
+    """
+    width, height = figure.get_size_inches()
+    room, longest = ROOM * width, max(map(len, labels), default=0)
+
+    def drawn(number: int, letters: int) -> Legend:
+        names = ["\n".join(wrap(label, letters)) for label in labels]
+        return figure.legend(
+            handles, names, title=title, loc="outside upper center", ncols=number
+        )
+
+    number = min(columns, len(labels)) or 1
+    found = drawn(number, longest or 1)
+    while (taken := _inches(figure, found)[0]) > room and number > 1:
+        found.remove()
+        number -= 1
+        found = drawn(number, longest)
+    if taken > room:
+        found.remove()
+        found = drawn(1, int(longest * room / taken * NAMES_PART))
+    more = _inches(figure, found)[1] - ROW
+    figure.set_size_inches(width, height + max(more, 0.0))
+
+
+def _inches(figure: Figure, found: Legend) -> tuple[float, float]:
+    """The width and the height of a legend."""
+    renderer = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
+    extent = found.get_window_extent(renderer)
+    return extent.width / figure.dpi, extent.height / figure.dpi
 
 
 def quantity(study: StoredStudy, name: str) -> str:

@@ -21,6 +21,7 @@ from sweep.analysis.intervals import group_bounds
 from sweep.analysis.mean_bounds import equal
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
+from sweep.figures.marks import MOST_IDS, FigureMarks, MarkedPanel, axis_of
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import (
     Floats,
@@ -32,6 +33,7 @@ from sweep.figures.scales import (
 )
 from sweep.figures.selection import Facet, Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
 MOST_LISTED, MOST_DRAWN = 30, 12
@@ -49,6 +51,8 @@ MOST_COUNTED = 2
 class Cells(NamedTuple):
     """The cells of a panel: their edges along x and y, and for each cell (rows,
     columns) the mean, half the width of its interval, and the number of points.
+
+    `places` has the number of the cell of each point, row after row, by its id.
     """
 
     x: Floats
@@ -56,6 +60,7 @@ class Cells(NamedTuple):
     mean: Floats
     half: Floats
     points: NDArray[np.int64]
+    places: "pd.Series[int]"
 
 
 class Heatmap(NamedTuple):
@@ -325,7 +330,7 @@ def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
         half.ravel()[places] = (high - low) / 2.0
     else:
         half.ravel()[keys] = (known[f"{metric}_high"] - known[f"{metric}_low"]) / 2.0
-    return Cells(x, y, mean, half, points)
+    return Cells(x, y, mean, half, points, pd.Series(keys, known.index))
 
 
 def _divided(
@@ -378,4 +383,60 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("a metric over two settings", ("x", "y"), plan, of_several=True)
+def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+    """The figure of the first metric as marks, a cell each."""
+    metric = choices.plain(study)[0]
+    layout = heatmap_layout(study, metric, choices.x, choices.y)
+    selection = layout.selection
+    table = selection.table([metric])
+    cells = [_cells(layout, table.loc[facet.points]) for facet in layout.facets]
+    x, y = (axis_of(selection, name) for name in (layout.x, layout.y))
+    panels = [
+        MarkedPanel(
+            facet.title,
+            x,
+            y,
+            _marked(metric, one, table.loc[facet.points]),
+            (one.x.tolist(), one.y.tolist()),
+        )
+        for facet, one in zip(layout.facets, cells, strict=True)
+    ]
+    note = _note(layout, table, cells)
+    shown = (Column.read(metric).metric,)
+    return FigureMarks("cells", shown, panels, note, quantity(selection.study, metric))
+
+
+def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:
+    """A row a cell that has a point."""
+    rows, columns = np.nonzero(cells.points)
+    keys = rows * cells.mean.shape[1] + columns
+    ids = cells.places.index.to_series().groupby(cells.places)
+    trials = table.loc[cells.places.index, f"{metric}_n"].groupby(cells.places)
+    return pd.DataFrame(
+        {
+            "column": columns,
+            "row": rows,
+            "y": cells.mean[rows, columns],
+            "half": cells.half[rows, columns],
+            "n": trials.sum().reindex(keys).to_numpy(),
+            "points": cells.points[rows, columns],
+            "resolved": _resolved(cells)[rows, columns],
+            "point": ids.agg(lambda of: " ".join(of[:MOST_IDS])).reindex(keys).array,
+        }
+    )
+
+
+def _resolved(cells: Cells) -> NDArray[np.bool_]:
+    """Whether the interval of a cell is narrower than the largest step to a cell beside
+    it. Without an interval, or without such a cell, it counts as resolved.
+    """
+    padded = np.pad(cells.mean, 1, constant_values=np.nan)
+    beside = [padded[1:-1, 2:], padded[1:-1, :-2], padded[2:, 1:-1], padded[:-2, 1:-1]]
+    steps = np.abs(np.stack(beside) - cells.mean)
+    largest = np.nanmax(np.where(np.isnan(steps), -np.inf, steps), axis=0)
+    return np.asarray(~((2 * cells.half > largest) & np.isfinite(largest)), np.bool_)
+
+
+KIND = FigureKind(
+    "a metric over two settings", ("x", "y"), plan, of_several=True, marks=marks
+)

@@ -16,7 +16,14 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction
-from sweep.figures.drawing import note, quantity, span, title_panel, words
+from sweep.figures.drawing import (
+    legend_of,
+    note,
+    quantity,
+    span,
+    title_panel,
+    words,
+)
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, has_scale, select
@@ -106,12 +113,7 @@ def draw_parallel(layout: Parallel) -> Figure:
             f"{BEST:.0%} with the {'highest' if chosen.high else 'lowest'}"
             f" {quantity(selection.study, chosen.metric)}"
         )
-        figure.legend(
-            lines,
-            [better.replace("%", " %", 1), "others"],
-            loc="outside upper center",
-            ncols=2,
-        )
+        legend_of(figure, lines, [better.replace("%", " %", 1), "others"])
         text = (
             f"{span(shown for shown, _ in counts)} points a panel, each the mean of"
             " {n} trials"

@@ -13,10 +13,27 @@ from matplotlib.lines import Line2D
 from sweep.campaigns.search.fronts import nondominated
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction, opposed_metrics
-from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel, words
+from sweep.figures.drawing import (
+    legend_of,
+    note,
+    quantity,
+    span,
+    tidy_grid,
+    title_panel,
+    words,
+)
+from sweep.figures.marks import (
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
+    colours_of,
+    legend_of_marks,
+    means_of,
+)
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
@@ -87,7 +104,8 @@ def pareto_layout(
         raise ChoiceError(
             "needs points to compare, and there is one", study.name, "pareto"
         )
-    others = selection.apart(selection.sampled) if selection.sampled else []
+    kept = [name for name in selection.listed if name in selection.study.kept_apart]
+    others = selection.apart(selection.sampled) if selection.sampled else kept
     colour = selection.colour(by, others, []) if by or others else None
     facets = selection.panels([name for name in others if name != colour], "pareto")
     return Pareto(selection, (first, second), colour, facets)
@@ -179,13 +197,7 @@ def _legend(figure: Figure, layout: Pareto) -> None:
     )
     title = quantity(selection.study, by) if by else None
     columns = 2 if len(layout.facets) == 1 else 4
-    figure.legend(
-        [*marks, front],
-        [*names, "not dominated"],
-        loc="outside upper center",
-        ncols=columns,
-        title=title,
-    )
+    legend_of(figure, [*marks, front], [*names, "not dominated"], title, columns)
 
 
 def _label(selection: Selection, one: Direction) -> str:
@@ -221,6 +233,50 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
+def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+    """The figure as marks; those of a front are its best."""
+    given = choices.metrics or tuple(opposed_metrics(study))
+    names = choices._replace(metrics=given).columns(study) if given else []
+    layout = pareto_layout(study, names, by=choices.by)
+    selection, (first, second) = layout.selection, layout.directions
+    table = selection.table([first.metric, second.metric])
+    panels = [
+        MarkedPanel(
+            facet.title,
+            MarkedAxis(first.metric, _label(selection, first)),
+            MarkedAxis(second.metric, _label(selection, second)),
+            _marked(layout, table.loc[facet.points]),
+        )
+        for facet in layout.facets
+    ]
+    legend = legend_of_marks(selection, layout.by)
+    shown = tuple(
+        f"{Column.read(one.metric).metric}{'+' if one.high else '-'}"
+        for one in (first, second)
+    )
+    return FigureMarks("points", shown, panels, _note(layout, table), *legend)
+
+
+def _marked(layout: Pareto, table: pd.DataFrame) -> pd.DataFrame:
+    first, second = layout.directions
+    colours = colours_of(layout.selection, layout.by, table)
+    best = pd.Series(False, table.index)
+    for _, part in table.groupby(colours):
+        means = part[[first.metric, second.metric]].to_numpy(np.float64)
+        best[part.index] = nondominated(means, [first.high, second.high])
+    columns = {
+        **means_of(table, first.metric, "x", ("x_low", "x_high")),
+        **means_of(table, second.metric),
+        "colour": colours,
+        "best": best,
+        "point": table.index,
+    }
+    return pd.DataFrame(columns, index=table.index)
+
+
 KIND = FigureKind(
-    "two metrics against each other, and the points that no other beats", ("by",), plan
+    "two metrics against each other, and the points that no other beats",
+    ("by",),
+    plan,
+    marks=marks,
 )

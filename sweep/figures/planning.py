@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError, UserError
 from sweep.figures.directions import direction, shown_metrics
+from sweep.figures.marks import FigureMarks
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
@@ -61,6 +62,7 @@ class FigureKind(NamedTuple):
     of a study.
 
     `plan` draws nothing and raises ChoiceError where the kind does not suit the study.
+    `marks` has the same figure of one metric, or of two, as plain data, if it can.
     `of_search` says that it shows a whole search, `of_several` that it can show several
     studies together, see `sweep.tables.joined`.
     """
@@ -70,6 +72,7 @@ class FigureKind(NamedTuple):
     plan: Callable[[StoredStudy, Choices], list[Planned]]
     of_search: bool = False
     of_several: bool = False
+    marks: Callable[[StoredStudy, Choices], FigureMarks] | None = None
 
     def figures(self, study: StoredStudy, choices: Choices) -> list[Planned]:
         """Its figures of a study, or of several joined. Raises ChoiceError where the

@@ -115,8 +115,23 @@ def label_setting(
     if name in selection.listed:
         values = [float(str(value)) for value in selection.values(name)]
         ticks = _that_fit(values, side_by_side=direction == "x")
-        axis.set_ticks(ticks, [f"{value:g}" for value in ticks])
+        names = [f"{value:g}" for value in ticks]
+        if direction == "x":
+            names = _apart(ticks, names, logarithmic=is_logarithmic(selection, name))
+        axis.set_ticks(ticks, names)
         axis.set_ticks([], minor=True)
+
+
+def _apart(ticks: list[float], names: list[str], *, logarithmic: bool) -> list[str]:
+    """The names of ticks on a panel, "" where one would run into that before it."""
+    at = np.log(ticks) if logarithmic else np.array(ticks)
+    letters = LETTERS_OF_TICKS * (at - at[0]) / (at[-1] - at[0] or 1.0)
+    shown, end = list[str](), -np.inf
+    for place, name in zip(letters, names, strict=True):
+        fits = place - len(name) / 2.0 > end
+        shown.append(name if fits else "")
+        end = place + len(name) / 2.0 if fits else end
+    return shown
 
 
 def _that_fit(values: list[float], *, side_by_side: bool) -> list[float]:

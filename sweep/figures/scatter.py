@@ -14,9 +14,26 @@ from matplotlib.lines import Line2D
 
 from sweep.analysis.estimate import rank_estimate
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import estimated, note, quantity, span, title_panel, words
+from sweep.figures.drawing import (
+    estimated,
+    legend_of,
+    note,
+    quantity,
+    span,
+    title_panel,
+    words,
+)
+from sweep.figures.marks import (
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
+    axis_of,
+    colours_of,
+    legend_of_marks,
+    means_of,
+)
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.scales import Floats, label_setting, places
+from sweep.figures.scales import Floats, is_logarithmic, label_setting, places
 from sweep.figures.selection import (
     Facet,
     Selection,
@@ -26,11 +43,15 @@ from sweep.figures.selection import (
     select,
 )
 from sweep.figures.style import COLOURS, MARKERS, STYLE
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
 """So many points of a panel have their intervals drawn; more are dots."""
 LARGEST_SHIFT = 0.3
+"""How far points of one value are shifted, as a part of the distance to the next."""
+PARTS = (0.01, 0.03)
+"""The least and the most of that, as parts of the width of an axis of numbers."""
 
 
 class Panel(NamedTuple):
@@ -178,16 +199,13 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
     column = selection.points[panel.name]
+    parts = [table[table[by] == value] if by else table for value in groups]
+    beside = _side_by_side(selection, panel.name, pd.concat(parts))
     said = []
-    for place, value in enumerate(groups):
-        part = table[table[by] == value] if by else table
+    for place, (value, part) in enumerate(zip(groups, parts, strict=True)):
         at = places(selection, panel.name, part[panel.name])
-        shift = (
-            0.0
-            if has_scale(column)
-            else LARGEST_SHIFT * (2 * place - len(groups) + 1) / len(groups)
-        )
-        _points(axes, at + shift, part, metric, COLOURS[place], MARKERS[place], few=few)
+        shown = np.asarray(beside.loc[part.index], np.float64)
+        _points(axes, shown, part, metric, COLOURS[place], MARKERS[place], few=few)
         if (
             is_number(column)
             and (
@@ -200,6 +218,27 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
                 + (f" ({words(value)})" if by else "")
             )
     return said
+
+
+def _side_by_side(
+    selection: Selection, name: str, table: pd.DataFrame
+) -> "pd.Series[float]":
+    """Where points stand on the axis of a setting, by their ids. Those of one value
+    stand side by side, in the order of `table`, so that none hides the interval of
+    another.
+    """
+    at = pd.Series(places(selection, name, table[name]), table.index)
+    if at.is_unique:
+        return at
+    logarithmic = is_logarithmic(selection, name)
+    at = at.map(np.log) if logarithmic else at
+    values, groups, room = np.unique(at), at.groupby(at), LARGEST_SHIFT
+    if has_scale(selection.points[name]) and len(values) > 1:
+        gap, width = np.diff(values).min(), values[-1] - values[0]
+        room = width * float(np.clip(LARGEST_SHIFT * gap / width, *PARTS))
+    number, among = groups.cumcount(), groups.transform("size")
+    shifted = at + room * (2 * number - among + 1) / among
+    return shifted.map(np.exp) if logarithmic else shifted
 
 
 def _points(
@@ -234,13 +273,7 @@ def _legend(figure: Figure, layout: Scatter) -> None:
         Line2D([], [], linestyle="none", marker=m, color=c)
         for m, c, _ in zip(MARKERS, COLOURS, names, strict=False)
     ]
-    figure.legend(
-        marks,
-        names,
-        title=quantity(selection.study, by),
-        loc="outside upper center",
-        ncols=len(names),
-    )
+    legend_of(figure, marks, names, quantity(selection.study, by))
 
 
 def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
@@ -275,4 +308,42 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("a metric against each setting", ("by", "x"), plan, of_several=True)
+def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+    """The figure of the first metric as marks: where the values of a setting are listed
+    numbers, they are joined by lines.
+    """
+    metric = choices.plain(study)[0]
+    layout = scatter_layout(study, metric, choices.x, by=choices.by)
+    selection, by = layout.selection, layout.by
+    table = selection.table([metric])
+    panels = [
+        _marked(layout, panel, table.loc[panel.facet.points])
+        for row in layout.rows
+        for panel in row
+    ]
+    names = [panel.name for row in layout.rows for panel in row]
+    joined = all(
+        has_scale(selection.points[name]) and name in selection.listed for name in names
+    )
+    note = _note(layout, table, correlated=False)
+    form = "lines" if joined else "points"
+    shown = (Column.read(metric).metric,)
+    return FigureMarks(form, shown, panels, note, *legend_of_marks(selection, by))
+
+
+def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
+    selection, metric = layout.selection, layout.metric
+    columns = {
+        "x": places(selection, panel.name, table[panel.name]),
+        **means_of(table, metric),
+        "colour": colours_of(selection, layout.by, table),
+        "point": table.index,
+    }
+    y = MarkedAxis(metric, quantity(selection.study, metric))
+    rows = pd.DataFrame(columns, index=table.index).sort_values("x", kind="stable")
+    return MarkedPanel(panel.facet.title, axis_of(selection, panel.name), y, rows)
+
+
+KIND = FigureKind(
+    "a metric against each setting", ("by", "x"), plan, of_several=True, marks=marks
+)

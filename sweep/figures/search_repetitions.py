@@ -12,7 +12,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import Distribution, mean_interval
+from sweep.analysis import Declared, mean_interval
 from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.outcome import SEARCH, objectives
 from sweep.campaigns.search.repetitions import (
@@ -151,7 +151,7 @@ def _band(
     curves: pd.DataFrame,
     colour: str,
     label: str,
-    distribution: Distribution,
+    distribution: Declared,
 ) -> None:
     known = curves.dropna()
     means = [mean_interval(row, distribution=distribution) for row in known.to_numpy()]
@@ -169,7 +169,7 @@ def _band(
 
 
 def _strip(
-    axes: Axes, place: int, values: Floats, colour: str, distribution: Distribution
+    axes: Axes, place: int, values: Floats, colour: str, distribution: Declared
 ) -> None:
     """Draw the values of runs beside each other, and their mean with its interval."""
     spread = (

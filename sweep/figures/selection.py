@@ -17,7 +17,8 @@ from sweep.errors import ChoiceError
 from sweep.figures.drawing import named, span, words
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import spelled
-from sweep.tables.overview import untried
+from sweep.tables.overview import few_skewed, untried
+from sweep.tables.search_phases import by_phase, phases_said
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -112,13 +113,15 @@ class Selection:
 
     def apart(self, shown: Sequence[str]) -> list[str]:
         """The listed settings that must be shown beside those in `shown`, so that
-        points which differ are apart.
+        points which differ are apart; first what the study keeps apart, whether or not
+        its points differ in others.
         """
-        chosen: list[str] = []
-        groups = self._groups(shown)
+        kept = self.study.kept_apart
+        chosen = [name for name in kept if name in self.listed and name not in shown]
+        groups = self._groups([*shown, *chosen])
         for name in self.listed:
             if (
-                name not in shown
+                name not in (*shown, *chosen)
                 and (finer := self._groups([*shown, *chosen, name])) > groups
             ):
                 chosen.append(name)
@@ -237,7 +240,7 @@ class Selection:
         says that there is none. `metrics` are those that have this interval. A metric
         that decided how many trials a point has is named, because its interval is
         another. The note says of `metrics` and of others `shown` which share of the
-        done trials has no value.
+        done trials has no value, and which of them rest on few skewed values.
         """
         known = [int(count) for count in counts]
         if max(known, default=0) < 2:
@@ -272,9 +275,15 @@ class Selection:
             f"{name.replace('_', ' ')} ({'; '.join(map(words, values))})"
             for name, values in self.study.differ.items()
         )
+        drawn = [
+            name for name in (*metrics, *shown) if interval and name in self.trials
+        ]
+        few = few_skewed(self.study, dict.fromkeys(drawn, known))
         differ = f"; they differ in {apart}" if apart else ""
         said = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
-        return f"{self.study.name}{place}: {said}"
+        phases = phases_said(self.study)
+        lines = [f"{self.study.name}{place}: {said}", phases, few]
+        return "\n".join(filter(None, lines))
 
     def _undefined(self, metric: str) -> float:
         """The share of the done trials that have no value of a metric."""
@@ -292,15 +301,17 @@ class Selection:
 
 def select(study: StoredStudy) -> Selection:
     """The points of `study` that a figure shows, those with a stored trial, and what
-    differs between them. Raises ChoiceError where no trial is done.
+    differs between them. The phases of a search are apart. Raises ChoiceError where no
+    trial is done.
     """
+    study = by_phase(study)
     if not (study.trials["status"] == "done").any():
         there = " there" if study.restricted else ""
         raise ChoiceError(
             f"no trial is done{there}, so there is nothing to draw", study.name
         )
     designed = study.points[study.headings]
-    points = designed[designed.index.isin(study.trials["point"])]
+    points = designed[designed.index.isin(study.trials["point"].unique())]
     points = points.loc[:, points.nunique(dropna=False) > 1]
     return Selection(study, points, designed[points.columns], *_kinds(study, points))
 

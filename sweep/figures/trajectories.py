@@ -22,6 +22,7 @@ from sweep.figures.drawing import (
     colours_of_kinds,
     draw_flock,
     draw_map,
+    legend_of,
     note,
     span,
     title_panel,
@@ -206,12 +207,13 @@ def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
 
 def _legend(figure: Figure, kinds: Iterable[str]) -> None:
     """Say which colour is which kind, where there are any."""
+    colours = colours_of_kinds(kinds)
     marks = [
-        Line2D([], [], linestyle="none", marker=">", color=colour, label=kind)
-        for kind, colour in colours_of_kinds(kinds).items()
+        Line2D([], [], linestyle="none", marker=">", color=colour)
+        for colour in colours.values()
     ]
     if marks:
-        figure.legend(handles=marks, loc="outside upper center", ncols=4)
+        legend_of(figure, marks, list(colours))
 
 
 def _trails(

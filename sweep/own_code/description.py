@@ -13,7 +13,7 @@ from kernels.settings import About, Demand
 from kernels.starts import Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
-from sweep.own_code.entries import CHOICES, KINDS, Offered
+from sweep.own_code.entries import CHOICES, KINDS, Offered, wrong_range
 
 KIND = {kind.__name__: kind for kind in KINDS}
 POTENTIAL = "pair_potential"
@@ -120,7 +120,10 @@ def _metric(about: dict[str, Any]) -> Metric:
     for field, choices in CHOICES.items():
         if field in about and about[field] not in get_args(choices):
             raise ValueError(f"a metric has {field}={about[field]!r}")
-    return Metric(_asleep, demands=demands, **about)
+    metric = Metric(_asleep, demands=demands, **about)
+    if said := wrong_range(metric):
+        raise ValueError(f"a metric {said}")
+    return metric
 
 
 def _map(about: dict[str, Any]) -> Map:

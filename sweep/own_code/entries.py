@@ -26,6 +26,7 @@ from kernels.settings import UNITS, About
 from kernels.starts import Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
+from sweep.own_code.names import undefined
 from sweep.spec.derived_metrics import ENDINGS, NAME, TAKEN
 from sweep.spec.evaluation import CONSTANTS, FUNCTIONS
 from sweep.spec.sampling import Sampler
@@ -85,12 +86,22 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
                     f'{file}: metric "{name}" has {field}="{given}"; allowed:'
                     f" {_listed(get_args(choices))}"
                 )
+        if said := wrong_range(metric):
+            raise CodeError(f'{file}: metric "{name}" {said}')
         if metric.unit not in UNITS:
             raise CodeError(
                 f'{file}: metric "{name}" has the unit "{metric.unit}"; allowed:'
                 f" {_listed(UNITS)}"
             )
     return found
+
+
+def wrong_range(metric: Metric) -> str:
+    """Why `low` and `high` of a metric are no range; "" where they are one."""
+    low, high = ends = metric.low, metric.high
+    if all(isinstance(end, int | float) for end in ends) and low < high:
+        return ""
+    return f"has low={low!r} and high={high!r}; allowed: two numbers, the lower first"
 
 
 def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
@@ -160,14 +171,18 @@ COMPILED = ("advance", "measure")
 
 
 def _check_functions(file: str, name: str, entry: Any) -> None:
-    """Raise CodeError for functions that are not compiled and must be, and for those
-    that take other arguments than they get.
+    """Raise CodeError for functions that read names which stand for nothing, for those
+    that are not compiled and must be, and for those that take other arguments than they
+    get.
     """
     for field in ARGUMENTS.keys() & set(entry._fields):
         function = getattr(entry, field)
         plain = getattr(function, "py_func", function)
         if function is None or not isinstance(plain, FunctionType):
             continue
+        for wrong in undefined(plain):
+            own = wrong.file.partition("/")[2] or wrong.file
+            raise CodeError(f"{own}, line {wrong.line}, {wrong.words}")
         line = plain.__code__.co_firstlineno
         where = f"{file}, line {line}: {plain.__name__}"
         if field in COMPILED and not is_compiled(function):

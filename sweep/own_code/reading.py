@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from sweep.errors import SpecError
+from sweep.own_code.catalogue import OwnCatalogue
 from sweep.own_code.installed import locations
 from sweep.own_code.references import (
     FILE,
@@ -69,6 +71,17 @@ def study_of(
     return _read(parse_document(text, path), code, code_from)
 
 
+def study_with(text: str, path: Path, known: Catalogue) -> Study:
+    """The study of a YAML text, as if it stood in the file `path`. The files that it
+    names are those that `known` has: nothing runs. Raises SpecError.
+    """
+    root = parse_document(text, path)
+    if not isinstance(known, OwnCatalogue):
+        return read_study(root, known)
+    plain = resolved(root, references(root), known)
+    return read_study(plain, known, known.samplers)
+
+
 def code_of(path: Path) -> list[Path]:
     """The files that a spec would run, with those that they import, and the packages
     whose modules it names; nothing runs.
@@ -111,7 +124,8 @@ def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
     `./vortex.py` or `./file.py:NAME` from the current folder, or a module of a package,
     `their_package.vortex:MODEL`. And the catalogue for it.
 
-    The code runs. Raises SpecError, without `code` for any.
+    The code runs. Raises SpecError, without `code` for any, and for the name of a file
+    without its ending.
     """
     file = Path()
     if FILE.fullmatch(text):
@@ -121,6 +135,10 @@ def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
     elif MODULE.fullmatch(text):
         spec = {"model": text}
     else:
+        if text not in BUILT_IN.models and Path(f"{text}.py").is_file():
+            raise SpecError(
+                f'unknown model "{text}"; that of the file is named ./{text}.py'
+            )
         return text, BUILT_IN
     root = Entry(Document(file, ""), (), spec)
     if not code:

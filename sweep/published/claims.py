@@ -6,13 +6,23 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
-from typing import Any, Literal, get_args
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_args
 
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
 from sweep.published.measures import Measure, MeasureReader, RankCorrelation
-from sweep.published.verdicts import Above, Below, Expectation, Value, Within
+from sweep.published.verdicts import (
+    Above,
+    Below,
+    Expectation,
+    Region,
+    Value,
+    Within,
+    region,
+)
 from sweep.spec.document import Entry
+from sweep.spec.strict_yaml import parse_document
 
 ABOUT = ("id", "where", "says", "kind", "registered")
 TESTED = ("measure", "expect", "looked")
@@ -67,6 +77,37 @@ class Claim:
     def counted(self) -> bool:
         """Whether it is tested, and counts. What was fitted to a number does not."""
         return self.measure is not None and self.kind != FIT
+
+
+class Shown(NamedTuple):
+    """What a claim expects, for the figure that shows it: its kind, its spec, what it
+    measures as it is written, and what it allows.
+    """
+
+    kind: Kind
+    spec: str
+    measure: Mapping[str, Any]
+    region: Region
+
+
+def shown(file: Path, figure: str) -> list[Shown]:
+    """The tested claims of a published.yaml that name `figure`, in their order.
+
+    Neither specs nor functions are read: a figure calls this while it is drawn. Raises
+    SpecError for an expectation that is none.
+    """
+    document = parse_document(file.read_text("utf-8"), file)
+    claims = document.child("claims").entries()
+    return [
+        Shown(
+            entry.value["kind"],
+            entry.value["spec"],
+            entry.value["measure"],
+            region(_expectation(entry.child("expect"), None, entry.value["kind"])),
+        )
+        for entry in claims
+        if entry.value.get("figure") == figure and "expect" in entry.value
+    ]
 
 
 def read_claims(
@@ -149,7 +190,7 @@ def _day(entry: Entry) -> date:
         raise entry.expected("a day such as 2026-03-01") from None
 
 
-def _expectation(entry: Entry, measure: Measure, kind: Kind) -> Expectation:
+def _expectation(entry: Entry, measure: Measure | None, kind: Kind) -> Expectation:
     kinds = ("value", "above", "below", "within")
     entry.keys([*kinds, "rounding", "trials", "margin", "because"])
     given = [kind for kind in kinds if kind in entry.value]
@@ -167,7 +208,7 @@ def _expectation(entry: Entry, measure: Measure, kind: Kind) -> Expectation:
     return Within(*numbers)
 
 
-def _value(entry: Entry, measure: Measure, kind: Kind) -> Value:
+def _value(entry: Entry, measure: Measure | None, kind: Kind) -> Value:
     if kind != FIT and "margin" not in entry.value:
         raise entry.error('missing key "margin": how far ours may be from the number')
     if ("margin" in entry.value) != ("because" in entry.value):

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import (
-    Distribution,
+    Declaration,
     Estimate,
     Units,
     chosen,
@@ -102,9 +102,9 @@ def _difference(studies: Studies, what: MeanDifference) -> Measured:
     return Measured(found.estimate, trials, one.trials + other.trials, found.left_out)
 
 
-def _distribution(studies: Studies, what: Mean) -> Distribution:
-    """How the values of a mean are distributed: as its metric declares it, whether they
-    are of trials or means of some.
+def _distribution(studies: Studies, what: Mean) -> Declaration:
+    """How the values of a mean are distributed, and what they lie in: as its metric
+    declares it, whether they are of trials or means of some.
     """
     return studies[what.spec].distributions[what.metric]
 

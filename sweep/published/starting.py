@@ -80,7 +80,8 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     """
     specs = built_in_specs()
     if name not in specs:
-        asked = unknown("built-in study (see `sweep init`)", name, specs)
+        below = [one for one in specs if one.startswith(f"{name}/")]
+        asked = unknown("built-in study (see `sweep init`)", name, below or specs)
         needed = "; a new file alone needs --model MODEL"
         raise SpecError(asked + needed * (Path(name).suffix in SPEC_ENDINGS))
     source = specs[name]

@@ -2,12 +2,11 @@
 
 Boids are triangles that point in their direction of flight; where they are of several
 kinds, each kind has a colour. In an animation lines show whence they come. The picture
-shows the world with its obstacles, and the goal if boids are drawn to it. What does not
-change is drawn once.
+shows the world with its obstacles, the goal if boids are drawn to it, and where boids
+have been if the trial records coverage. What does not change is drawn once.
 """
 
 from collections import deque
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,6 +14,7 @@ import numpy as np
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
@@ -22,7 +22,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
 from sweep.figures.drawing import colours_of_kinds
-from sweep.replays.flight import Report, frames
+from sweep.replays.flight import Report, seen
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
 from sweep.trial.kinds import kinds_of
@@ -39,6 +39,11 @@ BOIDS = "0.1"
 """Their colour, where there are no kinds."""
 TRAIL, TRAIL_COLOUR = 15, "0.75"
 """How many pictures a trail goes back in an animation."""
+
+VISITED, OPACITY = (0.94, 0.73, 0.25), 0.45
+"""The colour of pixels that boids have visited."""
+ON_WHITE = 248, 224, 169
+"""The same on a white ground, as a picture of 8 bits has it."""
 
 Picture = NDArray[np.uint8]
 """Pixels (rows, columns, 3): red, green and blue."""
@@ -82,15 +87,25 @@ class Scene:
             (self.trail,) = self.axes.plot(
                 [], [], color=TRAIL_COLOUR, linewidth=0.8, zorder=2, animated=True
             )
+            self.ground = self._draw_ground()
             self.title = self.axes.set_title(" ", animated=True)
             self.canvas.draw()
         self.figure.set_layout_engine("none")
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)
 
-    def draw(self, step: int, bodies: NDArray[np.float64]) -> Picture:
-        """The picture of one frame; `bodies` (4, N) are x, y, vx and vy."""
+    def draw(
+        self,
+        step: int,
+        bodies: NDArray[np.float64],
+        visits: NDArray[np.int32] | None = None,
+    ) -> Picture:
+        """The picture of one frame; `bodies` (4, N) are x, y, vx and vy, and `visits`
+        those of pixels (rows, columns), -1 in obstacles.
+        """
         with style.context(STYLE):
             self.canvas.restore_region(self.still)
+            if visits is not None:
+                self._draw_visits(visits)
             self.past.append(bodies[:2])
             self.trail.set_data(*self._ways())
             self.axes.draw_artist(self.trail)
@@ -98,9 +113,31 @@ class Scene:
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
-            self.title.set_text(self._words(step, bodies))
+            self.title.set_text(self._words(step, bodies) + _covered(visits))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
+
+    def _draw_ground(self) -> AxesImage:
+        """Room for the visits of pixels, a pixel about the point that it stands for."""
+        ground = self.axes.imshow(
+            np.zeros((1, 1, 4)), origin="lower", zorder=0.5, animated=True
+        )
+        width, height = self.world.width, self.world.height
+        upside_down = self.world.y_down
+        self.axes.set(
+            xlim=(0.0, width), ylim=(height, 0.0) if upside_down else (0.0, height)
+        )
+        return ground
+
+    def _draw_visits(self, visits: NDArray[np.int32]) -> None:
+        pixel = float(self.job.settings["pixel"])
+        rows, columns = visits.shape
+        ends = ((columns - 0.5) * pixel, (rows - 0.5) * pixel)
+        self.ground.set_extent((-0.5 * pixel, ends[0], -0.5 * pixel, ends[1]))
+        self.ground.set_data(
+            np.where((visits > 0)[:, :, None], (*VISITED, OPACITY), 0.0)
+        )
+        self.axes.draw_artist(self.ground)
 
     def _ways(self) -> NDArray[np.float64]:
         """The ways of boids in the last pictures as one line (2, K), broken by NaN. A
@@ -166,6 +203,13 @@ class Scene:
         )
 
 
+def _covered(visits: NDArray[np.int32] | None) -> str:
+    """How much of the ground outside obstacles has been visited, in words."""
+    if visits is None:
+        return ""
+    return f"; coverage {100.0 * np.mean(visits[visits >= 0] > 0):.1f} %"
+
+
 def check_frame(job: Job, frame: int) -> None:
     """Raise ChoiceError if a trial has no such frame."""
     steps = int(job.settings["steps"])
@@ -190,15 +234,12 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
     from PIL import Image
 
     check_frame(job, frame)
-    found = [
-        body
-        for step, body in _bodies(job, max(1, frame), report, until=frame)
-        if step == frame
-    ]
-    if not found:
+    flown = seen(job, max(1, frame), report)
+    found = next((one for one in flown if one.step == frame), None)
+    if found is None:
         raise ChoiceError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
     with unfinished(path) as file:
-        Image.fromarray(Scene(study, job).draw(frame, found[0])).save(file, "png")
+        Image.fromarray(Scene(study, job).draw(*found)).save(file, "png")
 
 
 def frames_apart(job: Job) -> int:
@@ -220,19 +261,9 @@ def write_animation(
     report  is told how many of how many steps are done
     """
     scene = Scene(study, job, every)
-    pictures = (
-        scene.draw(step, bodies) for step, bodies in _bodies(job, every, report)
-    )
-    write: Any = {".gif": write_gif, ".mp4": write_mp4}[path.suffix]
+    pictures = (scene.draw(*one) for one in seen(job, every, report))
     with unfinished(path) as file:
-        write(pictures, file)
-
-
-def _bodies(
-    job: Job, every: int, report: Report, until: int | None = None
-) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """The frames one by one; none after the step `until`."""
-    for taken in frames(job, every, report):
-        yield from zip(taken.steps.tolist(), taken.bodies, strict=True)
-        if until is not None and taken.steps.size and taken.steps[-1] >= until:
-            return
+        if path.suffix == ".gif":
+            write_gif(pictures, file, [ON_WHITE])
+        else:
+            write_mp4(pictures, file)

@@ -5,10 +5,11 @@ file.
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.spec.study import RecordSpec
@@ -47,6 +48,40 @@ def frames(
         going = simulation.advance(max(1, BOID_STEPS_A_CALL // int(job.settings["n"])))
         report(simulation.step, steps)
         yield simulation.take_frames()
+
+
+class ShownFrame(NamedTuple):
+    """A frame of a flight: its step, x, y, vx and vy (4, N), and the visits of pixels
+    (rows, columns), -1 in obstacles; None where the trial records no coverage.
+    """
+
+    step: int
+    bodies: NDArray[np.float64]
+    visits: NDArray[np.int32] | None = None
+
+
+def seen(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
+    """The frames of a trial one by one, at steps as `frames` has them.
+
+    Visits of pixels are counted if a metric that the job records is of them.
+    """
+    metrics = (job.known.metrics[name] for name in job.record.metrics)
+    if not any(metric.covers for metric in metrics):
+        for taken in frames(job, every, report):
+            yield from map(ShownFrame, taken.steps.tolist(), taken.bodies)
+        return
+    steps = int(job.settings["steps"])
+    whole = replace(NOTHING, every=every, trajectories=True, heatmaps=True)
+    simulation = Simulation(replace(job, record=whole))
+    going = True
+    while True:
+        taken = simulation.take_frames()
+        for step, bodies in zip(taken.steps.tolist(), taken.bodies, strict=True):
+            yield ShownFrame(step, bodies, simulation.visits)
+        if not going or simulation.steps_left == 0:
+            return
+        going = simulation.advance(every)
+        report(simulation.step, steps)
 
 
 def write_flight(

@@ -17,7 +17,7 @@ import numpy as np
 from kernels.identity import as_now
 from sweep.design.cost import job_seconds
 from sweep.design.jobs import Job
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.replays.bits import BitDifference, differences, values_compared
 from sweep.store.provenance import machine
 from sweep.tables.stored_study import StoredStudy
@@ -83,7 +83,7 @@ class Verification:
         """Count a trial that has been run again."""
         self.checked[stored.row["status"]] += 1
         self.values.update(values_compared(stored))
-        self.origins[_origin(stored.provenance)] += 1
+        self.origins[origin_said(stored.provenance)] += 1
         if found:
             self.differing[stored.row["trial_id"]] = found
 
@@ -116,7 +116,7 @@ class Verification:
             for origin, count in self.origins.most_common()
         ]
         lines += [
-            f"now        {_origin(machine())}",
+            f"now        {origin_said(machine())}",
             *(f"code       {path}: {OTHER_NOW}" for path in sorted(self.other_now)),
             f"result     {checked - differing:,} of {checked:,} the same",
         ]
@@ -163,9 +163,11 @@ def verify(
         report    is told how many of how many trials have been compared
 
     A trial that no launch can have written counts as one that differs. Raises
-    StoreError if the trials were computed by other kernels, if there are none, and for
-    a damaged part.
+    ChoiceError for another fraction; StoreError if the trials were computed by other
+    kernels, if there are none, and for a damaged part.
     """
+    if not 0 <= fraction <= 1:
+        raise ChoiceError(f"fraction: {fraction:g}; allowed: from 0 to 1, as 0.01")
     sample, verification = _drawn(study, fraction, most, seed)
     report(0, len(sample))
     for trial_ids in by_part(study.store, sample):
@@ -193,13 +195,7 @@ def _drawn(
     study: StoredStudy, fraction: float, most: int, seed: int
 ) -> tuple[list[str], Verification]:
     """The sample, and a verification with no comparison yet."""
-    if changes := _code_changes(study):
-        commit = study.provenance["git"].get("commit")
-        where = f"check out {commit}" if commit else "install the version of then"
-        raise StoreError(
-            f"study {study.name} was computed by other code ({', '.join(changes)}):"
-            f" there is nothing to compare; {where} to verify it"
-        )
+    check_code(study)
     stored, plan = study.store.trial_ids(), study.plan["trial_id"].to_pylist()
     comparable = [trial for trial in plan if stored.get(trial) in REPEATABLE]
     left_out = Counter(
@@ -216,6 +212,19 @@ def _drawn(
     return [comparable[index] for index in sorted(chosen)], Verification(
         study.name, len(comparable), seed, left_out
     )
+
+
+def check_code(study: StoredStudy) -> None:
+    """Raise StoreError if other code than this has computed the trials of a study: run
+    again, they would be compared with nothing.
+    """
+    if changes := _code_changes(study):
+        commit = study.provenance["git"].get("commit")
+        where = f"check out {commit}" if commit else "install the version of then"
+        raise StoreError(
+            f"study {study.name} was computed by other code ({', '.join(changes)}):"
+            f" there is nothing to compare; {where} to verify it"
+        )
 
 
 def _code_changes(study: StoredStudy) -> list[str]:
@@ -277,7 +286,7 @@ def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) ->
     )
 
 
-def _origin(provenance: dict[str, Any]) -> str:
+def origin_said(provenance: dict[str, Any]) -> str:
     """The machine and the versions on which bits depend, in one line."""
     versions = provenance["versions"]
     named = ", ".join(

@@ -2,7 +2,7 @@
 
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
@@ -41,15 +41,19 @@ def find_ffmpeg() -> str:
     )
 
 
-def write_gif(pictures: Pictures, file: BinaryIO) -> None:
+def write_gif(
+    pictures: Pictures, file: BinaryIO, later: Sequence[tuple[int, int, int]] = ()
+) -> None:
     """Write pictures (rows, columns, 3) as a GIF that plays again and again. Its
-    colours are those of the first picture.
+    colours are those of the first picture, and those that come `later`.
     """
     from PIL import Image
 
     first = next(pictures)
+    shown = first.copy()
+    shown[0, : len(later)] = np.array(later, np.uint8).reshape(-1, 3)
     few = Image.fromarray(
-        (np.round(first / SHADES_APART) * SHADES_APART).astype(np.uint8)
+        (np.round(shown / SHADES_APART) * SHADES_APART).astype(np.uint8)
     )
     palette = few.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     images = (

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
+from kernels.catalogue import Catalogue
 from sweep.errors import ChoiceError
 from sweep.published.bibliography import bibliography_of
 from sweep.sharing.content import content_hash
@@ -143,7 +144,7 @@ def cite(study: StoredStudy | None = None) -> Citation:
 def program() -> Work:
     """This program, as CITATION.cff has it."""
     root = read_document(CITATION)
-    authors = tuple(_author(one) for one in root.child("authors").entries())
+    authors = tuple(author_of(one) for one in root.child("authors").entries())
     released, licence = (root.child(key).text() for key in ("date-released", "license"))
     return Work(
         key=PROGRAM,
@@ -158,12 +159,15 @@ def program() -> Work:
 
 def behind_model(study: StoredStudy) -> Work:
     """The work behind the model of a study."""
-    name = str(study.trials["model"].iloc[0])
-    known = study.known.models[name]
+    return behind(str(study.trials["model"].iloc[0]), study.known)
+
+
+def behind(name: str, known: Catalogue) -> Work:
+    """The work behind the model of this name."""
     about = bibliography_of(name)
     if about is None:
-        title = f"The model {name}"
-        return Work(_key(name), "model", title, (), None, "", known.source)
+        title, source = f"The model {name}", known.models[name].source
+        return Work(_key(name), "model", title, (), None, "", source)
     authors = tuple(map(Author, about.authors))
     return Work(_key(name), "model", about.title, authors, about.year, "", about.source)
 
@@ -189,12 +193,16 @@ def stored_at(study: StoredStudy) -> datetime:
     return datetime.fromtimestamp(int(newest[:20]) // 10**9, UTC)
 
 
-def _author(entry: Entry) -> Author:
-    """A person, or a group with a name, of CITATION.cff."""
+def author_of(entry: Entry) -> Author:
+    """A person, or a group with a name, of a CITATION.cff. Raises SpecError for one
+    without a name.
+    """
     if name := entry.get("name"):
         return Author(name.text(), group=True)
-    names = [entry.child(key).text() for key in ("given-names", "family-names")]
-    return Author(" ".join(names))
+    parts = [entry.get(key) for key in ("given-names", "family-names")]
+    if not any(parts):
+        raise entry.error("an author needs a name, or given-names and family-names")
+    return Author(" ".join(part.text() for part in parts if part))
 
 
 def _listed(authors: Sequence[Author]) -> str:

@@ -268,10 +268,13 @@ def _process(page: _Page) -> None:
     found = [name for name, one in _own_settings(model).items() if one == UPDATE]
     for name in found:
         page.say(f"Order of updates ({name}): {_values(about, name)}. {UPDATE.text}.")
-    if not found:
+    if model.update_order:
+        page.say(f"Order of updates: {model.update_order}.")
+    elif not found:
         page.gap(
             "whether boids are updated one after the other or all at once: the model"
-            " has no setting that says it; its step, below, may"
+            " has neither a setting nor an update_order that says it; its step, below,"
+            " may"
         )
     if not about.code:
         page.gap("what happens in a step: the model's own code was not loaded")

@@ -18,7 +18,7 @@ import hashlib
 import io
 import re
 import stat
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
@@ -144,17 +144,25 @@ class PackedFile:
         packed.
         """
         sink = Sink(target)
-        try:
-            with self._archive.open(self._members[name]) as stream:
-                while content := stream.read(READ_BYTES):
-                    sink.write(content)
-        except (BadZipFile, EOFError, NotImplementedError, ValueError) as error:
-            raise self.error(f"{name} is damaged ({error})") from error
+        for content in self._contents(name):
+            sink.write(content)
         if name != SUMS and sink.sha256 != self.sums[name]:
             raise self.error(
                 f"{name} is not what was packed: its sha256 is another one; get the"
                 " file again"
             )
+
+    def _contents(self, name: str) -> Iterator[bytes]:
+        """The content of a member, some at a time. A damaged place of it may lead
+        before the file, which is an OSError.
+        """
+        wrong = BadZipFile, EOFError, NotImplementedError, ValueError, OSError
+        try:
+            with self._archive.open(self._members[name]) as stream:
+                while content := stream.read(READ_BYTES):
+                    yield content
+        except wrong as error:
+            raise self.error(f"{name} is damaged ({error})") from error
 
     def error(self, wrong: str) -> StoreError:
         """What is wrong with the file."""

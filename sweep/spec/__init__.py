@@ -6,6 +6,7 @@ document         values that know their line
 mistakes         all mistakes in one answer
 contents         what may stand under a key
 keys             each key described once
+adding           the text of a spec with more metrics
 key_table        the table of all keys
 study            the Study, and its reader
 settings         what can be set, with units

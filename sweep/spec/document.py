@@ -47,9 +47,12 @@ class Document:
         """The SpecError that says `message` with the line of `place`, or of the nearest
         part above it.
         """
-        while place and place not in self.lines:
-            place = place[:-1]
-        return self.error_in_line(self.lines.get(place, 1), message)
+        known = place
+        while known and known not in self.lines:
+            known = known[:-1]
+        error = self.error_in_line(self.lines.get(known, 1), message)
+        error.place = place
+        return error
 
     def error_in_line(self, line: int, message: str) -> SpecError:
         """The SpecError that says `message` with this line."""

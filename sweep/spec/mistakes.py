@@ -2,7 +2,7 @@
 is wrong in another.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import ParamSpec, TypeVar
 
@@ -36,6 +36,16 @@ class Mistakes:
             yield
         except SpecError as error:
             self._found += error.mistakes
+
+    def note_common(self, several: "Sequence[Mistakes]") -> None:
+        """Note what is wrong in each of several readings, at the same place: as the
+        first of them says it.
+        """
+        first, *others = several
+        places = [{one.place for one in other._found} for other in others]
+        self._found += [
+            one for one in first._found if all(one.place in found for found in places)
+        ]
 
     def read(
         self, reader: Callable[P, T], *arguments: P.args, **named: P.kwargs

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.metrics import Distribution
+from sweep.analysis.mean_bounds import Declared
 from sweep.spec.statistics import STATISTICS, USUAL, StatisticKind
 
 Floats = NDArray[np.float64]
@@ -71,14 +71,14 @@ class Statistic:
 class Objective:
     """A column of trials whose statistic is to be as large, or as small, as can be.
 
-    `distribution` is that of its metric. It decides which interval a mean has; it is
-    not stored, as the metric says it.
+    `distribution` is that of its metric. It decides which interval a mean has, and
+    where it ends; it is not stored, as the metric says it.
     """
 
     column: str
     maximize: bool
     statistic: Statistic
-    distribution: Distribution = "normal"
+    distribution: Declared = "normal"
 
     def value(self, values: Floats) -> float:
         """The statistic of the trials of a candidate: `values` (blocks, scenarios)."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
+from sweep.analysis.mean_bounds import Declaration
 from sweep.spec.document import Entry
 from sweep.text import unknown
 
@@ -37,6 +38,11 @@ class Column(NamedTuple):
 def columns_of(metrics: Iterable[str]) -> list[str]:
     """The names of both columns of each metric."""
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
+
+
+def declaration_of(metric: Metric) -> Declaration:
+    """What a metric declares of its values. A mean over frames lies where they lie."""
+    return Declaration.of(metric.distribution, metric.low, metric.high)
 
 
 class KnownMetrics(NamedTuple):

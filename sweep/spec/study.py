@@ -1,15 +1,16 @@
 """From a spec to a Study. All validation happens here and in what this module calls."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from kernels.catalogue import BUILT_IN, Catalogue
-from kernels.metrics import Distribution
 from kernels.model import Model
 from kernels.models import MODELS
+from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import (
@@ -35,7 +36,7 @@ from sweep.spec.failure_policy import Policy, read_policy
 from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_values
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics
+from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
@@ -60,9 +61,17 @@ from sweep.spec.settings import (
     usual_preset,
 )
 from sweep.spec.strict_yaml import dump, parse_document
-from sweep.spec.study_folder import NAME_WORDS, NOWHERE, STUDY_NAME, why_no_name
+from sweep.spec.study_folder import (
+    MOST_NAME,
+    NAME_WORDS,
+    NOWHERE,
+    STUDY_NAME,
+    TAKEN,
+    why_no_name,
+)
+from sweep.text import shortened
 
-Stream = Literal["common", "independent"]
+Stream = Literal["common", "independent", "lasting"]
 Order = Literal["longest", "coarse"]
 
 
@@ -80,7 +89,10 @@ def _swept_schema() -> Schema:
 
 TABLES = ("series", "heatmaps", "trajectories")
 """Tables that a spec asks for, under keys of these names."""
+LAST_STATES = "last_states"
+"""The key, and the table, of what longer trials go on from. No analysis reads it."""
 CHECKPOINT_SECONDS = 60.0
+MOST_THREADS = 256
 STREAM = OneOf("kind of stream", get_args(Stream))
 ORDER = OneOf("order", get_args(Order))
 METRIC_NAMES = ListOf(MetricName(), "metrics (`sweep metrics`)")
@@ -128,6 +140,15 @@ class RecordSpec:
             example="true",
         ),
     ] = False
+    last_states: Annotated[
+        bool,
+        Key(
+            Truth(),
+            "whether all is kept with which a trial ends: a launch of the same spec"
+            " with more `steps` goes on from there. No stream may be independent",
+            example="true",
+        ),
+    ] = False
     derive: Annotated[
         tuple[DerivedMetric, ...],
         Key(
@@ -155,7 +176,7 @@ class RecordSpec:
 @dataclass(frozen=True)
 class Streams:
     """Whether the random numbers of each purpose are the same at all points (common) or
-    not (independent).
+    not (independent); lasting ones are the same at points that differ in `steps` alone.
     """
 
     start: Annotated[Stream, Key(STREAM, "of where boids start, and how fast")] = (
@@ -190,7 +211,8 @@ class StudyName(Content[str]):
         return {
             "type": "string",
             "pattern": f"^{STUDY_NAME.pattern}$",
-            "not": {"pattern": f"(^|/){NOWHERE.pattern}(/|$)"},
+            "maxLength": MOST_NAME,
+            "not": {"pattern": f"(^|/)({NOWHERE.pattern}|{TAKEN.pattern})(/|$)"},
         }
 
 
@@ -327,7 +349,8 @@ class Study:
         Key(
             LaterSectionOf(Streams),
             "common: the same random numbers at all points; independent: others at"
-            " each",
+            " each; lasting: others at each, but for points that differ in `steps`"
+            " alone",
             otherwise="only noise is independent",
             example="{noise: common}",
         ),
@@ -354,6 +377,15 @@ class Study:
         float | None,
         Key(SECONDS, "seconds a trial may take", otherwise="no limit", example="60"),
     ] = None
+    threads: Annotated[
+        int,
+        Key(
+            Whole(1, MOST_THREADS),
+            "cores that each trial takes: its boids are divided among them, with the"
+            " same bits. It needs a model that updates all boids at once",
+            example="4",
+        ),
+    ] = 1
     checkpoint: Annotated[
         float | None,
         Key(
@@ -400,13 +432,15 @@ class Study:
             return self.until.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
 
-    def distribution(self, column: str) -> Distribution:
-        """How the values of a column of its trials are distributed: as those of its
-        metric.
+    def distribution(self, column: str) -> Declaration:
+        """How the values of a column of its trials are distributed, and what they lie
+        in: as those of its metric.
         """
         name = Column.read(column).metric
         derived = {one.name: one.distribution for one in self.record.derive}
-        return derived.get(name) or self.known.metrics[name].distribution
+        if name in derived:
+            return in_full(derived[name])
+        return declaration_of(self.known.metrics[name])
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
@@ -452,7 +486,8 @@ def read_study(
     `known`, and for these `samplers`. Raises SpecError.
 
     All mistakes that are found are in one SpecError. What is wrong in one key hides
-    what depends on it, as settings do on the model, and nothing else.
+    what depends on it, and nothing else. Of an unknown model those are found that a
+    spec of any model has; one that cannot be used hides all that depends on it.
     """
     if root.value is None:
         raise root.error("is empty")
@@ -464,12 +499,32 @@ def read_study(
     policy = mistakes.read(read_policy, root)
     if flown := root.get("model"):
         mistakes.read(flown.one_of, "model", known.models)
-    if given.get("model") not in known.models:
-        mistakes.check()
-    read = _flown(root, given, known, samplers, mistakes)
+    read = None
+    if given.get("model") in known.models:
+        read = mistakes.read(_flown, root, given, known, samplers)
+    elif given.get("model") not in getattr(known.models, "refused", {}):
+        mistakes.note_common([*_as_each_model(root, given, known, samplers)])
     mistakes.check()
+    assert read
     assert policy
     return Study(document=root.document, known=known, policy=policy, **(given | read))
+
+
+def _as_each_model(
+    root: Entry,
+    given: Mapping[str, Any],
+    known: Catalogue,
+    samplers: Mapping[str, Sampler],
+) -> Iterator[Mistakes]:
+    """What is wrong with a study of each of the models, those first whose names are
+    the most like the given one.
+    """
+    name, models = str(given.get("model", "")), [*known.models]
+    for model in get_close_matches(shortened(name), models, len(models), 0.0):
+        mistakes = Mistakes()
+        with mistakes.noted():
+            _flown(root, {**given, "model": model}, known, samplers)
+        yield mistakes
 
 
 def _flown(
@@ -477,14 +532,13 @@ def _flown(
     given: Mapping[str, Any],
     known: Catalogue,
     samplers: Mapping[str, Sampler],
-    mistakes: Mistakes,
 ) -> dict[str, Any]:
-    """The values of a study that depend on its model, by field.
+    """The values of a study that depend on its model, by field. Raises SpecError.
 
     First each key is read alone. What needs several of them comes last, where all of
     them are right.
     """
-    name, folder = given["model"], root.document.path.parent
+    mistakes, name, folder = Mistakes(), given["model"], root.document.path.parent
     usual = usual_preset(known.models[name])
     preset = mistakes.read(_preset, root, known.models[name]) or usual
     drawn, recorded = given.get("maps"), given.get("record")
@@ -509,10 +563,13 @@ def _flown(
     mistakes.check()
     assert replication
     mistakes.read(_check_names, root, names, settings)
+    if record and streams:
+        mistakes.read(_check_lasting, root, record, streams)
     mistakes.read(check_once, root, fixed, axes, derive)
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
     mistakes.read(check_complete, root, axes)
+    mistakes.check()
     read = {
         "preset": preset,
         "maps": maps,
@@ -530,6 +587,25 @@ def _flown(
 def _streams(entry: Entry | None, search: Search | None) -> Streams:
     noise = {"noise": "common"} if search else {}
     return read_section(Streams, entry, **noise)
+
+
+def _check_lasting(root: Entry, record: RecordSpec, streams: Streams) -> None:
+    """Raise SpecError where longer trials could not go on from the last states that are
+    kept: their random numbers would be others from step 0 on.
+    """
+    if record.last_states and (others := independent(streams)):
+        lasting = ", ".join(f"{name}: lasting" for name in others)
+        raise root.document.error(
+            ("record", LAST_STATES),
+            "last_states are of no use: trials with more steps have other random"
+            f" numbers ({', '.join(others)}), and cannot go on; write"
+            f" `streams: {{{lasting}}}`, or common",
+        )
+
+
+def independent(streams: Streams) -> list[str]:
+    """The purposes whose random numbers are others for any other point."""
+    return [name for name, kind in asdict(streams).items() if kind == "independent"]
 
 
 def _check_names(root: Entry, recorded: Iterable[str], settings: Iterable[str]) -> None:
@@ -577,9 +653,31 @@ def _search(
 
 
 def study_rules() -> Schema:
-    """What `_search` checks of several keys, as JSON Schema."""
+    """What is checked of several keys, as JSON Schema."""
     barred = [{"required": ["search", other]} for other in ("sweep", "order")]
-    return {"not": {"anyOf": barred}}
+    return {"not": {"anyOf": barred}, **_lasting_rule()}
+
+
+def _lasting_rule() -> Schema:
+    """What `_check_lasting` checks, as JSON Schema."""
+    keeps = {"properties": {LAST_STATES: {"const": True}}, "required": [LAST_STATES]}
+    usual = {one.name: one.default for one in fields(Streams)}
+    never = {name: {"not": {"const": "independent"}} for name in usual}
+    said = [name for name, kind in usual.items() if kind == "independent"]
+    streams = {"properties": never}
+    return {
+        "if": {"properties": {"record": keeps}, "required": ["record"]},
+        "then": {
+            "properties": {"streams": streams},
+            "anyOf": [
+                {"required": ["search"]},
+                {
+                    "required": ["streams"],
+                    "properties": {"streams": {"required": said}},
+                },
+            ],
+        },
+    }
 
 
 def _derived(

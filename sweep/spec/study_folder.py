@@ -36,9 +36,12 @@ def _any_case(word: str) -> str:
     """The pattern of a word in small or capital letters. A JSON Schema knows no flag
     for that.
     """
-    return "".join(f"[{letter}{letter.upper()}]" for letter in word)
+    signs = (dict.fromkeys(letter + letter.upper()) for letter in word)
+    return "".join(f"[{''.join(sign)}]" for sign in signs)
 
 
+TAKEN = re.compile("|".join([*map(_any_case, OWN), CODE.pattern]))
+"""What results use themselves, within a study or beside the studies."""
 DEVICES = "|".join(
     [
         *map(_any_case, ("con", "prn", "aux", "nul")),
@@ -85,12 +88,8 @@ def impossible_name(study: str) -> str | None:
 
 
 def taken_name(study: str) -> str | None:
-    """The first part of a study's name that is one of OWN, or of CODE, in small or
-    capital letters.
-    """
-    names = study.split("/")
-    taken = (name for name in names if name.lower() in OWN or CODE.fullmatch(name))
-    return next(taken, None)
+    """The first part of a study's name that is TAKEN."""
+    return next(filter(TAKEN.fullmatch, study.split("/")), None)
 
 
 def launched_studies(results: Path) -> list[str]:

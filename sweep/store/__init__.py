@@ -7,6 +7,7 @@ parquet     checksummed files of rows
 manifest    what a part consists of
 merging     many small parts as few large ones
 locations   a folder or a bucket
+finding     which studies there are
 places      what a store asks of either
 folders     a study in a folder
 buckets     a study in an object store
@@ -14,12 +15,14 @@ lock        one launch at a time
 lock_files  the files of its claims
 custody     a store in one launch's hands
 recordings  what trials record, and which serve for others
+last_states what trials with more steps go on from
 shares      one study on several machines
 provenance  where results come from
 repository  what git says of code and specs
 origin      the same, read from anyone's file
 plan_about  what a plan says of its study
 stored_code code of the user's own
+memory      what is freed, given back to the system
 user_key    what is known to be the user's
 new_files   how a file comes to be
 durable     what outlives a loss of power

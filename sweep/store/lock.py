@@ -249,6 +249,24 @@ class Lock:
             else "without a sign of life"
         )
 
+    def owners(self) -> list[str]:
+        """Who launches the study or a share of it, as far as reading shows: nothing is
+        written, and no claim is deleted. An owner elsewhere counts by the clock of this
+        machine.
+        """
+        claims = [self._read(token) for token in self._claims.tokens()]
+        return [
+            claim.who
+            for claim in claims
+            if claim and claim.state == HELD and self._may_live(claim)
+        ]
+
+    def _may_live(self, claim: LockClaim) -> bool:
+        if claim.machine == machine():
+            return started(int(claim.process)) == claim.started
+        then = self._claims.touched(claim.token)
+        return then is not None and abs(time.time_ns() - then) / 1e9 <= STALE_SECONDS
+
     def _beat(self) -> None:
         while not self.lost and not self._over.wait(BEAT_SECONDS):
             try:

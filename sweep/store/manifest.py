@@ -25,6 +25,7 @@ from typing import TypedDict
 import pyarrow as pa
 
 from sweep.errors import StoreError, UnreadableError
+from sweep.spec.study import TABLES
 from sweep.store.locations import Location
 from sweep.store.new_files import create
 from sweep.store.origin import part_provenance
@@ -231,5 +232,4 @@ def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
     except SpecError as error:
         raise UnreadableError(trials, str(error), remedy_for(trials.parent)) from error
     record = spec.get("record") if isinstance(spec, dict) else None
-    kept = ("series", "heatmaps", "trajectories")
-    return {name for name in kept if isinstance(record, dict) and record.get(name)}
+    return {name for name in TABLES if isinstance(record, dict) and record.get(name)}

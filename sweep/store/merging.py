@@ -89,7 +89,8 @@ def _are_distinct(parts: Sequence[Location]) -> bool:
             len(ids),
         )
 
-    found = np.sort(np.concatenate([np.empty(0, np.int64), *each(parts, hashes)]))
+    found = np.concatenate([np.empty(0, np.int64), *each(parts, hashes)])
+    found.sort()
     return not (found[1:] == found[:-1]).any()
 
 

@@ -5,6 +5,7 @@ process ends: the one place that knows what each system has for that.
 import ctypes
 import getpass
 import os
+import platform
 import signal
 import socket
 import sys
@@ -22,6 +23,20 @@ LOOK_SECONDS = 0.5
 def host() -> str:
     """The name of this machine, without the sign that parts names of folders."""
     return socket.gethostname().replace("~", "-")
+
+
+def cpu_name() -> str:
+    """The processor's name as the system gives it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    names = [
+        line.partition(":")[2].strip()
+        for line in lines
+        if line.startswith("model name")
+    ]
+    return names[0] if names else platform.processor()
 
 
 def machine() -> str:

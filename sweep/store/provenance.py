@@ -3,6 +3,7 @@
 import os
 import platform
 import sys
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,6 +13,7 @@ from kernels.identity import Code, kernels_sha
 from sweep.design.code import study_code
 from sweep.own_code.catalogue import OwnCatalogue, of_packages
 from sweep.spec.study import Study
+from sweep.store.processes import cpu_name
 from sweep.store.repository import built_from, git_state, study_state
 from sweep.store.stored_code import seal
 
@@ -48,6 +50,26 @@ def provenance(study: Study) -> dict[str, Any]:
         "lock": list(installed()),
         **machine(),
     }
+
+
+def measured_provenance(
+    origin: Mapping[str, Any], study: Study, spec: str
+) -> dict[str, Any]:
+    """The origin of trials, or of a plan, with metrics that were measured here, after
+    the flight; `measured` says by which code, versions and machine.
+
+    origin  that of the same trials before
+    study   a study that records all of their metrics
+    spec    the text of a spec that does
+    """
+    then, now = Code(**origin["code"]), study_code(study)
+    code = then._replace(metrics={**then.metrics, **now.metrics})
+    others = _others(study, code)
+    if "own" in origin and others["own"]["sha"] == origin["own"]["sha"]:
+        others["own"] = origin["own"]  # else another user's code would become ours
+    about = {name: origin[name] for name in origin if name != "study_git"}
+    here = {"git": git_state(HERE) or built_from(HERE), **machine()}
+    return about | {"spec": spec, "code": code._asdict(), **others, "measured": here}
 
 
 def _others(study: Study, code: Code) -> dict[str, Any]:
@@ -92,20 +114,6 @@ def installed() -> tuple[str, ...]:
         path.stem for place in sys.path for path in Path(place).glob("*.dist-info")
     }
     return tuple(sorted("==".join(folder.split("-", 1)) for folder in folders))
-
-
-def cpu_name() -> str:
-    """The processor's name as the system gives it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    names = [
-        line.partition(":")[2].strip()
-        for line in lines
-        if line.startswith("model name")
-    ]
-    return names[0] if names else platform.processor()
 
 
 def _version(package: str) -> str:

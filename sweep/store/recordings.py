@@ -12,20 +12,25 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Counts, Job, blocks_of, ids_recording
+from sweep.design.jobs import Job, blocks_of, ids_recording
 from sweep.design.recording import Recording
+from sweep.design.trial_ids import (
+    BLOCK,
+    BYTES,
+    NO_IDS,
+    Ids,
+    KnownIds,
+    as_texts,
+    blocks,
+)
 from sweep.spec.recorded import Column
-from sweep.spec.study import Study
+from sweep.spec.study import LAST_STATES, Study
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import part_provenance, stamps
 from sweep.store.parquet import each, opened, stored_schema
 from sweep.store.rows import EXPRESSION
 from sweep.store.store import Store
-
-LOOKED_UP = 100_000
-"""How many known ids are searched at once: a hash table of a million would be large."""
-NO_IDS = pa.chunked_array([], pa.string())
 
 
 def stored_recordings(store: Store) -> list[Recording]:
@@ -83,7 +88,11 @@ def _recording(part: Location) -> Recording | None:
         "heatmaps": "heatmaps" in names,
         "trajectories": "trajectories" in names,
     }
-    return Recording(code.metrics, content | ({"derive": derived} if derived else {}))
+    if derived:
+        content["derive"] = derived
+    if LAST_STATES in names:
+        content[LAST_STATES] = True
+    return Recording(code.metrics, content)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,49 +101,61 @@ class Served:
     are the same flights and record more; both (n,).
     """
 
-    asked: pa.ChunkedArray
-    stored: pa.ChunkedArray
+    asked: KnownIds
+    stored: Ids
+
+    @classmethod
+    def of(cls, asked: Ids, stored: Ids) -> "Served":
+        """Each of some trials, and the stored one in its place."""
+        return cls(KnownIds.of(asked), stored)
 
     def __len__(self) -> int:
-        return len(self.asked)
+        return len(self.stored)
 
-    def into(self, ids: pa.ChunkedArray) -> pa.ChunkedArray:
+    def into(self, ids: Ids) -> Ids:
         """The ids with those of stored trials in the place of those that they serve."""
-        if not len(self):
-            return ids
-        parts = [
-            self._into(ids.slice(first, LOOKED_UP))
-            for first in range(0, len(ids), LOOKED_UP)
-        ]
-        return pa.chunked_array(parts, pa.string())
+        found = ids.copy()
+        for some in blocks(found):
+            places = self.asked.places(some)
+            there = places >= 0
+            some[there] = self.stored[places[there]]
+        return found
 
-    def _into(self, ids: pa.ChunkedArray) -> pa.Array:
-        places = places_of(ids, self.asked)
-        stored = self.stored.take(pa.array(places, mask=places < 0))
-        return pc.coalesce(stored, ids).combine_chunks()
+    def into_rows(self, rows: pa.RecordBatchReader) -> pa.RecordBatchReader:
+        """The same of the column `trial_id` of some rows after the other."""
+        place = rows.schema.get_field_index("trial_id")
+        field = rows.schema.field(place)
 
-    def into_table(self, table: pa.Table) -> pa.Table:
-        """The same of the column `trial_id`."""
-        place = table.schema.get_field_index("trial_id")
-        field = table.schema.field(place)
-        return table.set_column(place, field, self.into(table["trial_id"]))
+        def into(batch: pa.RecordBatch) -> pa.RecordBatch:
+            ids = batch.column(place)
+            places = self.asked.places_of_column(pa.chunked_array([ids]))
+            there = places >= 0
+            stored = as_texts(self.stored[places[there]]).combine_chunks()
+            ids = pc.replace_with_mask(ids, pa.array(there), stored)
+            return batch.set_column(place, field, ids)
+
+        return pa.RecordBatchReader.from_batches(rows.schema, map(into, rows))
 
     def also(self, others: "Served") -> "Served":
         """These and others."""
-        pairs = ((self.asked, others.asked), (self.stored, others.stored))
-        return Served(
-            *(pa.chunked_array([*a.chunks, *b.chunks], pa.string()) for a, b in pairs)
-        )
+        if not len(self):
+            return others
+        mine, theirs = self.asked, others.asked
+        rows = np.concatenate([mine.rows, len(self) + theirs.rows])
+        ids = np.concatenate([mine.ids, theirs.ids])
+        order = np.argsort(ids)
+        stored = np.concatenate([self.stored, others.stored])
+        return Served(KnownIds(ids[order], rows[order]), stored)
 
 
-NONE_SERVED = Served(NO_IDS, NO_IDS)
+NONE_SERVED = Served.of(NO_IDS, NO_IDS)
 
 
 def served(
     study: Study,
     jobs: Sequence[Job],
     recordings: Iterable[Recording],
-    known: pa.ChunkedArray,
+    known: KnownIds,
     done: NDArray[np.bool_],
 ) -> Served:
     """Which of some jobs of `study` are served by trials that are stored.
@@ -142,33 +163,22 @@ def served(
     study       the study
     jobs        trials of it that are not stored
     recordings  what stored trials record that are of another spec
-    known       (n,) the ids of the stored trials
+    known       the ids of the n stored trials
     done        (n,) which of them are done
     """
-    asked, found = Recording.of(study), NONE_SERVED
+    asked = Recording.of(study)
     covering = [one for one in recordings if one.covers(asked)]
-    for some in blocks_of(jobs, LOOKED_UP) if covering else ():
-        own, block = ids_recording(study, some, asked), NONE_SERVED
+    most = len(jobs) if covering else 0
+    mine, theirs, found = np.empty(most, BYTES), np.empty(most, BYTES), 0
+    for some in blocks_of(jobs, BLOCK) if covering else ():
+        own = ids_recording(study, some, asked)
+        lacking = np.ones(len(own), np.bool_)
         for recording in covering:
             other = ids_recording(study, some, recording)
-            places = places_of(other, known)
-            there = (places >= 0) & (places_of(own, block.asked) < 0)
+            places = known.places(other)
+            there = (places >= 0) & lacking
             there[there] = done[places[there]]
-            mask = pa.array(there)
-            block = block.also(Served(own.filter(mask), other.filter(mask)))
-        found = found.also(block)
-    return found
-
-
-def places_of(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> Counts:
-    """The place of each id among the `known` ones, -1 where it is none of them."""
-    places = np.full(len(ids), -1, np.int64)
-    for first in range(0, len(known), LOOKED_UP):
-        some = known.slice(first, LOOKED_UP).combine_chunks()
-        found = pc.index_in(ids, value_set=some)
-        here = pc.is_valid(found).to_numpy()
-        places[here] = first + found.filter(pa.array(here)).to_numpy()
-        # Else what each turn has freed would be kept beside what the next one takes.
-        del some, found, here
-        pa.default_memory_pool().release_unused()
-    return places
+            lacking &= ~there
+            new = slice(found, found + int(there.sum()))
+            mine[new], theirs[new], found = own[there], other[there], new.stop
+    return Served.of(mine[:found], theirs[:found])

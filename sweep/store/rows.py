@@ -5,6 +5,7 @@ provenance in the file's.
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import lru_cache
 from itertools import starmap
 from operator import itemgetter
 from types import MappingProxyType
@@ -18,7 +19,7 @@ from kernels.model import Model
 from sweep.design.jobs import Job
 from sweep.spec.recorded import Column
 from sweep.spec.settings import Setting, settings_of, spelled
-from sweep.spec.study import Study
+from sweep.spec.study import LAST_STATES, Streams, Study
 from sweep.store.origin import PROVENANCE
 from sweep.trial.kinds import kinds_of
 from sweep.trial.result import Result
@@ -148,6 +149,16 @@ def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
     return pa.schema(columns, _metadata(provenance))
 
 
+def last_states_schema(provenance: dict[str, Any]) -> pa.Schema:
+    """One row a trial: all with which it ended, see `sweep.workers.last_state`."""
+    columns = [
+        _column("trial_id", pa.string(), "", "trial"),
+        _column("step", pa.int64(), "step", "steps done"),
+        _column("state", pa.large_binary(), "", "sealed by the worker"),
+    ]
+    return pa.schema(columns, _metadata(provenance))
+
+
 class Tables:
     """Builds the tables of a part from results; the schemas are those of one launch."""
 
@@ -159,9 +170,12 @@ class Tables:
         self.trajectories = trajectories_schema(
             study.known.models[study.model], provenance
         )
+        self.last_states = last_states_schema(provenance)
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`; if recorded also `series`, `heatmaps` and `trajectories`."""
+        """`trials`; if recorded also `series`, `heatmaps`, `trajectories` and
+        `last_states`.
+        """
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
             tables["series"] = self._series(
@@ -174,6 +188,10 @@ class Tables:
         if self.study.record.trajectories:
             tables["trajectories"] = self._trajectories(
                 [one for one in results if one.trajectory is not None]
+            )
+        if self.study.record.last_states:
+            tables[LAST_STATES] = self._last_states(
+                [one for one in results if one.last_state]
             )
         return tables
 
@@ -211,6 +229,16 @@ class Tables:
             numbers = _joined([one[field.name] for one in flown], field.type.value_type)
             columns.append(pa.ListArray.from_arrays(offsets, numbers))
         return pa.Table.from_arrays(columns, schema=self.trajectories)
+
+    def _last_states(self, results: Sequence[Result]) -> pa.Table:
+        columns = (
+            [result.job.trial_id for result in results],
+            [result.step for result in results],
+            [result.last_state for result in results],
+        )
+        return pa.Table.from_arrays(
+            [*map(pa.array, columns, self.last_states.types)], schema=self.last_states
+        )
 
     def _heatmaps(self, results: Sequence[Result]) -> pa.Table:
         maps = [result.heatmap for result in results if result.heatmap is not None]
@@ -255,7 +283,7 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
         "replicate": job.replicate,
         "seed": job.seed,
         "seed_listed": job.literal,
-        "streams": _streams(job),
+        "streams": _written(job.streams),
         "model": job.model,
         "preset": job.preset,
         "every": job.record.every,
@@ -276,9 +304,10 @@ def trial_metrics(result: Result) -> dict[str, float]:
     }
 
 
-def _streams(job: Job) -> str:
-    streams = asdict(job.streams)
-    return " ".join(f"{purpose}={kind}" for purpose, kind in streams.items())
+@lru_cache(maxsize=8)
+def _written(streams: Streams) -> str:
+    kinds = asdict(streams).items()
+    return " ".join(f"{purpose}={kind}" for purpose, kind in kinds)
 
 
 def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
+from sweep.text import shortened
 
-WRITTEN = re.compile(r"(\d{1,6})/(\d{1,6})")
+WRITTEN = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
+MOST = 999_999
 DIGITS = 8
 
 
@@ -35,12 +37,14 @@ class Share:
         """A share written as "3/16". Raises ChoiceError."""
         found = WRITTEN.fullmatch(text.strip())
         if found is None:
-            raise ChoiceError(f'share "{text}" is not of the form 3/16')
+            raise ChoiceError(
+                f'share "{shortened(text)}" is not of the form 3/16, with numbers to'
+                f" {MOST:,}"
+            )
         number, of = map(int, found.groups())
         if not 1 <= number <= of:
-            raise ChoiceError(
-                f"there is no share {text}: they count from 1/{of} to {of}/{of}"
-            )
+            there = f"1/{of} to {of}/{of}" if of else "1/1 on"
+            raise ChoiceError(f"there is no share {text}: they count from {there}")
         return cls(number, of)
 
     def has(self, trial_ids: Iterable[str]) -> NDArray[np.bool_]:

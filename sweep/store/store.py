@@ -26,9 +26,11 @@ from pathlib import Path
 from typing import TypeVar
 
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from sweep.errors import StoreError
 from sweep.spec.study_folder import ASKED, PLAN, SPEC, code_file
+from sweep.store.finding import no_study
 from sweep.store.locations import Location, patiently
 from sweep.store.manifest import (
     MERGED_MARK,
@@ -76,8 +78,8 @@ class Store:
     """
 
     def __init__(self, folder: Location, results: Location | None = None) -> None:
-        self.folder = folder
-        self.place = place_of(folder, results or folder.parent)
+        self.folder, self.results = folder, results or folder.parent
+        self.place = place_of(folder, self.results)
         self.shared = False
         self.asked = folder / ASKED
         self._plan = folder / PLAN
@@ -194,16 +196,19 @@ class Store:
                 self.discard(part)
         self.place.tidy(whole=not self.shared)
 
-    def write_plan(self, plan: pa.Table, asked: pa.Table | None = None) -> None:
-        """Replace the plan, and what a search has asked for, each with its schema
-        metadata and in one step.
+    def write_plan(
+        self, plan: pa.RecordBatchReader, asked: pa.Table | None = None
+    ) -> None:
+        """Replace the plan, which comes some rows at a time, and what a search has
+        asked for, each with its schema metadata and in one step.
         """
-        for name, table in ((self._plan.name, plan), (self.asked.name, asked)):
-            if table is None:
+        others = None if asked is None else asked.to_reader()
+        for name, rows in ((self._plan.name, plan), (self.asked.name, others)):
+            if rows is None:
                 self.place.remove(name)
                 continue
             with self.staging(f"{name}-{secrets.token_hex(6)}") as staging:
-                _write_table(staging / name, table)
+                _write_rows(staging / name, rows)
                 self.place.put(staging / name)
 
     def write_spec(self, text: str) -> None:
@@ -234,10 +239,7 @@ class Store:
                 f"{self.folder}: {lost}; run the study again, which writes it anew"
             )
         if plan is None:
-            raise StoreError(
-                f"{self.folder}: no study has been launched here (there is no"
-                " plan.parquet)"
-            )
+            raise no_study(self.folder, self.results)
         return plan
 
     def read_asked(self) -> pa.Table | None:
@@ -346,6 +348,12 @@ def _write_table(path: Path, table: pa.Table) -> None:
         writer.write_table(table)
 
 
+def _write_rows(path: Path, rows: pa.RecordBatchReader) -> None:
+    with create(path) as file, table_writer(file, rows.schema) as writer:
+        for batch in rows:
+            writer.write_batch(batch)
+
+
 def _holds(path: Location, content: bytes) -> bool:
     """Whether a file is there, and has this content."""
     try:
@@ -375,13 +383,35 @@ def _current(
     """The current rows of one table, optionally only some trials, for each of the parts
     that have it.
     """
-    superseded = superseded_rows(parts)
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
-    tables = each(holders, lambda part: load_trials(part, name, columns, only))
+    superseded = superseded_rows(parts) if holders else {}
+    wanted = _wanted(holders, only)
+    tables = each(
+        holders, lambda part: load_trials(part, name, columns, wanted.get(part))
+    )
     return [
         without(table, superseded.get(part))
         for part, table in zip(holders, tables, strict=True)
     ]
+
+
+def _wanted(parts: list[Location], only: pa.Array | None) -> dict[Location, pa.Array]:
+    """The trials of each part that are among `only`; a part all of whose trials are is
+    left out. A million ids are looked up at once: for each part again it takes longer
+    than all reading.
+    """
+    if only is None:
+        return {}
+    tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
+    ids = [table["trial_id"].combine_chunks() for table in tables]
+    found = pc.is_in(pa.chunked_array(ids, pa.string()), value_set=only)
+    wanted, start = dict[Location, pa.Array](), 0
+    for part, own in zip(parts, ids, strict=True):
+        mask = found.slice(start, len(own))
+        start += len(own)
+        if not pc.all(mask, min_count=0).as_py():
+            wanted[part] = own.filter(mask.combine_chunks())
+    return wanted
 
 
 def _union(tables: list[pa.Table], columns: list[str] | None) -> pa.Table:

@@ -50,6 +50,12 @@ def seal(sha: str) -> str:
     return hmac.new(own_key(), PURPOSE + sha.encode(), "sha256").hexdigest()
 
 
+def is_ours(origin: Mapping[str, Any]) -> bool:
+    """Whether this user has launched the code of an origin, which has some."""
+    given = str(origin["own"]["seal"]).encode(errors="replace")
+    return hmac.compare_digest(seal(str(origin["own"]["sha"])).encode(), given)
+
+
 def keep_code(store: Store, known: Catalogue) -> None:
     """Store the code of a catalogue that has some. Raises StoreError."""
     if isinstance(known, OwnCatalogue):
@@ -111,9 +117,7 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
     if "own" not in origin:
         return BUILT_IN
     _, code = _stored(store, origin)
-    given = str(origin["own"]["seal"]).encode(errors="replace")
-    ours = hmac.compare_digest(seal(code.sha).encode(), given)
-    if code.runs and not (trust or ours):
+    if code.runs and not (trust or is_ours(origin)):
         raise CodeError(
             f"{store.folder}: trials are computed by code of their own, version"
             f" {code.sha[:12]} ({', '.join(code.runs)}), which you have not"

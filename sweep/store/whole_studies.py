@@ -7,8 +7,9 @@ crashes, there is a whole study, and the same command goes on with the rest.
 
 from pathlib import Path
 
-from sweep.errors import ChoiceError, StoreError
+from sweep.errors import ChoiceError
 from sweep.spec.study_folder import STUDY_NAME, why_no_name
+from sweep.store.finding import no_study
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
 from sweep.store.manifest import trials_of
@@ -23,7 +24,7 @@ def place_of_study(study: str, results: Location) -> StudyPlace:
         raise ChoiceError(why_no_name(study))
     place = place_of(results / study, results)
     if not place.content():
-        raise StoreError(f"{place.root}: no study has been launched here")
+        raise no_study(place.root, results)
     return place
 
 

@@ -52,6 +52,7 @@ class Writer(Generic[R]):
         self._seconds = seconds
         self._clock = clock
         self._held: list[R] = []
+        self._bytes = 0
         self._flushed = clock()
 
     def __enter__(self) -> "Writer[R]":
@@ -68,11 +69,10 @@ class Writer(Generic[R]):
 
     def add(self, results: Iterable[R]) -> None:
         """Hold results, storing a part if it is time."""
-        self._held.extend(results)
-        full = (
-            len(self._held) >= self._rows
-            or sum(map(self._size, self._held)) >= MOST_BYTES
-        )
+        for result in results:
+            self._held.append(result)
+            self._bytes += self._size(result)
+        full = len(self._held) >= self._rows or self._bytes >= MOST_BYTES
         if full or self._clock() - self._flushed >= self._seconds:
             self.flush()
 
@@ -88,6 +88,6 @@ class Writer(Generic[R]):
                 )
                 raise StoreError(f"{error}; {lost}") from error
             self._stored(self._held)
-            self._held = []
+            self._held, self._bytes = [], 0
             self._store.gather()
         self._flushed = self._clock()

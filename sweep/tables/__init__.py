@@ -9,10 +9,14 @@ stored_jobs       the job and world of a row
 overview          the studies in a folder
 choosing          points by their settings
 point_means       means, a row a point or several points
+means_text        the same in words
+causes            why trials are not done
 joined            several studies as one
+search_phases     a search with its phases apart
 comparison_sides  trials as a command names them
 matched_points    points that belong together
 comparison        what differs between sides
+power             how many replicates a goal needs
 spec_difference   what a change of a spec does
 cleaning          room given back
 exporting         a table for other programs

@@ -130,16 +130,16 @@ def compare_sides(
     "bonferroni" for both. Raises ChoiceError for what cannot be compared.
     """
     method = method or Method()
-    names = _metrics(one, other, as_names(metrics))
+    names = shared_metrics(one, other, as_names(metrics))
     _check(method, names)
     matching = match(one, other)
-    streams = _streams(one, other)
-    places = _places(one, other, matching, bool(streams))
+    streams = streams_in_common(one, other)
+    places = places_of(one, other, matching.points, sharing=bool(streams))
     columns = {str(Column(name, half)): _unit(one, name) for name in names}
     contrasts = [
         contrast
         for column in columns
-        for contrast in _contrasts(one, other, column, places)
+        for contrast in contrasts_of(one, other, column, places)
     ]
     pairs = len(matching.settings)
     undefined = [
@@ -174,7 +174,7 @@ class _Undefined(NamedTuple):
     undefined_b: float
 
 
-class _Place(NamedTuple):
+class ComparedTrials(NamedTuple):
     """Which rows of the trials of either side are compared at a point, by what pairs
     them, and whether they pair.
     """
@@ -185,7 +185,7 @@ class _Place(NamedTuple):
     counts: _Counts
 
 
-def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
+def shared_metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
     """The metrics to compare. Raises ChoiceError where a side has not recorded one, or
     in another unit.
     """
@@ -239,7 +239,7 @@ def _check(method: Method, metrics: Sequence[str]) -> None:
         )
 
 
-def _streams(one: Side, other: Side) -> tuple[str, ...]:
+def streams_in_common(one: Side, other: Side) -> tuple[str, ...]:
     """The random streams in common; that of worlds only where worlds are drawn."""
     common = common_streams(one.trials) & common_streams(other.trials)
     drawn = all(
@@ -256,16 +256,18 @@ def _streams(one: Side, other: Side) -> tuple[str, ...]:
     )
 
 
-def _places(one: Side, other: Side, matching: Matching, sharing: bool) -> list[_Place]:
-    """What is compared with what at each pair of points; `sharing` says that streams
-    are common to all points.
+def places_of(
+    one: Side, other: Side, points: NDArray[np.object_], *, sharing: bool
+) -> list[ComparedTrials]:
+    """What is compared with what at each pair of `points` (pairs, 2), ids; `sharing`
+    says that streams are common to all points.
     """
     codes = _codes(one.trials, other.trials)
     rows = [side.trials.groupby("point", sort=False).indices for side in (one, other)]
     lost = [(side.trials["status"] != "done").to_numpy() for side in (one, other)]
     places = []
-    for points in matching.points:
-        found = [each[point] for each, point in zip(rows, points, strict=True)]
+    for pair in points:
+        found = [each[point] for each, point in zip(rows, pair, strict=True)]
         counts = _Counts(
             *map(len, found),
             *(int(each[where].sum()) for each, where in zip(lost, found, strict=True)),
@@ -276,14 +278,14 @@ def _places(one: Side, other: Side, matching: Matching, sharing: bool) -> list[_
         )
         # The same point has the same random numbers, whatever streams are common to
         # others.
-        if sharing or points[0] == points[1]:
+        if sharing or pair[0] == pair[1]:
             pairs = first.index.isin(second.index)
             if paired := 2 * int(pairs.sum()) >= min(len(first), len(second)):
                 first = first[pairs]
             second = second[second.index.isin(first.index) == paired]
         else:
             paired = False
-        places.append(_Place(first, second, paired, counts))
+        places.append(ComparedTrials(first, second, paired, counts))
     return places
 
 
@@ -312,8 +314,8 @@ def _undefined(
         )
 
 
-def _contrasts(
-    one: Side, other: Side, column: str, places: Sequence[_Place]
+def contrasts_of(
+    one: Side, other: Side, column: str, places: Sequence[ComparedTrials]
 ) -> Iterator[Contrast]:
     """B minus A in a column of the trials at each pair of points."""
     values = [_values(side, column) for side in (one, other)]

@@ -2,20 +2,16 @@
 `STUDY:as_written`.
 """
 
-import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 
 from sweep.errors import ChoiceError, StoreError
 from sweep.store.locations import Location
 from sweep.tables.choosing import Choice
+from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
-
-INSIDE = {"parts", "writing", "figures"}
-PLAN = "/plan.parquet"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +46,11 @@ def read_side(text: str, results: Location) -> Side:
 
     After the study's name and a colon come settings, or presets where the study ablates
     one: with the study's own nothing is changed, with the other all is. Raises
-    ChoiceError for a study, setting, value or preset that is not there, and StoreError
-    where no trial is stored.
+    ChoiceError for a setting, value or preset that is not there, and StoreError where
+    the study is not, or no trial of it.
     """
     name, colon, rest = text.partition(":")
-    study = _stored(name, results)
+    study = by_phase(StoredStudy(name, results))
     if study.trials.empty:
         raise StoreError("no trial of it is stored", name)
     settings, named = _read(study, rest) if colon else ({}, frozenset[str]())
@@ -62,32 +58,6 @@ def read_side(text: str, results: Location) -> Side:
     if trials.empty:
         raise StoreError(f"no trial with {rest} is stored", name)
     return Side(text, study, trials, named)
-
-
-def _stored(name: str, results: Location) -> StoredStudy:
-    studies = stored_names(results)
-    if name not in studies:
-        raise ChoiceError(f"{results}: {unknown('study', name, studies)}")
-    return StoredStudy(name, results)
-
-
-def stored_names(results: Location) -> list[str]:
-    """The names of the studies below a folder, or a prefix."""
-    if not isinstance(results, Path):
-        return sorted(
-            key.removesuffix(PLAN)
-            for key in results.listed().found or ()
-            if key.endswith(PLAN)
-        )
-    found = []
-    for folder, inside, files in os.walk(results):
-        inside[:] = sorted(set(inside) - INSIDE)
-        found += (
-            [Path(folder).relative_to(results).as_posix()]
-            if "plan.parquet" in files
-            else []
-        )
-    return sorted(found)
 
 
 def _read(study: StoredStudy, text: str) -> tuple[dict[str, Choice], frozenset[str]]:

@@ -9,8 +9,7 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
-from kernels.metrics import Distribution
-from sweep.analysis import agrees
+from sweep.analysis import Declaration, agrees
 from sweep.analysis.sequential import Until
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
@@ -27,11 +26,11 @@ ABOUT = ("model", "preset")
 class JoinedStudies(StoredStudy):
     """The trials of several studies, which share metrics.
 
-    `metrics` are those that all have recorded, in one unit and with one distribution;
-    `left_out` says why others are not. A setting of one study that another one does
-    not vary has there the one value of all its trials. Raises ChoiceError for a study
-    that is named twice or has no stored trial, where no metric is shared, and for a
-    setting that a study varies and another one has not at all.
+    `metrics` are those that all have recorded, in one unit and with one distribution
+    and range; `left_out` says why others are not. A setting of one study that another
+    one does not vary has there the one value of all its trials. Raises ChoiceError for
+    a study that is named twice or has no stored trial, where no metric is shared, and
+    for a setting that a study varies and another one has not at all.
     """
 
     def __init__(self, studies: Sequence[StoredStudy]) -> None:
@@ -61,6 +60,12 @@ class JoinedStudies(StoredStudy):
             )
         tables = [self._with_ids(one.plan.select(IDS), one.name) for one in studies]
         self.plan = pa.concat_tables(tables)
+
+    @property
+    def kept_apart(self) -> list[str]:
+        """The study, and what its parts keep apart."""
+        names = (name for one in self.parts for name in one.kept_apart)
+        return [STUDY, *dict.fromkeys(names)]
 
     @property
     def parts(self) -> tuple[StoredStudy, ...]:
@@ -161,8 +166,8 @@ class JoinedStudies(StoredStudy):
         return {name: unit for one in self.parts for name, unit in one.units.items()}
 
     @cached_property
-    def distributions(self) -> dict[str, Distribution]:
-        """How the values of the metrics are distributed."""
+    def distributions(self) -> dict[str, Declaration]:
+        """How the values of the metrics are distributed, and what they lie in."""
         return {
             name: of for one in self.parts for name, of in one.distributions.items()
         }
@@ -203,7 +208,7 @@ class JoinedStudies(StoredStudy):
         column = str(Column(metric))
         for what, of in (
             ("in", [one.units.get(column, "no unit") for one in self.parts]),
-            ("declared", [one.distributions[column] for one in self.parts]),
+            ("declared", [_said(one.distributions[column]) for one in self.parts]),
         ):
             if len(set(of)) > 1:
                 pairs = zip(self.parts, of, strict=True)
@@ -239,6 +244,11 @@ def _restrictions(study: StoredStudy) -> list[str]:
     """What `where` has chosen in a study, each in words."""
     settings = [f"{name} = {spelled(value)}" for name, value in study.chosen.items()]
     return [*settings, *study.conditions]
+
+
+def _said(values: Declaration) -> str:
+    """What is declared of values, in words."""
+    return f"{values.distribution} ({values.support.words})"
 
 
 def _done(study: StoredStudy) -> int:

@@ -71,8 +71,8 @@ def match(one: Side, other: Side) -> Matching:
         )
     first, second = (table.loc[common] for table in keyed)
     same = (
-        (first["point"] == second["point"])
-        & first["point"].isin(_shared_points(one, other))
+        (first["candidate"] == second["candidate"])
+        & first["candidate"].isin(_shared_candidates(one, other))
     ).to_numpy()
     if same.all():
         only = (
@@ -122,12 +122,17 @@ def _points(side: Side, alike: bool) -> pd.DataFrame:
     """
     points = side.trials.drop_duplicates("point")
     own = {name: json.dumps(about) for name, about in side.study.about.maps.items()}
-    return points.assign(
+    return points.assign(candidate=_candidates(side, points)).assign(
         **{
             "kernels": "" if alike else side.kernels,
             "shapes of the map": [own.get(str(name), "") for name in points["map"]],
         }
     )
+
+
+def _candidates(side: Side, rows: pd.DataFrame) -> "pd.Series[str]":
+    """The ids of the candidates of points or trials of a side."""
+    return rows["point"].map(side.study.candidate)
 
 
 def _is_matched_on(name: str, first: pd.DataFrame, second: pd.DataFrame) -> bool:
@@ -168,7 +173,7 @@ def _check_single(
     group = several.loc[[several.index[0]]]
     free = [
         name
-        for name in side.study.settings
+        for name in (*side.study.kept_apart, *side.study.settings)
         if name in group and group[name].nunique() > 1
     ]
     where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)
@@ -181,21 +186,22 @@ def _check_single(
     )
 
 
-def _shared_points(one: Side, other: Side) -> set[str]:
-    """The ids of points of which both sides have the same trial."""
+def _shared_candidates(one: Side, other: Side) -> set[str]:
+    """The ids of candidates of which both sides have the same trial."""
+    if not same_code(one.study.provenance, other.study.provenance):
+        return set()
+    candidates = [_candidates(side, side.trials) for side in (one, other)]
+    both = set(candidates[0]) & set(candidates[1])
 
-    def keys(side: Side, points: set[str]) -> set[tuple[Any, ...]]:
-        trials = side.trials[side.trials["point"].isin(points)]
+    def keys(side: Side, names: "pd.Series[str]") -> set[tuple[Any, ...]]:
+        chosen = names.isin(both)
+        trials = side.trials[chosen]
         return set(
-            zip(trials["point"], trials["streams"], replicates(trials), strict=True)
+            zip(names[chosen], trials["streams"], replicates(trials), strict=True)
         )
 
-    points = (
-        set(one.trials["point"]) & set(other.trials["point"])
-        if same_code(one.study.provenance, other.study.provenance)
-        else set()
-    )
-    return {point for point, *_ in keys(one, points) & keys(other, points)}
+    shared = keys(one, candidates[0]) & keys(other, candidates[1])
+    return {candidate for candidate, *_ in shared}
 
 
 def _differences(

@@ -1,13 +1,16 @@
-"""The studies in a folder of results, and how far each is; how many points of one are
-still without a trial.
+"""The studies in a folder of results, and how far each is; what to know of the means of
+one: how many points are without a trial, and which have few and skewed values.
 """
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
 
+from sweep.analysis.mean_bounds import FEW, in_full
 from sweep.errors import UserError
 from sweep.spec.study_folder import launched_studies
+from sweep.store.finding import check_folder
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
@@ -16,8 +19,10 @@ COUNTS = ("trials", "done", "not_done", "missing")
 
 def studies(results: Path) -> pd.DataFrame:
     """A row a study: `study`, `model`, `preset`, `trials`, `done`, `not_done`,
-    `missing`, and `error`, which says why it cannot be read, if it cannot.
+    `missing`, and `error`, which says why it cannot be read, if it cannot. Raises
+    StoreError where there is no such folder.
     """
+    check_folder(results)
     rows = [_study(name, results) for name in launched_studies(results)]
     columns = ["study", "model", "preset", *COUNTS, "error"]
     return pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(COUNTS, "Int64"))
@@ -29,6 +34,24 @@ def untried(study: StoredStudy) -> str:
         return ""
     number = f"{study.untried:,} of {so_many(len(study.points), 'point')}"
     return f"{number} {'has' if study.untried == 1 else 'have'} no trial yet"
+
+
+def few_skewed(study: StoredStudy, counts: Mapping[str, Iterable[int]]) -> str:
+    """A sentence about the intervals of skewed metrics of which a point has 2 to FEW
+    values; "" where there are none. `counts` has the numbers of values by column.
+    """
+    few = [
+        name
+        for name, numbers in counts.items()
+        if in_full(study.distributions[name]).distribution == "skewed"
+        and any(2 <= number <= FEW for number in numbers)
+    ]
+    if not few:
+        return ""
+    return (
+        f"{' and '.join(few)}: 2 to {FEW} skewed values cannot show a long tail, so"
+        " their intervals may cover the mean with less than 95 %"
+    )
 
 
 def _study(name: str, results: Path) -> dict[str, object]:

@@ -11,6 +11,7 @@ from sweep.analysis import MeanKind, by_point, pooled
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import Refusals, as_names
+from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -57,10 +58,12 @@ def point_means(
         interval  which interval of a mean; None for that of its distribution
 
     A list of one name may be this name. The settings of an axis that ablates a preset
-    are one column, `detail`, which says what is changed. Raises
-    ChoiceError for a metric that the study has not recorded, a setting that does not
-    vary, and a column that the table has not: all together.
+    are one column, `detail`, which says what is changed. A search has a row for each
+    `phase` of a candidate. Raises ChoiceError for a metric that the study has not
+    recorded, a setting that does not vary, and a column that the table has not: all
+    together.
     """
+    study = by_phase(study)
     refusals = Refusals()
     wanted = as_names(metrics) or study.metrics
     chosen = _known("metric", wanted, study.metrics, study, refusals)
@@ -68,6 +71,8 @@ def point_means(
     varied = list(dict.fromkeys([*study.headings, *study.varied]))
     settings = study.headings if by is None else as_names(by)
     headings = _known("varied setting", settings, varied, study, refusals)
+    kept = [name for name in study.kept_apart if name in varied]
+    headings = list(dict.fromkeys([*kept, *headings]))
     order = _order(study, as_names(sort), headings, names, refusals)
     refusals.check()
     details = {

@@ -17,6 +17,7 @@ from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, SomeJobs
+from sweep.design.trial_ids import Ids, KnownIds
 from sweep.spec.document import Document
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
@@ -151,8 +152,9 @@ def _side(
         )
         raise one.document.error(("search",), message)
     jobs = Jobs(one, expand(one))
-    table = jobs.table()
-    table = _served(one, jobs, table["trial_id"], store, statuses).into_table(table)
+    ids = jobs.ids()
+    ids = _served(one, jobs, ids, store, statuses).into(ids)
+    table = jobs.rows(np.arange(len(jobs)), ids)
     trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
     return SpecVersion(
         str(one.path),
@@ -168,18 +170,18 @@ def _side(
 def _served(
     study: Study,
     jobs: Jobs,
-    ids: pa.ChunkedArray,
+    ids: Ids,
     store: Store,
     statuses: Mapping[str, str],
 ) -> Served:
     """Which trials a launch would take from those that record more."""
-    lacking = pc.invert(pc.is_in(ids, value_set=pa.array(statuses, pa.string())))
+    known = KnownIds.of_column(pa.chunked_array([[*statuses]], pa.string()))
     done = [status == "done" for status in statuses.values()]
     return served(
         study,
-        SomeJobs(jobs, np.flatnonzero(lacking)),
+        SomeJobs(jobs, np.flatnonzero(known.places(ids) < 0)),
         others_stored(store, study),
-        pa.chunked_array([[*statuses]], pa.string()),
+        known,
         np.array(done, np.bool_),
     )
 

@@ -1,11 +1,13 @@
 """The job of a stored trial, from its row."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job, point_id
 from sweep.errors import StoreError
 from sweep.spec.maps import OwnMap
+from sweep.spec.study import Study
 from sweep.tables.stored_spec import accepted
 from sweep.tables.stored_trials import StoredTrial
 
@@ -16,7 +18,20 @@ def stored_job(
     """The job that runs a stored trial of `study` again; `maps` are those that its plan
     brings, and `known` has what other names stand for.
 
-    Its point is that of the settings in the row.
+    Its point is that of the settings in the row. Raises as `stored_point`.
+    """
+    return stored_point(study, known, maps, stored, stored.record)[1]
+
+
+def stored_point(
+    study: str,
+    known: Catalogue,
+    maps: Mapping[str, OwnMap],
+    stored: StoredTrial,
+    record: Mapping[str, Any],
+) -> tuple[Study, Job]:
+    """The study of one point that launches a stored trial again, where it records what
+    `record` says as a spec does; and its job, which has the id of the stored one.
 
     Raises StoreError where the row is none that a launch can have written, see
     `accepted`, and where the spec as last launched has another map of that name.
@@ -25,11 +40,11 @@ def stored_job(
     is_known = row.get("model") in known.models
     if is_known and name not in known.maps and name not in maps:
         raise _without_map(study, name)
-    once, settings = accepted(study, known, stored, maps)
+    once, settings = accepted(study, known, stored, maps, record)
     point = point_id(once.model, once.preset, settings, once.preset_settings, maps)
     if name in maps and row["point"] != point:
         raise _without_map(study, name)
-    return Job(
+    job = Job(
         trial_id=row["trial_id"],
         point=point,
         replicate=row["replicate"],
@@ -44,6 +59,7 @@ def stored_job(
         obstacles=maps[name].obstacles if name in maps else None,
         known=known,
     )
+    return once, job
 
 
 def _without_map(study: str, name: object) -> StoreError:

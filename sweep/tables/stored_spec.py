@@ -9,8 +9,8 @@ from typing import Any
 
 from kernels.catalogue import Catalogue
 from sweep.design.design import expand
-from sweep.design.jobs import TRIAL_ID
-from sweep.errors import SpecError, StoreError
+from sweep.design.trial_ids import TRIAL_ID
+from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.document import Document, Entry
 from sweep.spec.keys import written
 from sweep.spec.limits import MOST_TRIALS
@@ -19,6 +19,20 @@ from sweep.spec.setting_values import read_fixed
 from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
+
+
+def check_recorded(
+    study: str, known: Catalogue, stored: StoredTrial, record: Mapping[str, Any]
+) -> None:
+    """Raise ChoiceError where trials of the model of a stored one cannot record what
+    `record` says as a spec does.
+    """
+    model = {name: stored.row[name] for name in ("model", "preset")}
+    spec = model | {"study": "stored", "replicates": 1, "record": record}
+    try:
+        read_study(Entry(_Row(Path("trials.parquet"), ""), (), spec), known)
+    except SpecError as error:
+        raise ChoiceError(str(error), study) from None
 
 
 @dataclass(frozen=True)
@@ -30,10 +44,14 @@ class _Row(Document):
 
 
 def accepted(
-    study: str, known: Catalogue, stored: StoredTrial, maps: Mapping[str, OwnMap]
+    study: str,
+    known: Catalogue,
+    stored: StoredTrial,
+    maps: Mapping[str, OwnMap],
+    record: Mapping[str, Any],
 ) -> tuple[Study, dict[str, Value]]:
     """The study of one point that launches a stored trial of `study`, and all settings
-    of it.
+    of it. It records what `record` says.
 
     `maps` are those that the plan brings, and `known` has what other names stand for.
     Values are those of the row, to the last bit.
@@ -41,7 +59,7 @@ def accepted(
     for a row that no launch can have written.
     """
     try:
-        return _accepted(known, stored, maps)
+        return _accepted(known, stored, maps, record)
     except SpecError as error:
         trial = stored.row["trial_id"]
         message = "cannot be run again, as no launch accepts what is stored of it"
@@ -49,7 +67,10 @@ def accepted(
 
 
 def _accepted(
-    known: Catalogue, stored: StoredTrial, maps: Mapping[str, OwnMap]
+    known: Catalogue,
+    stored: StoredTrial,
+    maps: Mapping[str, OwnMap],
+    record: Mapping[str, Any],
 ) -> tuple[Study, dict[str, Value]]:
     row, document = stored.row, _Row(Path("trials.parquet"), "")
 
@@ -61,7 +82,8 @@ def _accepted(
     cell("status").text()
     if row.get("error"):
         cell("error").text()
-    study = read_study(Entry(document, (), _spec(stored, cell)), known)
+    spec = _spec(cell) | {"record": record}
+    study = read_study(Entry(document, (), spec), known)
     values = {name: row.get(name) for name in settings_of(study.model, known)}
     settings = settings_of_study(study.model, known, maps)
     fixed = read_fixed(Entry(document, (), values), settings)
@@ -69,8 +91,8 @@ def _accepted(
     return study, expand(study).settings(0)
 
 
-def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
-    """The spec of a row without its settings and maps."""
+def _spec(cell: Any) -> dict[str, Any]:
+    """The spec of a row without its settings and maps, and without what it records."""
     words = cell("streams").text().split()
     replicate = cell("replicate").whole(0, MOST_TRIALS - 1)
     spec = {
@@ -84,4 +106,4 @@ def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
     else:
         spec["replicates"] = replicate + 1
     streams = dict(word.partition("=")[::2] for word in words)
-    return written(spec, *SPEC) | {"streams": streams, "record": stored.record}
+    return written(spec, *SPEC) | {"streams": streams}

@@ -16,16 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.identity import Code
-from kernels.metrics import Distribution
 from sweep.analysis import Interval, by_point, mean_interval, undefined_shares
+from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
 from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
-from sweep.spec.recorded import columns_of
+from sweep.spec.recorded import columns_of, declaration_of
 from sweep.spec.settings import Setting, settings_of
-from sweep.spec.study_folder import PLAN, STUDY_NAME, launched_studies
+from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance, stamps
 from sweep.store.plan_about import AxisAbout, PlanAbout
@@ -50,7 +50,7 @@ from sweep.tables.choosing import (
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
-from sweep.text import shortened, similar, so_many, unknown
+from sweep.text import shortened, so_many, unknown
 
 if TYPE_CHECKING:
     from sweep.design.jobs import Job
@@ -63,6 +63,8 @@ ABOUT = (b"unit", b"text")
 """What is stored of a column, beside its values."""
 NOT_YET, MOST, FEW, NARROW = WHYS = ("not yet", "max", "too few values", "half width")
 """Why a point gets no more trials, the first that holds for one of its metrics."""
+POINT_COLUMNS = (*("point", "model", "preset", "replicate", "status", "error"),)
+"""What is read of trials, beside their ids, for the means of points."""
 SHOWN_IDS = 3
 """Of trials whose ids begin alike, in an error."""
 
@@ -94,11 +96,6 @@ class StoredStudy:
         self.name, self.trust = name, trust
         place = location(results)
         self.store = Store(place / name, place)
-        if isinstance(place, Path) and not (place / name).is_dir():
-            raise StoreError(
-                f"{place / name}: no study has been launched"
-                f" here{similar(name, launched_studies(place))}"
-            )
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
         check_plan(name, self.provenance, self.known)
@@ -176,6 +173,25 @@ class StoredStudy:
         """Whether `where` has chosen among its trials."""
         return bool(self.chosen or self.conditions)
 
+    def narrow(self, metrics: Sequence[str]) -> Self:
+        """The same study, whose `trials` have of all columns only `POINT_COLUMNS`, the
+        settings that differ and these metrics: of a million trials they are read in a
+        second.
+        """
+        chosen = [name for name in metrics if name in self.metrics]
+        wanted = [*POINT_COLUMNS, *self.varied, *columns_of(chosen)]
+        ids = self.plan["trial_id"].combine_chunks()
+        found = self.store.read(
+            "trials", trial_ids=ids, columns=["trial_id"], optional=wanted
+        )
+        needed = (*self.varied, *chosen) if found.num_rows else ()
+        table = checked(self.name, "trials", found, self.known, needed)
+        part = copy.copy(self)
+        part.trials = self._in_order(table) if len(table) else self.trials
+        part.distributions = self._declared(table.schema)
+        part.units = self._units(table.schema)
+        return part
+
     @cached_property
     def points(self) -> pd.DataFrame:
         """One row a point, by its id: every setting that differs between the points of
@@ -210,7 +226,7 @@ class StoredStudy:
             str(name): column.to_numpy() for name, column in points.items()
         }
         if len(self.trials) and "model" in self.trials:
-            same = self.trials.iloc[0]
+            same = self._first_row
             columns |= {
                 name: same[name]
                 for name in self.settings
@@ -317,6 +333,19 @@ class StoredStudy:
             return varied
         differ = self.points[varied].nunique() > 1
         return [name for name in varied if differ[name]]
+
+    def candidate(self, point: str) -> str:
+        """The id of the settings of a point: its own, where no phase tells points with
+        the same settings apart.
+        """
+        return point
+
+    @property
+    def kept_apart(self) -> list[str]:
+        """The settings whose values are never averaged together, nor shown as one:
+        none.
+        """
+        return []
 
     @property
     def parts(self) -> "tuple[StoredStudy, ...]":
@@ -563,7 +592,10 @@ class StoredStudy:
         """The unit of every column of `trials` and `series` that has one."""
         if self.restricted:
             return self.whole.units
-        tables = [self._table("trials").schema, self._table("series").schema]
+        return self._units(self._table("trials").schema)
+
+    def _units(self, trials: pa.Schema) -> dict[str, str]:
+        tables = [trials, self._table("series").schema]
         metadata = {
             column.name: column.metadata or {} for schema in tables for column in schema
         }
@@ -589,27 +621,37 @@ class StoredStudy:
         return pd.DataFrame(rows, columns=["table", "column", "type", "unit", "text"])
 
     @cached_property
-    def distributions(self) -> dict[str, Distribution]:
-        """How the values of each column of a metric are distributed over trials, as the
-        metric declares it; of derived ones as the launch has stored it.
+    def distributions(self) -> dict[str, Declaration]:
+        """How the values of each column of a metric are distributed over trials, and
+        what they lie in, as the metric declares it; of derived ones as the launch has
+        stored it.
 
         `means` uses it. Up to 0.8 nothing was stored: those are "skewed".
         """
         if self.restricted:
             return self.whole.distributions
+        return self._declared(self._table("trials").schema)
+
+    def _declared(self, schema: pa.Schema) -> dict[str, Declaration]:
         known = self.known.metrics
-        schema = self._table("trials").schema
         stored = {
             column.name: (column.metadata or {}).get(DISTRIBUTION, b"").decode()
             for column in schema
         }
         return {
-            column: known[name].distribution
+            column: declaration_of(known[name])
             if name in known
-            else declared(stored.get(name, ""))
+            else in_full(declared(stored.get(name, "")))
             for name in self.metrics
             for column in columns_of([name])
         }
+
+    @cached_property
+    def _first_row(self) -> "pd.Series[Any]":
+        """The first stored trial with all its columns."""
+        first = pa.array(self.trials["trial_id"].head(1), pa.string())
+        row: pd.Series[Any] = self.read("trials", first).to_pandas().iloc[0]
+        return row
 
     @property
     def missing(self) -> int:
@@ -643,7 +685,8 @@ class StoredStudy:
 
     def mean_of(self, metric: str, values: ArrayLike) -> Interval:
         """The mean of `values` of a metric (n,), one a trial, such as its means over
-        some frames, with the 95 % interval of its distribution.
+        some frames, with the 95 % interval of its distribution. Differences of values
+        are none: their declaration is `distributions[metric].of_differences`.
         """
         return mean_interval(values, distribution=self.distributions[metric])
 

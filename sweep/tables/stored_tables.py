@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.settings import MOST_PIXELS
-from sweep.design.jobs import TRIAL_ID
+from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import StoreError
 from sweep.spec.settings import settings_of
 from sweep.store.locations import Location

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from sweep.spec.study import LAST_STATES
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import PROVENANCE, part_provenance
@@ -26,15 +27,17 @@ one after the other.
 
 class StoredTrial(NamedTuple):
     """One trial: its `row` in trials, its columns in the other tables that its part
-    has, and their provenance.
+    has, but for the last states, and their provenance.
 
-    `derive` has the expressions by which metrics of it were derived from others.
+    `derive` has the expressions by which metrics of it were derived from others, and
+    `keeps_state` says that its last state is kept.
     """
 
     row: dict[str, Any]
     tables: dict[str, Columns]
     provenance: dict[str, Any]
     derive: dict[str, str]
+    keeps_state: bool = False
 
     @property
     def metrics(self) -> list[str]:
@@ -113,21 +116,35 @@ def _holders(
 
 def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
-    tables = {name: load_trials(part, name, None, ids) for name in table_names(part)}
+    names = table_names(part)
+    tables = {
+        name: load_trials(part, name, None, ids)
+        for name in names
+        if name != LAST_STATES
+    }
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
-    derive = expressions(trials.schema)
-    for row in trials.to_pylist():
-        own = {
-            name: table.filter(pc.equal(table["trial_id"], row["trial_id"]))
-            for name, table in tables.items()
-        }
-        yield StoredTrial(
-            row,
-            {name: _columns(table) for name, table in own.items()},
-            provenance,
-            derive,
-        )
+    derive, rows = expressions(trials.schema), trials.to_pylist()
+    ids = pa.array([row["trial_id"] for row in rows], pa.string())
+    own = {name: _by_trial(table, ids) for name, table in tables.items()}
+    for place, row in enumerate(rows):
+        columns = {name: _columns(found[place]) for name, found in own.items()}
+        yield StoredTrial(row, columns, provenance, derive, LAST_STATES in names)
+
+
+def _by_trial(table: pa.Table, trial_ids: pa.Array) -> list[pa.Table]:
+    """The rows of each of some trials, in their order; the table has no others."""
+    places = pc.index_in(table["trial_id"], value_set=trial_ids).to_numpy()
+    if (np.diff(places) < 0).any():
+        order = np.argsort(places, kind="stable")
+        table, places = table.take(order), places[order]
+    numbers = np.arange(len(trial_ids))
+    firsts, ends = (
+        np.searchsorted(places, numbers, side) for side in ("left", "right")
+    )
+    return [
+        table.slice(first, end - first) for first, end in zip(firsts, ends, strict=True)
+    ]
 
 
 def _columns(table: pa.Table) -> Columns:

@@ -97,7 +97,7 @@ def _stale(job: Job, state: State) -> str | None:
     A model that does not search may leave its grid as it is.
     """
     told = _after(job, state, _parted(job, state))
-    if told.flight.work.grid.full[0] or _bits(told) == _bits(_after(job, state)):
+    if told.flight.work.grid.everyone or _bits(told) == _bits(_after(job, state)):
         return None
     anew = Simulation(job)
     anew.restore(told.state())

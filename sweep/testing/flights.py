@@ -200,12 +200,10 @@ def begun(job: Job, steps: int = 1) -> State | None:
     return simulation.state().copied() if going else None
 
 
-def go_on(
-    job: Job, state: State, calls: Sequence[int], room: int | None = None
-) -> Flown:
-    """Fly a job from a state of it, with so much room in a cell of its grid."""
+def go_on(job: Job, state: State, calls: Sequence[int], room: int = 0) -> Flown:
+    """Fly a job from a state of it, with so much room in a block of its grid."""
     simulation = Simulation(job)
-    simulation.restore(state if room is None else state._replace(room=room))
+    simulation.restore(state, room)
     return _finish(simulation, calls, [])
 
 

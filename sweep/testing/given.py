@@ -18,7 +18,7 @@ from sweep.spec.sampling import UnitCube
 from sweep.testing.elsewhere import mishaps_said
 from sweep.testing.entrants import Entrant, entrant
 from sweep.testing.flights import STEPS, go, in_words
-from sweep.trial.scenery import obstacles
+from sweep.trial.scenery import flock_drawn_now, obstacles
 from sweep.trial.simulation import Simulation
 
 POINTS, SIDES = (1, 12), ("one", "two", "three")
@@ -54,7 +54,7 @@ def _numbers(one: Entrant, job: Job) -> Floats:
     if one.kind == "maps":
         return obstacles(job)
     if one.kind == "starts":
-        return np.stack(Simulation(job).flock[:4])
+        return np.stack(flock_drawn_now(job)[:4])
     flown = flight_of(job)
     return measured(flown, one.entry, np.full(flown.filled, BLANK))
 

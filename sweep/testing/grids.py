@@ -24,15 +24,13 @@ BOIDS, STEPS = 80, 26
 CALLS = (5,) * (STEPS // 5)
 WIDER = 1.4
 ROOMS = (1, 5, 64)
-"""Of lists in the grid: in the small ones boids have no room, and everyone is searched
-until a call ends.
-"""
+"""Of blocks in the grid: in small ones lists go on in others."""
 SPREADS = {"": 1.0, " and gathered": 0.02, " and far outside the world": 30.0}
 
 
 def grid(subject: Subject) -> None:
     """A flight has the same bits whether everyone is searched, or a grid of any cells,
-    also one whose lists are too small; and wherever the boids are.
+    also one whose lists are cut into blocks; and wherever the boids are.
     """
     everyone, wider = _seeing(subject, math.inf), _seeing(subject, WIDER)
     jobs = [
@@ -75,7 +73,7 @@ def _flown(job: Job, larger: Job, state: State) -> Iterator[tuple[str, Flown]]:
     yield "with cells as large as it sees", go_on(job, state, CALLS)
     yield "with larger cells", go_on(larger, state, CALLS)
     for room in ROOMS:
-        yield f"with room for {room} in a cell", go_on(job, state, CALLS, room)
+        yield f"with room for {room} in a block", go_on(job, state, CALLS, room)
 
 
 def _seeing(subject: Subject, more: float) -> Subject:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.metrics import Metric
+from sweep.spec.recorded import declaration_of
 from sweep.testing.compiled import check_compiled
 from sweep.testing.elsewhere import run_elsewhere
 from sweep.testing.entrants import Entrant
@@ -22,6 +24,8 @@ BLANKS = (1.5, -2.5)
 """What stands in values before a metric writes."""
 PROGRAM = "sweep.testing.given"
 OTHER_SEED = 1
+ROUNDING = 1e-9
+"""Values may lie outside of their range by this part of them."""
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +44,8 @@ def allocation(one: Entrant) -> None:
 
 def values(one: Entrant) -> None:
     """A metric writes a number for each frame, whatever stood there, the same whatever
-    other frames it gets; and it writes nothing else.
+    other frames it gets; and it writes nothing else. The number lies in the range that
+    the metric declares.
     """
     for job in one.jobs():
         for said in _wrong_values(flight_of(job), one.entry):
@@ -48,6 +53,26 @@ def values(one: Entrant) -> None:
                 f"{one.place}: {said} ({in_words(job)}); write values[f] once for each"
                 " f in range(filled), from frame f alone, and nothing else"
             )
+        if said := _beyond(flight_of(job), one.entry):
+            raise AssertionError(
+                f"{one.place}: {said} ({in_words(job)}); let low and high of the metric"
+                " be such that all values lie between them"
+            )
+
+
+def _beyond(flight: Any, metric: Metric) -> str:
+    """Which value lies outside of what a metric declares; "" where none does, but for
+    rounding.
+    """
+    found = measured(flight, metric, np.full(flight.filled, BLANKS[0]))
+    low, high = declaration_of(metric).support
+    slack = ROUNDING * np.abs(found)
+    beyond = np.flatnonzero((found < low - slack) | (found > high + slack))
+    if not len(beyond):
+        return ""
+    first = int(beyond[0])
+    said = f"frame {first} has the value {float(found[first])!r}"
+    return f"{said}, and {declaration_of(metric).support.words} is declared"
 
 
 def _wrong_values(flight: Any, metric: Any) -> Iterator[str]:

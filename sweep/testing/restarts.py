@@ -1,6 +1,7 @@
 """That a model goes on from any step as if nothing had been in between."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sweep.design.jobs import Job
 from sweep.testing.flights import (
@@ -21,8 +22,8 @@ KEPT = (1, 4, STEPS - 1)
 
 
 def restart(subject: Subject) -> None:
-    """A flight that goes on from a kept state, or step by step, has the bits of one
-    that was never interrupted.
+    """A flight that goes on from a kept state, also from the last one of a shorter
+    flight, or step by step, has the bits of one that was never interrupted.
     """
     for job in every_way(subject):
         whole = fly(job)
@@ -33,7 +34,8 @@ def restart(subject: Subject) -> None:
                 raise AssertionError(
                     f"{of_function(subject.model.advance)}: {said} ({in_words(job)});"
                     " from step to step keep only what is in the flock and in work, no"
-                    " variable, and draw only from rng"
+                    " variable, draw only from rng, and do not ask how many steps are"
+                    " left"
                 )
 
 
@@ -41,5 +43,8 @@ def _ways(job: Job) -> Iterator[tuple[str, Flown]]:
     """What becomes of a trial that is interrupted, and how it is."""
     yield "step by step", fly(job, (1,) * STEPS)
     for step in KEPT:
-        if state := begun(job, step):
-            yield f"if it goes on from step {step}", go_on(job, state, (STEPS - step,))
+        shorter = replace(job, settings=job.settings | {"steps": step})
+        for one, ended in ((job, ""), (shorter, ", the last one of a shorter trial")):
+            if state := begun(one, step):
+                flown = go_on(job, state, (STEPS - step,))
+                yield f"if it goes on from step {step}{ended}", flown

@@ -1,8 +1,10 @@
 """From a job to its Result: the one door to the kernels.
 
 simulation  a flight of the kernels, call by call
+lanes       trials that fly together, one in each lane
 scenery     the world and its obstacles, drawn from the job
 derived     metrics that a spec computes from others
+remeasuring metrics of a trial that has been flown, from its trajectory
 state       what is between two calls
 result      what a trial gave
 generators  random numbers for kernels

@@ -1,4 +1,6 @@
-"""The values of metrics that are derived from others."""
+"""The values of metrics of a trial: those that are derived from others, and the two
+that are kept of each.
+"""
 
 from collections.abc import Mapping
 
@@ -43,3 +45,20 @@ def with_derived(
             {**settings, **found}, frames, left_open
         )
     return found
+
+
+def summaries(
+    values: Mapping[str, Floats], frames: NDArray[np.int64], steps: int
+) -> tuple[dict[str, float], dict[str, float]]:
+    """What is kept of each metric of a trial of so many steps: its value at the last
+    frame, and its mean over the frames of the last half.
+
+    values  of each metric, (F,)
+    frames  the steps of the frames, (F,)
+    steps   those of the trial
+    """
+    late = 2 * frames > steps
+    return (
+        {name: float(value[-1]) for name, value in values.items()},
+        {name: float(value[late].mean()) for name, value in values.items()},
+    )

@@ -1,14 +1,14 @@
-"""Random numbers for kernels, from one generator a thread.
+"""Random numbers for kernels, from a few generators a thread.
 
 A kernel is compiled without reference counts (`kernels/jit.py`), so a generator that
 was given to it is never freed: a new one for every trial would leave 6 kB a trial in
-memory for ever. So a trial has only a state. For a call the generator of the thread
+memory for ever. So a trial has only a state. For a call a generator of the thread
 gets this state and is lent to the kernel. This leaves 50 bytes a call.
 """
 
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any, cast
 
 from numpy.random import PCG64, Generator, SeedSequence
@@ -16,7 +16,12 @@ from numpy.random import PCG64, Generator, SeedSequence
 
 class _Own(threading.local):
     def __init__(self) -> None:
-        self.generator = Generator(PCG64(0))
+        self.generators = [Generator(PCG64(0))]
+
+    def get(self, place: int) -> Generator:
+        while len(self.generators) <= place:
+            self.generators.append(Generator(PCG64(0)))
+        return self.generators[place]
 
 
 _OWN = _Own()
@@ -43,13 +48,26 @@ class Randomness:
         self._state = bits.state
 
     @contextmanager
-    def lent(self) -> Iterator[Generator]:
-        """The thread's generator, set to go on with this stream. Use it only inside,
-        and for one stream at a time.
+    def lent(self, place: int = 0) -> Iterator[Generator]:
+        """A generator of the thread, set to go on with this stream. Use it only inside,
+        and each `place` for one stream at a time.
         """
-        bits = _OWN.generator.bit_generator
-        bits.state = cast(Any, self._state)
+        generator = _OWN.get(place)
+        generator.bit_generator.state = cast(Any, self._state)
         try:
-            yield _OWN.generator
+            yield generator
         finally:
-            self._state = bits.state
+            self._state = generator.bit_generator.state
+
+
+@contextmanager
+def lent_to_all(streams: Sequence[Randomness], count: int) -> Iterator[list[Generator]]:
+    """A generator for each of several streams, and more to make up `count`, of which
+    nobody needs the numbers.
+    """
+    with ExitStack() as stack:
+        lent = [
+            stack.enter_context(stream.lent(place))
+            for place, stream in enumerate(streams)
+        ]
+        yield lent + [_OWN.get(place) for place in range(len(lent), count)]

@@ -1,7 +1,7 @@
 """What can be seen of a simulation besides its frames, without changing it."""
 
 import copy
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +9,40 @@ from numpy.typing import NDArray
 from kernels import inspection
 from kernels.coverage import heatmap
 from kernels.inspection import Seen, velocities_after
-from kernels.model import Rule
+from kernels.model import Rule, Sight
 from kernels.state import Floats
 from sweep.trial.simulation import Simulation
+
+
+class Pixels(NamedTuple):
+    """The pixels of a world that are visited, `per_length` of them a length.
+
+    A visit counts those within `radius` pixels of a boid, or, where places are
+    `truncated`, of the pixel that it lies in.
+    """
+
+    rows: int
+    columns: int
+    per_length: float
+    radius: float
+    truncated: bool
+
+
+def sight(simulation: Simulation) -> Sight:
+    """Whom boids see, with the settings as they are."""
+    flight = simulation.flight
+    return flight.model.sight(flight.params)
+
+
+def faces_heading(simulation: Simulation) -> bool:
+    """Whether a boid at rest looks where it last flew; else it sees all round."""
+    return simulation.flight.model.faces_heading
+
+
+def pixels(simulation: Simulation) -> Pixels:
+    """The pixels whose visits are counted."""
+    of = simulation.flight.record.coverage
+    return Pixels(of.rows, of.columns, of.per_length, of.radius, of.stamp.size > 0)
 
 
 def seen_by(simulation: Simulation, boid: int) -> Seen:

@@ -7,16 +7,13 @@ sentence is numba's own.
 """
 
 import ast
-import builtins
-import dis
 import linecache
 import os
 import re
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numba
 from numba.core import ir
@@ -29,6 +26,7 @@ from kernels.recording import Record
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 from kernels.worlds import Reach
+from sweep.own_code.names import undefined
 from sweep.text import shortened, similar
 
 OTHERS = tuple(
@@ -131,30 +129,8 @@ def _undefined(error: BaseException) -> Place | None:
         return None
     for frame, _ in traceback.walk_tb(error.__traceback__):
         if compiled := getattr(frame.f_locals.get("self"), "py_func", None):
-            return _reading(found[1], compiled, set())
-    return None
-
-
-def _reading(name: str, function: Any, seen: set[Any]) -> Place | None:
-    """Where a function, or one that it calls, reads a global name that is not there."""
-    seen.add(function)
-    known = function.__globals__
-    for one in dis.get_instructions(function.__code__):
-        at = one.positions.lineno if one.positions else None
-        lacking = name not in known and not hasattr(builtins, name)
-        if one.opname == "LOAD_GLOBAL" and one.argval == name and lacking and at:
-            return _at(function.__code__.co_filename, at)
-    called = [known.get(one) for one in function.__code__.co_names]
-    modules = [one for one in called if isinstance(one, ModuleType)]
-    called += [
-        getattr(one, part, None)
-        for one in modules
-        for part in function.__code__.co_names
-    ]
-    for one in called:
-        inner = getattr(one, "py_func", None)
-        if inner and inner not in seen and (place := _reading(name, inner, seen)):
-            return place
+            wrong = (one for one in undefined(compiled) if one.name == found[1])
+            return next((_at(one.file, one.line) for one in wrong), None)
     return None
 
 

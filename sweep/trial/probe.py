@@ -11,17 +11,19 @@ import numpy as np
 
 from kernels.flight import measure
 from sweep.design.code import is_built_in
-from sweep.design.cost import KNOWN_PACE, TrialPace, trial_seconds
+from sweep.design.cost import KNOWN_PACE, TrialPace, job_seconds
 from sweep.design.design import evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import Study
 from sweep.trial.numba_errors import of_own_code
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, say_compiling, simulate
+from sweep.trial.state import State, different
 
 MOST_TRIALS = 3
 ESTIMATED_SECONDS = 0.1
 """A trial is shortened to about so much, by the estimate that is to be corrected."""
+FEW_STEPS = 5
 MOST_SECONDS = 0.4
 """A trial ends after so much, however slow its steps are."""
 
@@ -62,8 +64,9 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
     """The results of the jobs that raise nothing. Raises SpecError if there is none."""
     first: Exception | None = None
     ran = 0
-    for job in jobs:
-        say_compiling(job)
+    for number, job in enumerate(jobs):
+        if number == 0:
+            say_compiling(job)
         try:
             result = simulate(job)
         except Exception as error:
@@ -79,7 +82,8 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
 
 def _check_contracts(study: Study, job: Job) -> None:
     """Raise SpecError where two runs of the first step of a job differ, and for a
-    metric that writes no value.
+    metric that writes no value; where last states are kept, also where the first steps
+    of a longer trial differ.
     """
 
     def refused(said: str) -> None:
@@ -99,25 +103,39 @@ def _check_contracts(study: Study, job: Job) -> None:
                 f"metric {name} writes no number into values[f] of some frame; it must"
                 " write one into each, and returns nothing"
             )
-    for name, array in one.arrays.items():
-        if array.tobytes() != other.arrays[name].tobytes():
-            refused(
-                f"two runs of one trial differ after a step, in {name}: draw random"
-                " numbers from rng alone, and keep nothing between runs"
-            )
+    if name := different(one, other):
+        refused(
+            f"two runs of one trial differ after a step, in {name}: draw random"
+            " numbers from rng alone, and keep nothing between runs"
+        )
+    if not job.record.last_states:
+        return
+    short, long = (_state_after(FEW_STEPS, job, times * FEW_STEPS) for times in (1, 2))
+    if name := different(short, long):
+        refused(
+            f"after {FEW_STEPS} steps a trial of so many and one of twice as many"
+            f" differ, in {name}: where last_states are recorded nothing may depend on"
+            " the number of steps"
+        )
 
 
-def _begun(job: Job) -> Job:
-    """The first step of a job."""
-    return replace(job, settings=job.settings | {"steps": 1})
+def _state_after(steps: int, job: Job, of: int) -> State:
+    """The state after so many steps of the job, were it one `of` so many."""
+    simulation = Simulation(_begun(job, of))
+    simulation.advance(steps)
+    simulation.take_frames()
+    return simulation.state()
+
+
+def _begun(job: Job, steps: int = 1) -> Job:
+    """The first steps of a job."""
+    return replace(job, settings=job.settings | {"steps": steps})
 
 
 def _shortened(job: Job) -> Job:
     """So many steps of a job as take ESTIMATED_SECONDS, but at least one."""
     steps = int(job.settings["steps"])
-    share = ESTIMATED_SECONDS / trial_seconds(
-        job.model, job.known, job.settings, job.record
-    )
+    share = ESTIMATED_SECONDS / float(job_seconds([job])[0])
     return replace(
         job,
         settings=job.settings | {"steps": min(steps, max(1, int(share * steps)))},
@@ -129,4 +147,4 @@ def _estimated(result: Result) -> float:
     """The estimated seconds of the steps that were taken."""
     job = result.job
     taken = job.settings | {"steps": result.step}
-    return trial_seconds(job.model, job.known, taken, job.record)
+    return float(job_seconds([replace(job, settings=taken)])[0])

@@ -29,7 +29,8 @@ class Result:
     last half, and are empty unless done. `frames` (F,) and each of `series` (F,) are
     the steps and values of the recorded frames; `heatmap` (rows, columns) holds visit
     counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid
-    in them, and `states` (F, S, N) the rows of the model's state.
+    in them, and `states` (F, S, N) the rows of the model's state. `last_state` are the
+    sealed bytes from which a longer trial goes on, empty where none are kept.
     """
 
     job: Job
@@ -44,6 +45,7 @@ class Result:
     heatmap: NDArray[np.int32] | None = None
     trajectory: NDArray[np.float64] | None = None
     states: NDArray[np.float64] | None = None
+    last_state: bytes = field(default=b"", repr=False)
 
     @property
     def has_failed(self) -> bool:
@@ -68,9 +70,7 @@ def after(attempts: int, result: Result) -> Result:
 
 
 def result_bytes(result: Result) -> int:
-    """The bytes of the arrays that can be large."""
-    return sum(
-        array.nbytes
-        for array in (result.heatmap, result.trajectory, result.states)
-        if array is not None
-    )
+    """The bytes of what can be large."""
+    arrays = (result.heatmap, result.trajectory, result.states)
+    known = (array.nbytes for array in arrays if array is not None)
+    return len(result.last_state) + sum(known)

@@ -1,28 +1,108 @@
-"""The scenery of a trial, drawn from its job. Trials on the same map share it."""
+"""The scenery of a trial, its map of visits and its flock at the start, drawn from its
+job. Trials share what they have in common.
 
+What is drawn depends on few settings and on the random numbers of its stream: 48,000
+trials of a sweep may have 24 starts, each of which takes Python 0.3 ms. So a process
+keeps what it has drawn last, by all that it depends on. What is kept nobody may
+change: a trial has copies of the flock and of the visits, and no flight changes its
+scenery.
+"""
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.random import Generator, SeedSequence
 from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, build_coverage, unvisited
 from kernels.flight import Scenery, build_scenery
 from kernels.model import OccupancySettings
-from kernels.settings import Observation, WorldSettings
-from kernels.worlds import Map
-from sweep.design.jobs import Job, stream
+from kernels.settings import Observation, StartSettings, WorldSettings
+from kernels.state import Flock, World
+from kernels.worlds import Map, Reach
+from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.maps import Obstacles
 from sweep.spec.settings import settings_of, settings_tuple
+from sweep.trial.generators import Randomness
+
+KEPT_BOIDS = 1000
+"""The flocks of more boids are drawn anew for every trial: each would be large, and few
+fit into the memory of a processor.
+"""
+KEPT_PIXELS = 2_000_000
+"""The maps of more pixels are made anew for every trial."""
+
+
+class Address(NamedTuple):
+    """Where a stream of random numbers begins: the content of its SeedSequence."""
+
+    entropy: int
+    key: tuple[int, ...]
+
+    @classmethod
+    def of(cls, seed: SeedSequence) -> "Address":
+        """The address of a seed sequence that has spawned nothing."""
+        assert isinstance(seed.entropy, int)
+        return cls(seed.entropy, tuple(seed.spawn_key))
+
+    @property
+    def seed(self) -> SeedSequence:
+        """The seed sequence at the address."""
+        return SeedSequence(self.entropy, spawn_key=self.key)
+
+
+NOTHING_RANDOM = Address(0, ())
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """All that a world depends on: its settings, its map, and the random numbers that
+    draw it.
+
+    Two are the same if they are one object, so that nobody compares maps of thousands
+    of obstacles again and again.
+    """
+
+    settings: WorldSettings
+    drawn: Map | Obstacles
+    random: Address
+
+    def obstacles(self) -> NDArray[np.float64]:
+        """The obstacles, shape (M, 5), see kernels.worlds."""
+        if not isinstance(self.drawn, Map):
+            return np.array(self.drawn).reshape(-1, 5)
+        rng = np.random.default_rng(self.random.seed)
+        found = np.asarray(self.drawn.draw(self.settings, rng), np.float64)
+        if found.ndim != 2 or found.shape[1] != 5 or not np.isfinite(found).all():
+            raise ValueError(
+                f"map {self.settings.map} draws an array of shape {found.shape}: it"
+                " must be (M, 5), of finite numbers"
+            )
+        return found
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """A site with its scenery as one model meets it. All of one site are equal: they
+    have the same world.
+    """
+
+    site: Site
+    scenery: Scenery = field(compare=False)
 
 
 def obstacles(job: Job) -> NDArray[np.float64]:
-    """The obstacles of the trial's world, shape (M, 5), see kernels.worlds."""
+    """The obstacles of the trial's world, shape (M, 5), see kernels.worlds, drawn now.
+    A map gets the random numbers of the job, even if it says that it needs none.
+    """
     settings: WorldSettings = settings_tuple(
         WorldSettings, job.settings, settings_of(job.model, job.known)
     )
-    rng = np.random.default_rng(stream(job, "world"))
-    return _obstacles(settings, _map(job), rng)
+    return Site(settings, _map(job), Address.of(stream(job, "world"))).obstacles()
 
 
 def _map(job: Job) -> Map | Obstacles:
@@ -32,58 +112,94 @@ def _map(job: Job) -> Map | Obstacles:
     return job.known.maps[str(job.settings["map"])]
 
 
-def _obstacles(
-    settings: WorldSettings, drawn: Map | Obstacles, rng: np.random.Generator
-) -> NDArray[np.float64]:
-    if isinstance(drawn, Map):
-        found = np.asarray(drawn.draw(settings, rng), np.float64)
-        if found.ndim != 2 or found.shape[1] != 5 or not np.isfinite(found).all():
-            raise ValueError(
-                f"map {settings.map} draws an array of shape {found.shape}: it must be"
-                " (M, 5), of finite numbers"
-            )
-        return found
-    return np.array(drawn).reshape(-1, 5)
-
-
-def _is_drawn_anew(drawn: Map | Obstacles) -> bool:
-    return isinstance(drawn, Map) and drawn.random
-
-
-def scenery_of(job: Job, params: Any, settings: WorldSettings) -> Scenery:
+def landscape_of(job: Job, params: Any, settings: WorldSettings) -> Landscape:
     """The world of `settings` and `params`, which are those of the job."""
-    model, drawn = job.known.models[job.model], _map(job)
-    reach = model.obstacle_reach(params)
+    model, drawn, random = job.known.models[job.model], _map(job), NOTHING_RANDOM
+    if isinstance(drawn, Map) and drawn.random:
+        random = Address.of(stream(job, "world"))
+    site = _site(settings, drawn, random)
     grid = model.occupancy(params) if model.occupancy else None
-    if _is_drawn_anew(drawn):
-        return build_scenery(settings, obstacles(job), reach, grid)
-    return _fixed_scenery(settings, drawn, reach, grid)
+    return Landscape(site, _scenery(site, model.obstacle_reach(params), grid))
+
+
+_site = lru_cache(maxsize=16)(Site)
 
 
 @lru_cache(maxsize=16)
-def _fixed_scenery(
-    settings: WorldSettings,
-    drawn: Map | Obstacles,
-    reach: float = 0.0,
-    grid: OccupancySettings | None = None,
-) -> Scenery:
-    obstacles = _obstacles(settings, drawn, np.random.default_rng(0))
-    return build_scenery(settings, obstacles, reach, grid)
+def _scenery(site: Site, reach: float, grid: OccupancySettings | None) -> Scenery:
+    return build_scenery(site.settings, site.obstacles(), reach, grid)
 
 
-def coverage_of(
-    job: Job, settings: WorldSettings, observation: Observation, scenery: Scenery
-) -> Coverage:
-    """The pixels of the job's scenery, with nothing visited."""
-    drawn = _map(job)
-    if _is_drawn_anew(drawn):
-        return build_coverage(scenery.world, scenery.contact, observation)
-    return unvisited(_fixed_coverage(settings, observation, drawn))
+def coverage_of(landscape: Landscape, observation: Observation) -> Coverage:
+    """The pixels of a world, with nothing visited; they are the caller's own."""
+    settings = landscape.site.settings
+    if settings.width * settings.height > KEPT_PIXELS * observation.pixel**2:
+        return _pixels(landscape, observation)
+    return unvisited(_kept_pixels(landscape, observation))
 
 
-@lru_cache(maxsize=4)
-def _fixed_coverage(
-    settings: WorldSettings, observation: Observation, drawn: Map | Obstacles
-) -> Coverage:
-    scenery = _fixed_scenery(settings, drawn)
+def _pixels(landscape: Landscape, observation: Observation) -> Coverage:
+    scenery = landscape.scenery
     return build_coverage(scenery.world, scenery.contact, observation)
+
+
+_kept_pixels = lru_cache(maxsize=4)(_pixels)
+
+
+def start_of(
+    job: Job, landscape: Landscape, settings: StartSettings
+) -> tuple[Flock, Randomness]:
+    """The flock with which a trial begins, and the random numbers that go on after it
+    was drawn; they are the caller's own.
+
+    Raises what the start raises, as RuntimeError where there is no free place.
+    """
+    given = _given(job, landscape, settings)
+    if int(job.settings["n"]) > KEPT_BOIDS:
+        return _start(*given)
+    flock, random = _kept_start(*given)
+    return Flock(*(array.copy() for array in flock)), copy(random)
+
+
+def flock_drawn_now(job: Job) -> Flock:
+    """The flock with which a trial begins, whatever has been drawn before."""
+    known = settings_of(job.model, job.known)
+    params, world, settings = (
+        settings_tuple(group, job.settings, known)
+        for group in (job.known.models[job.model].params, WorldSettings, StartSettings)
+    )
+    flock, _ = _start(*_given(job, landscape_of(job, params, world), settings))
+    return flock
+
+
+Draw = Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
+Given = tuple[Draw, int, StartSettings, Landscape, Address, int]
+
+
+def _given(job: Job, landscape: Landscape, settings: StartSettings) -> Given:
+    """All that the flock of a job at its start depends on."""
+    return (
+        job.known.starts[str(job.settings["start_draws"])].draw,
+        int(job.settings["n"]),
+        settings,
+        landscape,
+        Address.of(stream(job, "start")),
+        literal_seed(job, "start"),
+    )
+
+
+def _start(
+    draw: Draw,
+    n: int,
+    settings: StartSettings,
+    landscape: Landscape,
+    address: Address,
+    literal: int,
+) -> tuple[Flock, Randomness]:
+    scenery, random = landscape.scenery, Randomness(address.seed)
+    with random.lent() as rng:
+        flock = draw(n, settings, scenery.world, scenery.contact, rng, literal)
+    return flock, random
+
+
+_kept_start = lru_cache(maxsize=64)(_start)

@@ -1,7 +1,7 @@
 """One trial, from a job to its numbers: a flight of the kernels, call by call.
 
 A trial is pure: its result depends only on the job, it reads and writes nothing, and it
-takes one process and one thread.
+takes one process. It takes one thread, or as many as its job says, with the same bits.
 """
 
 import logging
@@ -10,6 +10,9 @@ import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from kernels.caching import is_kept
 from kernels.coverage import heatmap, no_coverage
@@ -28,23 +31,24 @@ from kernels.model import Model
 from kernels.recording import FIRST_STATE
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
 from kernels.state import Flock, World
-from sweep.design.jobs import Job, literal_seed, stream
+from kernels.threads.flying import in_threads, is_kept_for_threads
+from sweep.design.jobs import Job, stream
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
-from sweep.trial.derived import measured
+from sweep.trial.derived import measured, summaries
 from sweep.trial.generators import Randomness
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
-from sweep.trial.scenery import coverage_of, scenery_of
-from sweep.trial.state import State, Taken, changing, check, joined
+from sweep.trial.scenery import coverage_of, landscape_of, start_of
+from sweep.trial.state import State, Taken, changing, check, digest, joined
 
 LOG = logging.getLogger("sweep")
 COMPILING_SECONDS = 15.0
 """Measured for the built-in models, with their metrics."""
 BOID_STEPS_A_CALL = 200_000
 """So many boid-steps a call take about 30 ms. A kernel call cannot be interrupted, so
-we look at the clock, and at the room in the grid, between calls.
+we look at the clock, between calls.
 """
 
 
@@ -113,6 +117,11 @@ class Simulation:
         return f"a position{more}"
 
     @property
+    def visits(self) -> NDArray[np.int32]:
+        """The visits of pixels (rows, columns) so far, -1 in obstacles."""
+        return heatmap(self.flight.record.coverage)
+
+    @property
     def steps_left(self) -> int:
         return self.schedule.steps - self.step
 
@@ -164,21 +173,32 @@ class Simulation:
             flight.record.frames,
             flight.record.coverage.stamp,
         )
-        return State(
-            changing(parts, fixed),
-            dict(self.noise.state),
-            flight.work.grid.members.shape[1],
-        )
+        return State(changing(parts, fixed), dict(self.noise.state))
 
-    def restore(self, state: State) -> None:
-        """Go on from the `state` of a simulation of the same job, with its arrays.
+    def beginning(self) -> str:
+        """A hash of all with which the flight begins, before its first step: flock,
+        scenery, pixels and random numbers. Of the trials of the same settings, but for
+        `steps`, those that begin alike have the same frames.
+        """
+        flight = self.flight
+        parts = {
+            "flock": flight.flock,
+            "state": (flight.work.state, flight.work.kind),
+            "scenery": flight.scenery,
+            "visits": flight.record.coverage.visits,
+        }
+        return digest(parts, self.noise.state)
+
+    def restore(self, state: State, room: int = 0) -> None:
+        """Go on from the `state` of a simulation of the same job, with its arrays, and
+        with so much room in a block of the grid, see kernels.neighbours.build_grid.
         Raises ValueError if it is none.
         """
         check(state, self.schedule.n, self.schedule.steps)
         self.noise.state = state.generator
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
-        rebuild_grid(self.flight, state.room)
+        rebuild_grid(self.flight, room)
 
     def result(
         self, began: float, between: Callable[[float], None] | None = None
@@ -189,11 +209,11 @@ class Simulation:
         `between` is called after each kernel call but the last, with the seconds so
         far; `taken` has the frames so far.
         """
-        limit = self.job.time_limit
+        limit, boid_steps = self.job.time_limit, BOID_STEPS_A_CALL * self.job.threads
         status = "done"
         self.taken.append(self.take_frames())
         while self.steps_left > 0 and status == "done":
-            if not self.advance(max(1, BOID_STEPS_A_CALL // self.schedule.n)):
+            if not self.advance(max(1, boid_steps // self.schedule.n)):
                 status = "diverged"
             self.taken.append(self.take_frames())
             if status == "done" and self.steps_left > 0:
@@ -202,27 +222,29 @@ class Simulation:
                     status = "timeout"
                 elif between is not None:
                     between(seconds)
-        return self._summary(status, joined(self.taken), began)
+        return self.summary(status, time.perf_counter() - began)
 
-    def _summary(self, status: str, taken: Taken, began: float) -> Result:
+    def summary(self, status: str, seconds: float) -> Result:
+        """The result of a trial that took so many seconds, from the frames taken."""
+        taken = joined(self.taken)
         wanted, done = self.job.record, status == "done"
         values = measured(wanted, taken, self.job.settings)
-        late = 2 * taken.steps > self.schedule.steps
+        last, mean = (
+            summaries(values, taken.steps, self.schedule.steps) if done else ({}, {})
+        )
         return Result(
             self.job,
             status,
-            time.perf_counter() - began,
+            seconds,
             self.step,
             ENDINGS.get(status, "").format(
                 what=self.watched, step=self.step, limit=self.job.time_limit
             ),
-            {name: float(value[-1]) for name, value in values.items()} if done else {},
-            {name: float(value[late].mean()) for name, value in values.items()}
-            if done
-            else {},
+            last,
+            mean,
             taken.steps if wanted.series or wanted.trajectories else None,
             {name: values[name] for name in wanted.series},
-            heatmap(self.flight.record.coverage) if wanted.heatmaps and done else None,
+            self.visits if wanted.heatmaps and done else None,
             taken.bodies if wanted.trajectories else None,
             taken.state if wanted.trajectories else None,
         )
@@ -238,29 +260,18 @@ def _flight(job: Job) -> Flight:
     model, record = known.models[job.model], job.record
     params, settings = group(model.params), group(WorldSettings)
     schedule, observation = group(Schedule), group(Observation)
-    scenery = scenery_of(job, params, settings)
+    landscape = landscape_of(job, params, settings)
     metrics = _metrics(job, record.metrics)
     memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
-    coverage = (
-        coverage_of(job, settings, observation, scenery)
-        if memory.covering
-        else no_coverage()
-    )
-    with Randomness(stream(job, "start")).lent() as rng:
-        flock = known.starts[str(job.settings["start_draws"])].draw(
-            schedule.n,
-            group(StartSettings),
-            scenery.world,
-            scenery.contact,
-            rng,
-            literal_seed(job, "start"),
-        )
+    coverage = coverage_of(landscape, observation) if memory.covering else no_coverage()
+    flock, random = start_of(job, landscape, group(StartSettings))
+    with random.lent() as rng:
         return begin(
-            model,
+            in_threads(model, job.threads),
             params,
             schedule,
             observation,
-            scenery,
+            landscape.scenery,
             flock,
             memory,
             coverage,
@@ -279,11 +290,17 @@ def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     return found
 
 
-def compiling_seconds(model: Model) -> float:
-    """How long it takes, about, to compile a model on an idle core; 0 where it is
-    compiled already.
+def compiling_seconds(model: Model, threads: int = 1) -> float:
+    """How long it takes, about, to compile a model on an idle core, for trials that
+    have so many threads; 0 where it is compiled already.
     """
-    return 0.0 if is_kept(model.advance) else COMPILING_SECONDS
+    kept = is_kept(model.advance) if threads == 1 else is_kept_for_threads(model)
+    return 0.0 if kept else COMPILING_SECONDS
+
+
+def is_compiled(metric: Metric) -> bool:
+    """Whether a metric need not be compiled any more."""
+    return is_kept(metric.measure)
 
 
 def warm(job: Job) -> Result:
@@ -291,13 +308,18 @@ def warm(job: Job) -> Result:
     whose result it is.
     """
     say_compiling(job)
-    return run(replace(job, settings=job.settings | {"steps": 1}))
+    return run(one_step(job))
+
+
+def one_step(job: Job) -> Job:
+    """The same job with one step."""
+    return replace(job, settings=job.settings | {"steps": 1})
 
 
 def say_compiling(job: Job) -> None:
     """Say that the model of a job will be compiled, where it is not yet: nothing else
     is seen of it.
     """
-    if seconds := compiling_seconds(job.known.models[job.model]):
+    if seconds := compiling_seconds(job.known.models[job.model], job.threads):
         about = f"about {seconds:.0f} s on an idle core, once"
         LOG.warning("compiling %s, %s", job.model, about)

@@ -2,7 +2,9 @@
 plain arrays.
 """
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
+from hashlib import sha256
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,14 +25,12 @@ class Taken(NamedTuple):
 class State(NamedTuple):
     """All that a trial needs to go on, except its frames and what follows from its job.
 
-    `arrays` are by name, as "flock.x"; `generator` is the state of the noise. `room` is
-    that of a list in the grid of neighbours. The grid itself is made anew: it follows
-    from the positions, and no bit depends on it.
+    `arrays` are by name, as "flock.x"; `generator` is the state of the noise. The grid
+    of neighbours is made anew: it follows from the positions, and no bit depends on it.
     """
 
     arrays: dict[str, NDArray[Any]]
     generator: dict[str, Any]
-    room: int
 
     def copied(self) -> "State":
         """The state with arrays of its own, to be kept while the trial goes on."""
@@ -43,6 +43,39 @@ def joined(taken: Sequence[Taken]) -> Taken:
     """Frames one after the other."""
     steps, values, *flown = zip(*taken, strict=True)
     return Taken(np.concatenate(steps), np.hstack(values), *map(np.concatenate, flown))
+
+
+def every_so_many(taken: Taken, every: int) -> Taken:
+    """The frames after a multiple of `every` steps: those that a trial of any number of
+    steps has.
+    """
+    on_time = taken.steps % every == 0
+    steps, values, *flown = taken
+    return Taken(
+        steps[on_time], values[:, on_time], *(frames[on_time] for frames in flown)
+    )
+
+
+def different(one: State, other: State) -> str:
+    """The name of the first array whose bits differ; "" where there is none."""
+    names = (
+        name
+        for name, array in one.arrays.items()
+        if array.tobytes() != other.arrays[name].tobytes()
+    )
+    return next(names, "")
+
+
+def digest(parts: Mapping[str, object], generator: Mapping[str, Any]) -> str:
+    """A hash of the arrays in the named tuples `parts`, with their names, types and
+    shapes, and of the state of a generator.
+    """
+    found = sha256(json.dumps(generator, sort_keys=True).encode())
+    for part, value in parts.items():
+        for name, array in _arrays(part, value):
+            found.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
+            found.update(array.tobytes())
+    return found.hexdigest()
 
 
 def changing(parts: Mapping[str, object], fixed: object) -> dict[str, NDArray[Any]]:

@@ -4,25 +4,33 @@ themselves, so a new model needs no code here.
 
 import math
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.metrics import Metric
 from kernels.model import Model
-from sweep.errors import SpecError
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.derived_metrics import DerivedMetric
-from sweep.spec.recorded import Column, lacks
+from sweep.spec.recorded import lacks
 from sweep.spec.settings import Setting, Value, preset_settings, settings_of, spelled
-from sweep.spec.strict_yaml import read_document
+from sweep.web.claimed import published
+from sweep.web.opened import OpenedSpec
 from sweep.web.protocol import OVERLAYS, Reply, plain
 
 ROUND = (1.0, 2.0, 5.0)
 SLIDER_STEPS = 200
 LOGARITHMIC = 1000.0
 """A slider is logarithmic if its ends have at least this ratio."""
+PRESETS = {
+    "as_written": "what the text of the document says",
+    "as_run": "what the authors' program does; where there is none, the text",
+    "as_reported": "what their program did when the document was written",
+    "as_intended": "what they are likely to have meant",
+}
+"""What presets stand for that have one of these names."""
+MOST = 60
+"""A setting that varies more is not chosen by its values, but by the number of a point.
+"""
 
 
 def controls(
@@ -33,7 +41,8 @@ def controls(
     known: Catalogue = BUILT_IN,
     experiments: Path = EXPERIMENTS,
 ) -> Reply:
-    """The controls message of a preset: models, groups of settings, maps, metrics.
+    """The controls message of a preset: models, groups of settings, maps, metrics; and
+    `others`, the values in which each other preset of the model differs.
 
         model        the model whose settings are shown
         preset       its preset, which gives the default values
@@ -54,11 +63,21 @@ def controls(
     return {
         "type": "controls",
         "models": [
-            {"name": name, "source": one.source, "presets": list(one.presets)}
+            {
+                "name": name,
+                "source": one.source,
+                "presets": list(one.presets),
+                "texts": {key: PRESETS[key] for key in one.presets if key in PRESETS},
+            }
             for name, one in known.models.items()
         ],
         "model": model,
         "preset": preset,
+        "others": {
+            other: _differences(values, preset_settings(model, other, known))
+            for other in about.presets
+            if other != preset
+        },
         "groups": [
             {"name": name, "fields": members} for name, members in groups.items()
         ],
@@ -76,6 +95,40 @@ def controls(
         ],
         "overlays": list(OVERLAYS),
     }
+
+
+def _differences(
+    here: Mapping[str, Value], there: Mapping[str, Value]
+) -> dict[str, Value]:
+    """The settings in which another preset differs, with its values."""
+    return {name: plain(there[name]) for name in here if here[name] != there[name]}
+
+
+def trials_of(spec: OpenedSpec | None) -> Reply | None:
+    """The trials of an opened spec, to choose one by its number, or by the values of
+    what varies.
+    """
+    if spec is None:
+        return None
+    axes = []
+    for name, column in spec.design.columns.items():
+        values = [plain(value) for value in dict.fromkeys(column.tolist())]
+        axes.append({"name": name, "values": values if len(values) <= MOST else []})
+    return {
+        "study": spec.study.name,
+        "points": spec.design.n_points,
+        "replicates": spec.replicates,
+        "axes": axes,
+    }
+
+
+def trial_of(spec: OpenedSpec | None) -> Reply | None:
+    """Which trial of an opened spec is shown, with the values of what varies."""
+    if spec is None:
+        return None
+    settings = spec.design.settings(spec.point)
+    values = {name: plain(settings[name]) for name in spec.design.columns}
+    return {"point": spec.point, "replicate": spec.replicate, "values": values}
 
 
 def _control(setting: Setting, default: Value) -> Reply:
@@ -151,69 +204,3 @@ def _metric(
 def _derived(one: DerivedMetric) -> Reply:
     text = one.expression.text
     return {"name": one.name, "text": text, "unit": one.unit, "published": []}
-
-
-@cache
-def published(
-    model: str, preset: str, experiments: Path
-) -> tuple[tuple[str, Reply], ...]:
-    """Published means of this model and preset, each with its metric: value, where,
-    says, frame and settings.
-
-    They come from each published.yaml in `experiments`. A file that is missing or
-    cannot be read gives none. `settings` are those that the spec or the claim fixes:
-    the number holds for these values only.
-    """
-    found = []
-    for file in sorted(experiments.glob("*/published.yaml")):
-        try:
-            found += list(_numbers(file, model, preset))
-        except SpecError:
-            continue
-    return tuple(found)
-
-
-def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]:
-    claims = _content(file).get("claims", [])
-    specs = {
-        spec: _fixed(file.parent / f"{spec}.yaml", model, preset)
-        for spec in {c.get("spec") for c in claims}
-    }
-    for claim in claims:
-        measure, expected = claim.get("measure", {}), claim.get("expect", {})
-        fixed = specs[claim.get("spec")]
-        if fixed is None or "mean" not in measure or "value" not in expected:
-            continue
-        settings = {
-            name: plain(value)
-            for name, value in (fixed | measure.get("for", {})).items()
-        }
-        about = {
-            "where": str(claim["where"]),
-            "says": str(claim["says"]),
-            "frame": measure.get("frame"),
-        }
-        yield (
-            Column.read(measure["mean"]).metric,
-            {"value": expected["value"], **about, "settings": settings},
-        )
-
-
-def _fixed(file: Path, model: str, preset: str) -> dict[str, Any] | None:
-    """What a spec fixes; None without a spec, or if it is of another model or
-    preset.
-    """
-    if not file.exists():
-        return None
-    spec = _content(file)
-    return (
-        dict(spec.get("fixed", {}))
-        if (spec.get("model"), spec.get("preset")) == (model, preset)
-        else None
-    )
-
-
-@cache
-def _content(file: Path) -> Mapping[str, Any]:
-    content: Mapping[str, Any] = read_document(file).value
-    return content

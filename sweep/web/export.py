@@ -13,15 +13,15 @@ from matplotlib import style
 from numpy.typing import NDArray
 from PIL import Image, PngImagePlugin
 
-from kernels.identity import kernels_sha
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import STYLE, draw_flock
 from sweep.replays.animation import MOST_FRAMES, Picture, Scene
+from sweep.replays.flight import Report
 from sweep.replays.video import find_ffmpeg, write_gif, write_mp4
-from sweep.store.provenance import machine
 from sweep.tables.outputs import check_output, unfinished
-from sweep.web.flight import KeptFlight
+from sweep.web.flight import KeptFlight, silent
+from sweep.web.origin import about_frame, file_name
 
 MIME = {
     "png": "image/png",
@@ -54,25 +54,13 @@ class File(NamedTuple):
             file.write(self.content)
 
 
-def about(study: str, job: Job) -> dict[str, str]:
-    """The origin of a picture, for its metadata."""
-    return {
-        "Study": study,
-        "Trial": job.trial_id,
-        "Model": f"{job.model} {job.preset}",
-        "kernels_sha": kernels_sha(),
-        "Software": f"boidsweep {machine()['versions']['boidsweep']}",
-    }
-
-
-def file_name(study: str, job: Job, kind: str, step: int | None = None) -> str:
-    """A trial's file name, e.g. nguyen2024-separation-05d7a1b2-step-250.png."""
-    frame = "" if step is None else f"-step-{step}"
-    return f"{study.replace('/', '-')}-{job.trial_id[:8]}{frame}.{kind}"
-
-
 def draw_frame(
-    study: str, job: Job, step: int, bodies: NDArray[np.float64], kind: str
+    study: str,
+    job: Job,
+    step: int,
+    bodies: NDArray[np.float64],
+    kind: str,
+    spec: str = "",
 ) -> File:
     """The picture of one frame. The same frame gives the same bytes.
 
@@ -81,10 +69,13 @@ def draw_frame(
     step    the step of the frame
     bodies  (4, N): x, y, vx and vy, in the model's length and length/time
     kind    "png" or "svg"
+    spec    the YAML that gives the frame, for the metadata
     """
     write = {"png": _png, "svg": _svg}[kind]
     with DRAWING:
-        content = write(Scene(study, job), step, bodies, about(study, job))
+        content = write(
+            Scene(study, job), step, bodies, about_frame(study, job, step, spec)
+        )
     return File(file_name(study, job, kind, step), MIME[kind], content)
 
 
@@ -116,20 +107,26 @@ def _svg(
     return file.getvalue()
 
 
-def animate(flight: KeptFlight, kind: str) -> File:
-    """A run as "gif" or "mp4", with at most MOST_FRAMES pictures. Raises OutputError
-    for MP4 without ffmpeg.
+def animate(flight: KeptFlight, kind: str, report: Report = silent) -> File:
+    """A run as "gif" or "mp4", with at most MOST_FRAMES pictures. `report` is told how
+    many of how many are drawn. Raises OutputError for MP4 without ffmpeg.
     """
     if kind == "mp4":
         find_ffmpeg()
     few = thinned(flight, MOST_FRAMES)
     with DRAWING, TemporaryFile() as file:  # ffmpeg needs the path of a true file
         scene = Scene(few.study, few.job, few.every)
-        frames = zip(few.steps, few.bodies, strict=True)
-        WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), file)
+        WRITERS[kind](_drawn(scene, few, report), file)
         file.seek(0)
         content = file.read()
     return File(file_name(flight.study, flight.job, kind), MIME[kind], content)
+
+
+def _drawn(scene: Scene, flight: KeptFlight, report: Report) -> Iterator[Picture]:
+    frames = zip(flight.steps, flight.bodies, strict=True)
+    for place, (step, one) in enumerate(frames):
+        report(place, len(flight.steps))
+        yield scene.draw(int(step), one)
 
 
 def thinned(flight: KeptFlight, most: int) -> KeptFlight:

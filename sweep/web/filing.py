@@ -4,18 +4,25 @@ run as an animation or a page.
 
 import base64
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
-from sweep.errors import SpecError
+from sweep.errors import OutputError, SpecError
+from sweep.replays.video import find_ffmpeg
 from sweep.text import unknown
+from sweep.web.origin import about_frame, file_name
 from sweep.web.protocol import Reply
 
+if TYPE_CHECKING:
+    from sweep.web.flight import KeptFlight
+
 PICTURES = ("png", "svg")
-KINDS = (*PICTURES, "gif", "mp4", "html")
+RUNS = ("gif", "mp4", "html")
+KINDS = (*PICTURES, *RUNS)
 
 
 class Order(NamedTuple):
@@ -34,10 +41,39 @@ class Order(NamedTuple):
     refused: str = ""
 
 
-def filed(
-    order: Order, kind: str, greeting: list[Reply], spec: str
-) -> Callable[[], Reply]:
-    """A function that makes the file and returns the file message. It may take long.
+Tell = Callable[[str, float], None]
+"""Is told what is being done, and how much of it is done, from 0 to 1. It raises
+StoppedError where nobody wants the file any more.
+"""
+Make = Callable[[Tell], Reply]
+"""Makes a file and returns the file message. It may take long."""
+
+
+class StoppedError(Exception):
+    """A file is not wanted any more."""
+
+
+def untold(_doing: str, _share: float) -> None:
+    """Tells nobody."""
+
+
+@cache
+def _lacking() -> dict[str, str]:
+    """The kinds that this machine cannot make, and why. Asked once."""
+    try:
+        find_ffmpeg()
+    except OutputError as error:
+        return {"mp4": str(error)}
+    return {}
+
+
+def unavailable(refused: str) -> dict[str, str]:
+    """The kinds of file that cannot be made, and why; `refused` is that of an Order."""
+    return dict.fromkeys(RUNS, refused) if refused else _lacking()
+
+
+def filed(order: Order, kind: str, greeting: list[Reply], spec: str) -> Make:
+    """A function that makes the file.
 
         order     what is on the screen
         kind      one of KINDS
@@ -48,26 +84,35 @@ def filed(
     """
     if kind not in KINDS:
         raise SpecError(unknown("kind of file", kind, KINDS))
-    if order.refused and kind not in PICTURES:
+    if order.refused and kind in RUNS:
         raise SpecError(order.refused)
-    return lambda: _made(order, kind, greeting, spec)
+    return lambda tell: _made(order, kind, greeting, spec, tell)
 
 
-def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
+def origin_of(order: Order, spec: str) -> Reply:
+    """The origin message: the name of a picture of the frame, without its ending, and
+    its metadata.
+    """
+    name = file_name(order.study, order.job, "", order.step).removesuffix(".")
+    said = about_frame(order.study, order.job, order.step, spec)
+    return {"type": "origin", "name": name, "about": said}
+
+
+def _made(
+    order: Order, kind: str, greeting: list[Reply], spec: str, tell: Tell
+) -> Reply:
     # Imported here because they import matplotlib, which is slow.
     from sweep.web.export import animate, draw_frame
-    from sweep.web.flight import fly
     from sweep.web.recording import recording_of
 
-    study, job = order.study, order.job
     if kind in PICTURES:
-        file = draw_frame(study, job, order.step, order.bodies, kind)
+        file = draw_frame(order.study, order.job, order.step, order.bodies, kind, spec)
     else:
-        flight = fly(study, job, order.metrics, until=order.until)
+        flight = _flown(order, tell)
         file = (
             recording_of(flight, greeting, spec)
             if kind == "html"
-            else animate(flight, kind)
+            else animate(flight, kind, lambda done, whole: tell("drawn", done / whole))
         )
     return {
         "type": "file",
@@ -75,3 +120,16 @@ def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
         "mime": file.mime,
         "data": base64.b64encode(file.content).decode(),
     }
+
+
+def _flown(order: Order, tell: Tell) -> "KeptFlight":
+    from sweep.web.flight import fly
+
+    last = max(1, order.until)
+    return fly(
+        order.study,
+        order.job,
+        order.metrics,
+        until=order.until,
+        report=lambda done, _: tell("run again", min(1.0, done / last)),
+    )

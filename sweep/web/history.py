@@ -13,17 +13,19 @@ MOST = 4096
 
 
 class Cursor(NamedTuple):
-    """How much of a history a page has been told: the era of the history, and the last
-    step.
+    """What a page has been told: of a history its era and the last step; how often a
+    run has come to other settings by itself; and the same of each of several runs.
     """
 
     era: int = 0
     step: int = -1
+    entered: int = 0
+    each: tuple["Cursor", ...] = ()
 
 
 class History:
     """The values of the followed metrics. Whenever there are more than MOST steps,
-    every second one is dropped.
+    every second one is dropped. What was followed before keeps its values.
     """
 
     def __init__(self) -> None:
@@ -32,27 +34,57 @@ class History:
 
     def begin(self, names: tuple[str, ...]) -> None:
         """Forget everything and follow these metrics."""
-        self.era += 1
-        self.names = names
         self.every = 1
         self.steps: list[int] = []
-        self.rows: list[NDArray[np.float64]] = []
+        self.columns: dict[str, list[float]] = {}
+        self.follow(names)
+
+    def follow(self, names: tuple[str, ...]) -> None:
+        """Follow these metrics from here on."""
+        self.era += 1
+        self.names = names
+        for name in names:
+            self.columns.setdefault(name, [math.nan] * len(self.steps))
+
+    def copied(self) -> "History":
+        """A history of its own with the same values."""
+        other = History()
+        other.era, other.names, other.every = self.era, self.names, self.every
+        other.steps = list(self.steps)
+        other.columns = {name: list(column) for name, column in self.columns.items()}
+        return other
 
     def add(self, steps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """Add `values` (metrics, F) at `steps` (F,)."""
-        for step, row in zip(steps.tolist(), values.T, strict=True):
-            if step % self.every == 0:
+        """Add `values` (metrics, F) at `steps` (F,). Steps that are known stay."""
+        known = self.steps[-1] if self.steps else -1
+        for step, row in zip(steps.tolist(), values.T.tolist(), strict=True):
+            if step > known and step % self.every == 0:
                 self.steps.append(step)
-                self.rows.append(row)
+                now = dict(zip(self.names, row, strict=True))
+                for name, column in self.columns.items():
+                    column.append(now.get(name, math.nan))
         while len(self.steps) > MOST:
             self.every *= 2
-            kept = [
-                place for place, step in enumerate(self.steps) if step % self.every == 0
-            ]
-            self.steps, self.rows = (
-                [self.steps[place] for place in kept],
-                [self.rows[place] for place in kept],
+            self._only(
+                [
+                    place
+                    for place, step in enumerate(self.steps)
+                    if not step % self.every
+                ]
             )
+
+    def cut(self, last: int) -> None:
+        """Forget what lies after the step `last`."""
+        if self.steps and self.steps[-1] > last:
+            self.era += 1
+            self._only([i for i, step in enumerate(self.steps) if step <= last])
+
+    def _only(self, places: list[int]) -> None:
+        self.steps = [self.steps[place] for place in places]
+        self.columns = {
+            name: [column[place] for place in places]
+            for name, column in self.columns.items()
+        }
 
     def since(self, cursor: Cursor) -> tuple[dict[str, object] | None, Cursor]:
         """The metrics message with everything after `cursor`, None where nothing is
@@ -68,15 +100,15 @@ class History:
             ),
             0,
         )
-        steps, rows = self.steps[first:], self.rows[first:]
+        steps = self.steps[first:]
         if not steps and not anew:
             return None, cursor
         values = {
-            name: [_number(row[place]) for row in rows]
-            for place, name in enumerate(self.names)
+            name: [_number(value) for value in self.columns[name][first:]]
+            for name in self.names
         }
         message = {"type": "metrics", "steps": steps, "values": values, "reset": anew}
-        return message, Cursor(self.era, steps[-1] if steps else -1)
+        return message, cursor._replace(era=self.era, step=steps[-1] if steps else -1)
 
 
 def rows(
@@ -87,4 +119,4 @@ def rows(
 
 
 def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    return value if math.isfinite(value) else None

@@ -3,23 +3,40 @@ the Session into messages.
 """
 
 import time
-from collections.abc import Callable
+from pathlib import Path
 
 from sweep.errors import SpecError
+from sweep.spec.derived_metrics import needed
 from sweep.trial import looking
-from sweep.trial.kinds import kinds_of
 from sweep.web import encoding, messages
-from sweep.web.controls import controls
-from sweep.web.filing import Order, filed
+from sweep.web.compiling import waiting
+from sweep.web.controls import controls, trial_of, trials_of
+from sweep.web.filing import Make, Order, filed, origin_of, unavailable
 from sweep.web.history import Cursor
 from sweep.web.messages import Message
+from sweep.web.opened import opened_again
 from sweep.web.overlays import coarsened
 from sweep.web.protocol import Reply, plain
+from sweep.web.scene import scene_of
 from sweep.web.session import Session
-from sweep.web.state import Range
+from sweep.web.state import Range, ViewState, from_opened
 
 COVERAGE_PERIOD = 0.25
 """Seconds between two pictures of the coverage while the run goes on."""
+
+EDITING = (
+    messages.Set
+    | messages.Goal
+    | messages.Shapes
+    | messages.ChooseModel
+    | messages.ShowTrial
+    | messages.ShowValue
+    | messages.Metrics
+    | messages.Sweep
+    | messages.Reset
+    | messages.Continue
+)
+"""What can be undone."""
 
 
 class Live(Session):
@@ -31,67 +48,150 @@ class Live(Session):
         """Controls, scene, and the state as the last: a page that has the state has the
         other two already.
         """
-        own = (str(self.state.settings["map"]),) if self.state.own else ()
+        state = self.state
+        own = (str(state.settings["map"]),) if state.own else ()
+        shown = controls(state.model, state.preset, own, state.derive, state.known)
         return [
-            controls(
-                self.state.model,
-                self.state.preset,
-                own,
-                self.state.derive,
-                self.state.known,
-            ),
+            shown | {"trials": trials_of(state.opened)},
             self.scene(),
             self.status(),
         ]
+
+    def waiting(self, message: Message) -> str:
+        """What is compiled before a message is answered; "" for nothing."""
+        state = self.state
+        match message:
+            case messages.ChooseModel(model, _):
+                return waiting(state.known, model, ())
+            case messages.Metrics(names):
+                needs = (*names, *needed(state.derive))
+                return waiting(state.known, state.model, needs)
+        return ""
 
     def handle(self, message: Message) -> list[Reply]:
         """Do what the page asks. Returns the answer: the state, before it the scene
         where the world may have changed, or the spec that was asked for.
         """
         if isinstance(message, messages.Spec):
+            yaml = self.spec()
             return [
                 {
                     "type": "spec",
-                    "yaml": self.state.as_text(),
+                    "yaml": yaml,
+                    "trial": self._which(yaml),
                     "exact": self.exact,
                     "note": self.note,
                 }
             ]
-        before, own = self.simulation, self.state.own
-        _do(self, message)
-        if isinstance(message, messages.ChooseModel) or (own is None) != (
-            self.state.own is None
-        ):
+        if isinstance(message, messages.Keep):
+            return [self.kept()]
+        if isinstance(message, messages.Origin):
+            return [origin_of(self.order(), self.spec())]
+        before, state = self.simulation, self.state
+        self._edit(message)
+        if _kind(self.state) != _kind(state):
             return self.greeting()
         return [*([] if self.simulation is before else [self.scene()]), self.status()]
 
-    def export(self, kind: str) -> Callable[[], Reply]:
-        """A function that makes a file: a picture of this frame, or the run up to it. A
-        run whose settings changed on the way is refused.
+    def _edit(self, message: Message) -> None:
+        """Do what the page asks, and take note of what it has edited."""
+        if not isinstance(message, EDITING):
+            do(self, message)
+            return
+        before = self.moment()
+        do(self, message)
+        subject = f"{type(message).__name__} {getattr(message, 'name', '')}"
+        part = getattr(message, "part", False)
+        self.edits.add(before, self.moment(), subject, part=part)
+
+    def beside(self, preset: str, /) -> "Live":
+        """A run to be shown beside this one: of another preset, both from the start; or
+        for "" this one again, from here on.
         """
-        study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
-        refused = (
-            ""
-            if self.exact
-            else f"an animation shows the run that the spec gives, but {self.note}"
+        other = Live(self.state)
+        if preset:
+            other.choose(self.state.model, preset)
+            self._edit(messages.Reset())
+        else:
+            other.recall(self.moment())
+        self.pause()
+        other.speed, other.overlays = self.speed, self.overlays
+        other.selected = self.selected
+        return other
+
+    def _which(self, yaml: str) -> str:
+        """Which trial of the copied spec is shown, in words; "" where it has only one,
+        or sweeps something anew.
+        """
+        state, spec = self.state, self.state.opened
+        if spec is None or state.sweeps:
+            return ""
+        kept = (yaml, state.job.point, spec.replicate)
+        spec = opened_again(*kept, state.known, spec.study.path)
+        if spec.design.n_points * spec.replicates == 1:
+            return ""
+        return (
+            f"point {spec.point + 1:,} of {spec.design.n_points:,},"
+            f" replicate {spec.replicate + 1:,} of {spec.replicates:,}"
         )
-        order = Order(
+
+    def kept(self) -> Reply:
+        """The message with which a page goes on when its session is gone."""
+        state = self.state
+        replicate = state.opened.replicate if state.opened else state.replicate
+        return {
+            "type": "kept",
+            "yaml": state.as_text(),
+            "point": state.job.point,
+            "replicate": replicate,
+        }
+
+    def restore(self, hello: messages.Hello) -> None:
+        """Show what a page has kept. Raises SpecError where that cannot be shown."""
+        before = self.state
+        path = before.opened.study.path if before.opened else Path("spec.yaml")
+        kept = (hello.yaml, hello.point, hello.replicate)
+        self._begin(from_opened(opened_again(*kept, before.known, path)))
+
+    def export(self, kind: str) -> Make:
+        """A function that makes a file: a picture of this frame, or the run. A run
+        whose settings changed on the way is refused.
+        """
+        return filed(self.order(), kind, self.greeting(), self.spec())
+
+    def order(self) -> Order:
+        """What is on the screen, for files of it."""
+        study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
+        return Order(
             study,
             self.state.job,
             self.step,
             self.bodies,
             self.state.plots,
             self.step,
-            refused,
+            self._unfilmed,
         )
-        return filed(order, kind, self.greeting(), self.state.as_text())
+
+    def spec(self) -> str:
+        """The YAML of what is on the screen."""
+        return self.state.as_text()
+
+    @property
+    def _unfilmed(self) -> str:
+        """Why there can be no file of the run; "" where there can."""
+        if self.exact:
+            return ""
+        return f"an animation shows the run that the spec gives, but {self.note}"
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
         """What is new since `cursor`: metrics, the neighbours of the selected boid, the
         names of the rules whose accelerations are shown.
         """
-        metrics, cursor = self.history.since(cursor)
-        replies: list[Reply] = [metrics] if metrics else []
+        replies: list[Reply] = []
+        if cursor.entered != self.entered:
+            replies += [self.scene(), self.status()]
+        metrics, cursor = self.history.since(cursor._replace(entered=self.entered))
+        replies += [metrics] if metrics else []
         replies.append(self.selection())
         if "accelerations" in self.overlays:
             replies.append({"type": "rules", "names": looking.rules(self.simulation)})
@@ -114,6 +214,16 @@ class Live(Session):
             self.step, self.bodies, (world.width, world.height), sections
         )
 
+    def side(self, number: int, /) -> "Live":
+        """This run, which is the only one. Raises SpecError for a second one."""
+        if number:
+            raise SpecError("there is no second run beside this one")
+        return self
+
+    def states(self) -> list[Reply]:
+        """The state message."""
+        return [self.status()]
+
     def status(self) -> Reply:
         """The state message."""
         state = self.state
@@ -129,46 +239,23 @@ class Live(Session):
             "speed": self.speed,
             "step": self.step,
             "steps": self.simulation.schedule.steps,
+            "past": list(self.past),
+            "undo": self.edits.past[-1].words if self.edits.past else "",
+            "redo": self.edits.future[-1].words if self.edits.future else "",
             "exact": self.exact,
             "note": self.note,
             "sweeps": {name: range_._asdict() for name, range_ in state.sweeps.items()},
             "selected": self.selected,
             "overlays": list(self.overlays),
             "plots": list(state.plots),
+            "trial": trial_of(state.opened),
+            "files": unavailable(self._unfilmed),
             "replay": None,
         }
 
     def scene(self) -> Reply:
         """The scene message."""
-        simulation = self.simulation
-        world, model = simulation.world, self.state.known.models[self.state.model]
-        columns = (
-            world.obstacle_x,
-            world.obstacle_y,
-            world.half_width,
-            world.half_height,
-            world.is_round,
-        )
-        drawn = any(rule.to_goal for rule in model.rules)
-        goal = (
-            [world.goal_x, world.goal_y, float(self.state.settings["goal_radius"])]
-            if drawn
-            else None
-        )
-        return {
-            "type": "scene",
-            "width": world.width,
-            "height": world.height,
-            "borders": str(self.state.settings["borders"]),
-            "length": model.length,
-            "time": model.time,
-            "downwards": model.y_down,
-            "obstacles": [
-                list(map(float, obstacle)) for obstacle in zip(*columns, strict=True)
-            ],
-            "goal": goal,
-            "kinds": list(map(list, kinds_of(simulation.job).items())),
-        }
+        return scene_of(self.simulation.job)
 
     def selection(self) -> Reply:
         """The selected boid and the boids that it sees."""
@@ -186,7 +273,12 @@ class Live(Session):
         }
 
 
-def _do(session: Session, message: Message) -> None:
+def _kind(state: ViewState) -> tuple[str, str, bool]:
+    """What the controls depend on."""
+    return state.model, state.preset, state.own is None
+
+
+def do(session: Session, message: Message) -> None:
     """Call the method of the session that belongs to a message. Raises SpecError for
     what is refused.
     """
@@ -199,6 +291,10 @@ def _do(session: Session, message: Message) -> None:
             session.place(shapes)
         case messages.ChooseModel(model, preset):
             session.choose(model, preset)
+        case messages.ShowTrial(point, replicate):
+            session.show_trial(point, replicate)
+        case messages.ShowValue(name, value):
+            session.show_value(name, value)
         case messages.Metrics(names):
             session.follow(names)
         case messages.Overlays(names):
@@ -225,5 +321,9 @@ def _steer(session: Session, message: Message) -> None:
             session.reset()
         case messages.Continue():
             session.extend()
-        case messages.Seek():
-            raise SpecError("only a stored trial can be scrubbed; this is a live run")
+        case messages.Seek(frame):
+            session.seek(frame)
+        case messages.Undo():
+            session.undo()
+        case messages.Redo():
+            session.redo()

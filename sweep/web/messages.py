@@ -10,30 +10,41 @@ from sweep.web.state import Shape
 
 Whole = Annotated[int, "from 0"]
 Names = tuple[str, ...]
+Yaml = Annotated[str, "the text of a spec"]
 
 
 @dataclass(frozen=True)
 class Request:
-    """What all messages have: `id`, which the answer repeats."""
+    """What all messages have: `id`, which the answer repeats, and `side`: which one of
+    two runs side by side it is about, 0 or 1.
+    """
 
     id: str = field(default="", kw_only=True)
+    side: Whole = field(default=0, kw_only=True)
 
 
 @dataclass(frozen=True)
 class Hello(Request):
     """The page is there. `page` is its name: a page that comes back finds its session
-    by it.
+    by it. Where there is none any more, the session begins with what the page has kept.
+    With a `trial` it is that of a stored trial of a study.
     """
 
     page: str
+    yaml: Yaml = ""
+    point: str = ""
+    replicate: Whole = 0
+    study: str = ""
+    trial: str = ""
 
 
 @dataclass(frozen=True)
 class Set(Request):
-    """A setting gets another value."""
+    """A setting gets another value. `part`: more of the same gesture comes."""
 
     name: str
     value: Value
+    part: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,6 +53,22 @@ class ChooseModel(Request):
 
     model: str
     preset: str
+
+
+@dataclass(frozen=True)
+class ShowTrial(Request):
+    """Another trial of the opened spec."""
+
+    point: Whole
+    replicate: Whole
+
+
+@dataclass(frozen=True)
+class ShowValue(Request):
+    """The point of the opened spec at which a setting that varies has this value."""
+
+    name: str
+    value: Value
 
 
 @dataclass(frozen=True)
@@ -80,17 +107,19 @@ class Speed(Request):
 
 @dataclass(frozen=True)
 class Shapes(Request):
-    """Replace all obstacles."""
+    """Replace all obstacles. `part`: more of the same gesture comes."""
 
     shapes: list[Shape]
+    part: bool = False
 
 
 @dataclass(frozen=True)
 class Goal(Request):
-    """Where the goal is."""
+    """Where the goal is. `part`: more of the same gesture comes."""
 
     x: float
     y: float
+    part: bool = False
 
 
 @dataclass(frozen=True)
@@ -131,10 +160,25 @@ class Spec(Request):
 
 
 @dataclass(frozen=True)
+class Keep(Request):
+    """Ask for what a page needs to go on when its session is gone."""
+
+
+@dataclass(frozen=True)
 class Export(Request):
     """Ask for a file."""
 
     kind: str
+
+
+@dataclass(frozen=True)
+class StopExport(Request):
+    """The file that is being made is not wanted any more."""
+
+
+@dataclass(frozen=True)
+class Origin(Request):
+    """Ask what a picture of this frame says of itself."""
 
 
 @dataclass(frozen=True)
@@ -144,15 +188,42 @@ class Ready(Request):
 
 @dataclass(frozen=True)
 class Seek(Request):
-    """Ask for a frame of a stored trial."""
+    """Go to a step that was shown before, or of a stored trial."""
 
     frame: Whole
+
+
+@dataclass(frozen=True)
+class Undo(Request):
+    """Take the last edit back."""
+
+
+@dataclass(frozen=True)
+class Redo(Request):
+    """Make the edit again that was undone last."""
+
+
+@dataclass(frozen=True)
+class Beside(Request):
+    """Show a second run beside this one, with the same seed: of another preset of the
+    model, from the start of both; or where none is named of the same settings, from
+    here on.
+    """
+
+    preset: str = ""
+
+
+@dataclass(frozen=True)
+class Alone(Request):
+    """Of two runs side by side show only this one."""
 
 
 Message = (
     Hello
     | Set
     | ChooseModel
+    | ShowTrial
+    | ShowValue
     | StartRun
     | Pause
     | Step
@@ -166,14 +237,23 @@ Message = (
     | Metrics
     | Sweep
     | Spec
+    | Keep
     | Export
+    | StopExport
+    | Origin
     | Ready
     | Seek
+    | Undo
+    | Redo
+    | Beside
+    | Alone
 )
 MESSAGES: dict[str, type[Message]] = {
     "hello": Hello,
     "set": Set,
     "model": ChooseModel,
+    "trial": ShowTrial,
+    "value": ShowValue,
     "run": StartRun,
     "pause": Pause,
     "step": Step,
@@ -187,8 +267,15 @@ MESSAGES: dict[str, type[Message]] = {
     "metrics": Metrics,
     "sweep": Sweep,
     "spec": Spec,
+    "keep": Keep,
     "export": Export,
+    "stop": StopExport,
+    "origin": Origin,
     "ready": Ready,
     "seek": Seek,
+    "undo": Undo,
+    "redo": Redo,
+    "beside": Beside,
+    "alone": Alone,
 }
 """What a message calls itself in its `type`."""

@@ -44,9 +44,11 @@ def _enclosed(name: str, module: str) -> str:
     return f"const {name}_js = (() => {{\n{body}return {{ {exported} }};\n}})();"
 
 
-def style() -> str:
-    """The style sheet. All its rules apply within the class `boidsweep` only."""
-    return _text("view.css")
+def style(*names: str) -> str:
+    """The style sheets of these names, by default that of the view. All their rules
+    apply within the class `boidsweep` only.
+    """
+    return "".join(_text(f"{name}.css") for name in names or ("view",))
 
 
 def _text(name: str) -> str:

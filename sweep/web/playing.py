@@ -7,19 +7,31 @@ gets the latest one, and never a queue of them.
 
 import asyncio
 import logging
+import math
 import re
 import time
 from collections.abc import Callable
 from functools import partial
+from threading import Event
 from typing import NoReturn, TypeVar
 
 from sweep.errors import SpecError, UserError
 from sweep.trial.numba_errors import of_own_code
+from sweep.web.filing import StoppedError, Tell
 from sweep.web.history import Cursor
-from sweep.web.messages import Export, Hello, Ready
+from sweep.web.messages import (
+    Alone,
+    Beside,
+    Export,
+    Hello,
+    Message,
+    Ready,
+    StopExport,
+)
 from sweep.web.outbox import Line, Outbox
 from sweep.web.protocol import MessageError, Reply, parse
 from sweep.web.show import Show
+from sweep.web.twin import Twin
 
 CALL_SECONDS = 0.005
 """Steps are taken for about so long at a time. A message of the page waits no longer
@@ -94,7 +106,8 @@ class Player:
             asyncio.Event(),
             asyncio.Event(),
         )
-        self.cursor, self.told = Cursor(), dict[str, Reply]()
+        self.stopped = Event()
+        self.cursor, self.told = Cursor(), dict[tuple[str, int], Reply]()
         self.task: asyncio.Task[None] | None = None
         self.left = time.monotonic()
 
@@ -162,11 +175,29 @@ class Player:
                 await self._greet(outbox)
             elif isinstance(message, Export):
                 await self._answer(outbox, message.id, list)
-                tasks.create_task(self._export(outbox, message.kind))
+                tasks.create_task(self._export(outbox, message))
+            elif isinstance(message, StopExport):
+                self.stopped.set()
+                await self._answer(outbox, message.id, list)
             else:
-                await self._answer(
-                    outbox, message.id, partial(self.show.handle, message)
-                )
+                if words := self.show.waiting(message):
+                    outbox.put({"type": "info", "message": words})
+                await self._answer(outbox, message.id, partial(self._handle, message))
+
+    def _handle(self, message: Message) -> list[Reply]:
+        """Do what the page asks. A run comes beside another one here, or goes."""
+        run = self.show.side(message.side)
+        match message:
+            case Beside() if isinstance(self.show, Twin):
+                raise SpecError("two runs are side by side already")
+            case Beside(preset):
+                self.show = Twin(run, run.beside(preset))
+            case Alone():
+                self.show = run
+            case _:
+                return self.show.handle(message)
+        self.cursor, self.told = Cursor(), {}
+        return [{"type": "anew"}, *self.show.greeting()]
 
     async def _answer(
         self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]
@@ -181,7 +212,7 @@ class Player:
             except Exception as error:
                 replies = [_error(_reason(error)) | {"answers": asked}]
             if all(reply["type"] != "state" for reply in replies):
-                replies.append(self.show.status())
+                replies += self.show.states()
             outbox.put(
                 *(
                     reply | {"answers": asked} if reply["type"] == "state" else reply
@@ -193,19 +224,28 @@ class Player:
         self.asked.set()
         self.changed.set()
 
-    async def _export(self, outbox: Outbox, kind: str) -> None:
+    async def _export(self, outbox: Outbox, message: Export) -> None:
         """Make a file while the show goes on, and send it. Only one file is made at a
-        time.
+        time. It is stopped when the page says so, or is gone.
         """
         if self.filing.locked():
             outbox.put(_error("a file is being made already; wait for it"))
             return
         async with self.filing:
+            stopped = self.stopped = Event()
             try:
-                make = await self.in_turn(lambda: self.show.export(kind))
-                outbox.put(await asyncio.to_thread(make))
+                make = await self.in_turn(
+                    lambda: self.show.side(message.side).export(message.kind)
+                )
+                tell = _telling(outbox, message.kind, stopped)
+                outbox.put(await asyncio.to_thread(make, tell))
+            except StoppedError:
+                pass
             except Exception as error:
                 outbox.put(_error(_reason(error)))
+            finally:
+                stopped.set()
+                outbox.put(_progress(None, "", 1.0))
 
     async def _step(self, outbox: Outbox) -> None:
         """Advance the show while it is going, and send the state when it stands
@@ -227,39 +267,69 @@ class Player:
         """Take steps, and return the seconds that they took. Take none if the show
         stands still when its turn comes.
 
-        This runs in the thread of the event loop. A kernel call lets no other thread
-        run, so in a thread of its own it would make all others wait just as long.
+        A kernel call lets other threads run. So a step that takes long makes no other
+        page wait.
         """
-        async with self.turn:
+
+        def advance() -> float:
             began = time.perf_counter()
             if self.show.going:
                 self.show.advance(steps)
-                self.changed.set()
             seconds = time.perf_counter() - began
             if not self.show.going:
-                outbox.put(self.show.status())
+                outbox.put(*self.show.states())
+            return seconds
+
+        seconds = await self.in_turn(advance)
+        self.changed.set()
         return seconds
 
     async def _paint(self, outbox: Outbox) -> None:
         """Send the latest frame, with what belongs to it, whenever it is a new one and
         the page is ready.
         """
-        version = -1
+        painted: tuple[Show, int] | None = None
         while True:
             await self.ready.wait()
             await self.changed.wait()
             self.changed.clear()
-            if self.show.version == version:
+            if painted == (self.show, self.show.version):
                 continue
             self.ready.clear()
-            async with self.turn:
-                version = self.show.version
-                replies, self.cursor = self.show.news(self.cursor)
-                for reply in replies:
-                    if self.told.get(reply["type"]) != reply:
-                        self.told[reply["type"]] = reply
-                        outbox.put(reply)
-                outbox.put(self.show.picture())
+            painted = await self.in_turn(partial(self._send_frame, outbox))
+
+    def _send_frame(self, outbox: Outbox) -> tuple[Show, int]:
+        """Send the news and the frame, and return the show and its version."""
+        painted = self.show, self.show.version
+        replies, self.cursor = self.show.news(self.cursor)
+        for reply in replies:
+            about = reply["type"], reply.get("side", 0)
+            if self.told.get(about) != reply:
+                self.told[about] = reply
+                outbox.put(reply)
+        outbox.put(self.show.picture())
+        return painted
+
+
+def _progress(kind: str | None, doing: str, share: float) -> Reply:
+    return {"type": "progress", "kind": kind, "doing": doing, "share": share}
+
+
+def _telling(outbox: Outbox, kind: str, stopped: Event) -> Tell:
+    """Tells a page how far the making of a file is, a hundred times at most; may be
+    called from any thread.
+    """
+    last: list[tuple[str, float]] = []
+
+    def tell(doing: str, share: float) -> None:
+        if stopped.is_set():
+            raise StoppedError
+        here = doing, math.floor(100 * share) / 100
+        if [here] != last:
+            last[:] = [here]
+            outbox.put(_progress(kind, *here))
+
+    return tell
 
 
 def _refuse(error: MessageError) -> NoReturn:

@@ -4,38 +4,58 @@ binary frames to the page.
 Each message from the page has a `type`, the keys of its class, and an `id`. The state
 that answers it, or the error that refuses it, repeats this `id` under `answers`. So the
 page knows which state is older than its last message. Only hello and ready have no
-answer of this kind.
+answer of this kind. A message may have a `side` too: which one of two runs side by side
+it is about, 0 or 1. What is said of the second one has side 1.
 
-    hello page                   first; answered by controls, scene, state, metrics and
-                                 a frame
-    set name value               a setting, or `seed`; an infinite number is the text
+    hello page yaml point replicate study trial
+                                 first; answered by controls, scene, state, metrics and
+                                 a frame. The next three are what `kept` has said, for
+                                 a page whose session is gone; study and trial name a
+                                 stored trial to play
+    set name value part          a setting, or `seed`; an infinite number is the text
                                  "inf"
     model model preset           another model, from its first step
+    trial point replicate        another trial of the opened spec, by their numbers
+    value name value             the point at which a setting that varies has a value
     run, pause, reset, continue  continue makes a run that has ended twice as long
     step count
     speed steps_per_second       0 is as fast as it goes
-    shapes shapes                replaces all obstacles, as a spec writes them; [] is an
+    shapes shapes part           replaces all obstacles, as a spec writes them; [] is an
                                  empty world
-    goal x y
+    goal x y part                part: more of the same gesture comes
     select boid                  null for none
     overlays names               of flocks, coverage, accelerations
     metrics names                which are plotted
     sweep name low high points   a setting that the copied spec sweeps; with off: true
                                  no longer
-    spec                         answered by spec: yaml, exact, note
+    spec                         answered by spec: yaml, trial, exact, note
+    keep                         answered by kept: yaml, point, replicate
     export kind                  png, svg, gif, mp4 or html; answered by file: name,
                                  mime, data (base64)
+    stop                         the file that is being made is not wanted any more
+    origin                       answered by origin: name, about; of a picture that the
+                                 page makes of its frame
     ready                        the last frame is drawn and another one may come
-    seek frame                   of a stored trial
+    seek frame                   a step that was run, or one of a stored trial
+    undo, redo                   the last edit
+    beside preset                a second run beside this one: of a preset, both from
+                                 the start, or without one a copy, from here on
+    alone                        only this one of two runs
 
 To the page:
 
-    controls model models groups maps metrics overlays
-          see sweep.web.controls
-    state model preset settings changed shapes seed running speed step steps exact note
-          sweeps selected overlays plots replay answers
+    controls model models preset others groups maps metrics overlays trials
+          see sweep.web.controls; trials is null or the opened spec: {study, points,
+          replicates, axes}, each axis with name and values, none where there are many
+    state model preset settings changed shapes seed running speed step steps past undo
+          redo exact note sweeps selected overlays plots trial files replay ended
+          answers
+          past is [first, last], the steps that can be gone to; undo and redo say what
+          they would do; ended, of two runs, says why one goes no further;
+          files has the kinds of file that cannot be made, and why;
           settings that are infinite are the text "inf"; replay is null or {study,
-          trial, frames, equal}
+          trial, frames, equal}; trial is null or which one of the opened spec is shown:
+          {point, replicate, values}
     scene width height borders length time downwards obstacles goal kinds
           obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in
           maps too; goal is [x, y, radius]; kinds are [name, how many boids], in the
@@ -48,12 +68,19 @@ To the page:
           boid null where none is selected
     rules names
           of the accelerations in the frames that follow
-    spec, file
+    progress kind doing share
+          of the file that is being made: what is done, and how much of it, from 0 to 1;
+          kind is null when it is made, or stopped
+    spec, kept, file, origin
           as above
+    anew
+          what comes now is about other runs than before: one, or two
     error message answers
     info message
+          what the page waits for, until the next state
 
-A frame is little endian. It begins with the bytes BSF1, u32 flags, u32 step, u32 n.
+Two frames side by side are the bytes BSF2, the u32 size of the first one, and both. A
+frame is little endian. It begins with the bytes BSF1, u32 flags, u32 step, u32 n.
 Then come f32 x0, y0, x1, y1, the corners of a box: the world, and as much around it as
 boids need, but on each side no more than the size of the world. Positions are u16 x[n],
 u16 y[n], from 0 at x0, y0 to 65535 at x1, y1; a boid outside of the box is put on its
@@ -78,7 +105,7 @@ from typing import Any, get_type_hints
 
 from sweep.spec.settings import Value
 from sweep.text import unknown
-from sweep.web.messages import MESSAGES, Message, Names, Whole
+from sweep.web.messages import MESSAGES, Message, Names, Whole, Yaml
 from sweep.web.state import Shape
 
 MOST_BYTES = 2**20
@@ -161,6 +188,12 @@ def _text(value: Any) -> str:
     return value
 
 
+def _yaml(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError("a text")
+    return value
+
+
 def _number(value: Any) -> float:
     if (
         isinstance(value, bool)
@@ -212,6 +245,7 @@ def _shapes(value: Any) -> list[Shape]:
 
 READERS: dict[Any, Callable[[Any], Any]] = {
     str: _text,
+    Yaml: _yaml,
     float: _number,
     bool: _truth,
     Whole: _whole,

@@ -1,24 +1,24 @@
-"""A run as one page of HTML that opens from disk. The page contains its script, its
-style, and its frames in base64.
+"""A run as one page of HTML that opens from disk.
 
-A boid takes five bytes a frame, which are seven in base64. The page may load nothing
-and send nothing.
+A boid takes five bytes a frame, which are seven in base64. Whom it sees, who flocks
+together and what was visited, the script tells from these.
 """
 
 import base64
-import hashlib
-import json
 import math
 from collections.abc import Iterable
-from html import escape
+from dataclasses import asdict
 from typing import Any
 
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
+from sweep.web.document import document
 from sweep.web.encoding import frame
-from sweep.web.export import MIME, File, about, file_name, thinned
+from sweep.web.export import MIME, File, thinned
 from sweep.web.flight import KeptFlight
-from sweep.web.page import script, style
+from sweep.web.front_matter import front_matter
+from sweep.web.origin import about, file_name
+from sweep.web.senses import faced, senses_of
 
 MOST_BYTES = 16 * 2**20
 """The most bytes of frames in a page. Such a page can still be mailed, and opens at
@@ -40,27 +40,49 @@ def recording_of(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> 
     Raises ChoiceError if too few frames would be left.
     """
     few = thinned(flight, _room(flight.job, len(flight.steps)))
-    size = float(few.job.settings["width"]), float(few.job.settings["height"])
+    said = {message["type"]: message for message in greeting}
+    front = front_matter(few, said["state"]["replay"])
+    origin = about(flight.study, flight.job)
+    content = document(
+        "recording",
+        "recorded",
+        {"front": asdict(front), "recording": recorded_run(few, said, spec)},
+        front.title,
+        origin,
+    )
+    return File(file_name(flight.study, flight.job, "html"), MIME["html"], content)
+
+
+def recorded_run(flight: KeptFlight, said: dict[str, Message], spec: str) -> Message:
+    """All that the player of a page reads of one run; a page may have several.
+
+    flight  the frames, all of which are recorded
+    said    the messages controls, state and scene of its session by their types
+    spec    the YAML that gives it
+    """
+    size = float(flight.job.settings["width"]), float(flight.job.settings["height"])
     frames = b"".join(
         frame(int(step), one, size)
-        for step, one in zip(few.steps, few.bodies, strict=True)
+        for step, one in zip(
+            flight.steps, faced(flight.job, flight.bodies), strict=True
+        )
     )
-    said = {message["type"]: message for message in greeting}
-    recording = {
-        "controls": said["controls"] | {"overlays": []},
-        "state": _state(few, said["state"]),
+    metrics = said["controls"]["metrics"]
+    return {
+        "groups": said["controls"]["groups"],
+        "metrics": [one for one in metrics if one["name"] in flight.values],
+        "state": _state(flight, said["state"]),
         "scene": said["scene"],
+        "senses": senses_of(flight.job, flight.bodies),
         "spec": spec,
-        "steps": few.steps.tolist(),
-        "metrics": {
+        "steps": flight.steps.tolist(),
+        "values": {
             name: [_number(value) for value in series.tolist()]
-            for name, series in few.values.items()
+            for name, series in flight.values.items()
         },
         "about": about(flight.study, flight.job),
         "frames": base64.b64encode(frames).decode(),
     }
-    content = _document(recording).encode()
-    return File(file_name(flight.study, flight.job, "html"), MIME["html"], content)
 
 
 def check_page(job: Job, every: int) -> None:
@@ -105,6 +127,7 @@ def _state(flight: KeptFlight, state: Message) -> Message:
         "selected": None,
         "overlays": [],
         "sweeps": {},
+        "files": {},
         "plots": plots,
     }
 
@@ -112,46 +135,3 @@ def _state(flight: KeptFlight, state: Message) -> Message:
 def _number(value: float) -> float | None:
     """A value of a metric as JSON has it: null for what is not finite."""
     return value if math.isfinite(value) else None
-
-
-def _document(recording: Message) -> str:
-    said = recording["about"]
-    title = f"{said['Study']}, trial {said['Trial']}"
-    program = script("recording")
-    rules = style()
-    policy = (
-        f"default-src 'none'; script-src {_source(program)}; style-src"
-        f" {_source(rules)}; img-src blob: data:"
-    )
-    # "<" could end the element that it stands in.
-    data = json.dumps(recording, allow_nan=False, separators=(",", ":")).replace(
-        "<", "\\u003c"
-    )
-    where = "; ".join(f"{key}: {value}" for key, value in said.items())
-    need = "The recording needs JavaScript to play."
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">
-<meta name="description" content="{escape(where)}">
-<title>{escape(title)}</title>
-<style>{rules}</style>
-</head>
-<body class="boidsweep-page">
-<main></main>
-<noscript>{escape(title)}: {escape(where)}. {need}</noscript>
-<script type="application/json" id="recording">{data}</script>
-<script type="module">{program}</script>
-</body>
-</html>
-"""
-
-
-def _source(text: str) -> str:
-    """The name of an inline element with this text in the policy of a page."""
-    return (
-        f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
-    )

@@ -5,10 +5,7 @@ The simulation itself is put to the step that is looked at. So a replay shows ev
 that a live run shows.
 """
 
-from collections.abc import Callable
 from typing import Any
-
-import numpy as np
 
 from sweep.design.jobs import Job
 from sweep.errors import SpecError, StoreError, UserError
@@ -18,10 +15,10 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import simulate
 from sweep.trial.state import Taken
 from sweep.web import messages
-from sweep.web.filing import Order, filed
+from sweep.web.filing import Order
 from sweep.web.flight import silent
 from sweep.web.history import rows
-from sweep.web.live import Live
+from sweep.web.live import Live, do
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
 from sweep.web.state import ViewState, from_job
@@ -30,10 +27,14 @@ from sweep.web.track import NOTHING, go_to, quiet, survey
 CHANGING = (
     messages.Set
     | messages.ChooseModel
+    | messages.ShowTrial
+    | messages.ShowValue
     | messages.Shapes
     | messages.Goal
     | messages.Sweep
     | messages.Continue
+    | messages.Undo
+    | messages.Redo
 )
 FIXED = (
     "this is a stored trial, which nothing changes; its spec can be copied and viewed"
@@ -63,31 +64,34 @@ class Replay(Live):
             raise StoreError(
                 f"trial {trial} cannot be shown, as it fails: {about}"
             ) from error
+        self.which = _which(self.job, study.varied)
         super().__init__(state)
 
     def _begin(self, state: ViewState) -> None:
         self.running, self.aim = False, 0
         self.exact, self.note, self.diverged = True, "", False
         self.simulation = quiet(self.track.job)
-        self._follow(state)
+        self._plot(state)
         self.seek(0)
 
     def _show(self, state: ViewState) -> None:
         self.state = state
 
-    def _follow(self, state: ViewState) -> None:
+    @property
+    def past(self) -> tuple[int, int]:
+        """The first and the last step."""
+        return 0, self.track.last
+
+    def _plot(self, state: ViewState) -> None:
         """Plot the whole run at once: all values are known already."""
-        super()._follow(state)
+        self._show(state)
+        self.history.begin(state.plots)
         self.history.add(self.track.steps, rows(self.track.values, state.plots))
 
     def seek(self, step: int) -> None:
         """Go to `step`. Where the run ended before it, go to the last step."""
         self.simulation = go_to(self.track, self.simulation, min(step, self.track.last))
         self._refresh()
-
-    def _refresh(self) -> None:
-        self.bodies = np.stack(self.simulation.flock[:4])
-        self.version += 1
 
     def advance(self, steps: int) -> Taken:
         """Go on by up to `steps` steps; at the end it pauses."""
@@ -126,8 +130,15 @@ class Replay(Live):
         if missing:
             values = self.track.values | survey(self.job, missing, silent).values
             self.track = self.track._replace(values=values)
-        self._follow(state)
+        self._plot(state)
         self.version += 1
+
+    def beside(self, _preset: str, /) -> Live:
+        """Raises SpecError: a stored trial has no other preset."""
+        raise SpecError(FIXED)
+
+    def restore(self, hello: messages.Hello) -> None:
+        """A stored trial is what it was: nothing need be kept of it."""
 
     def handle(self, message: Message) -> list[Reply]:
         """Do what the page asks. Raises SpecError for what would change the replay."""
@@ -138,15 +149,25 @@ class Replay(Live):
                 return [self.status()]
             case messages.Spec():
                 return [
-                    {"type": "spec", "yaml": self.spec(), "exact": True, "note": ""}
+                    {
+                        "type": "spec",
+                        "yaml": self.spec(),
+                        "trial": "",
+                        "exact": True,
+                        "note": "",
+                    }
                 ]
             case message if isinstance(message, CHANGING):
                 raise SpecError(FIXED)
         return super().handle(message)
 
-    def export(self, kind: str) -> Callable[[], Reply]:
-        """A function that makes a file: a picture of this frame, or the whole run."""
-        order = Order(
+    def _edit(self, message: Message) -> None:
+        """Do what the page asks, which edits nothing."""
+        do(self, message)
+
+    def order(self) -> Order:
+        """What is on the screen; a file of the run has the whole run."""
+        return Order(
             self.study.name,
             self.job,
             self.step,
@@ -154,7 +175,6 @@ class Replay(Live):
             tuple(self.track.values),
             self.track.last,
         )
-        return filed(order, kind, self.greeting(), self.spec())
 
     def spec(self) -> str:
         """The YAML that launches this trial, with the replicates before it."""
@@ -183,6 +203,7 @@ class Replay(Live):
         about = {
             "study": self.study.name,
             "trial": self.job.trial_id,
+            "which": self.which,
             "frames": [0, self.track.last, 1],
         }
         return about | {
@@ -207,6 +228,12 @@ class Replay(Live):
             else ""
         )
         return f"It differs from what is stored: {self.differences[0]}{others}."
+
+
+def _which(job: Job, varied: list[str]) -> str:
+    """The values of a trial in what varies in its study, and its replicate."""
+    values = [f"{name.replace('_', ' ')} {job.settings[name]}" for name in varied]
+    return ", ".join([*values, f"replicate {job.replicate + 1:,}"])
 
 
 def _measured(job: Job) -> tuple[str, ...]:

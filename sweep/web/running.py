@@ -4,18 +4,13 @@ run.
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cache
 
-from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job
-from sweep.errors import CodeError
 from sweep.spec.derived_metrics import needed
 from sweep.spec.recorded import lacks_boids
-from sweep.spec.settings import preset_settings
-from sweep.spec.study import RecordSpec, Streams
-from sweep.trial.looking import seen_by
-from sweep.trial.numba_errors import of_own_code
-from sweep.trial.simulation import Simulation, say_compiling
+from sweep.spec.study import RecordSpec
+from sweep.trial.simulation import Simulation
+from sweep.web.compiling import prepare
 
 MOST_PIXELS = 4_000_000
 """The largest world, in pixels, whose visits are always counted."""
@@ -40,7 +35,7 @@ def simulation_of(job: Job) -> Simulation:
     The flight is the same as without all this. In a world of more than MOST_PIXELS,
     visits are counted only if the metrics of the job need them.
     """
-    _compile(job.model, job.preset, job.known)
+    prepare(job.model, job.preset, job.known)
     model = job.known.models[job.model]
     wanted = [
         name
@@ -54,32 +49,9 @@ def simulation_of(job: Job) -> Simulation:
             for name in wanted
             if not job.known.metrics[name].covers or name in job.record.metrics
         ]
-    return Simulation(replace(job, record=RecordSpec(tuple(wanted), trajectories=True)))
-
-
-@cache
-def _compile(model: str, preset: str, known: Catalogue) -> None:
-    """Compile what a model needs beforehand, so that the first step does not wait for
-    it. Raises CodeError, with the line, where code of one's own cannot be run.
-    """
-    settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
-    streams = Streams("common", "common", "common")  # the job belongs to no point
-    job = Job(
-        *("", "", 0, 0, False, model, preset, settings),
-        RecordSpec(()),
-        streams,
-        time_limit=None,
-        known=known,
+    return Simulation(
+        replace(job, record=RecordSpec(tuple(wanted), trajectories=True), threads=1)
     )
-    say_compiling(job)
-    try:
-        simulation = Simulation(job)
-        simulation.advance(1)
-    except Exception as error:
-        if said := of_own_code(error):
-            raise CodeError(said) from error
-        raise
-    seen_by(simulation, 0)
 
 
 def _can_cover(job: Job) -> bool:

@@ -6,22 +6,27 @@ be the page itself.
 """
 
 import asyncio
+import base64
 import hmac
 import secrets
 import socket
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from sweep.errors import SpecError, UserError
+from sweep.store.user_key import own_key
+from sweep.web.demo import DEMOS, moving
 from sweep.web.messages import Hello
 from sweep.web.playing import Player
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, parse, write
@@ -41,6 +46,10 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
+NOT_FOUND = (
+    "not found: each server has an address of its own; open the one that sweep view has"
+    " printed last"
+)
 MOST_SESSIONS = 16
 KEPT_SECONDS = 600
 """How long a session waits for its page to come back."""
@@ -50,6 +59,28 @@ TAKEN, REFUSED = 4001, 4002
 """Codes with which the server closes a socket for good: another window took the session
 over, or there is no session for this page.
 """
+
+
+Pairs = Sequence[tuple[str, str]]
+"""The names and values of a query, in their order; a name may stand several times."""
+
+
+def _nothing_stored(study: str, trial: str) -> Show:
+    raise SpecError(f"there is no stored trial {trial} of {study} on this page")
+
+
+class PageSite(NamedTuple):
+    """What a server has besides the page of the simulator.
+
+    home     the file that its address shows
+    answers  what it knows, by the names of questions: a function of the query of a GET,
+             which returns plain data; a UserError that it raises is the answer too
+    stored   the show of a stored trial, by its study and its id
+    """
+
+    home: str = "index.html"
+    answers: Mapping[str, Callable[[Pairs], Any]] = {}
+    stored: Callable[[str, str], Show] = _nothing_stored
 
 
 class Socket:
@@ -87,17 +118,23 @@ class Rooms:
     for some minutes.
     """
 
-    def __init__(self, begin: Callable[[], Show]) -> None:
-        self.begin = begin
+    def __init__(
+        self,
+        begin: Callable[[], Show],
+        stored: Callable[[str, str], Show] = _nothing_stored,
+    ) -> None:
+        self.begin, self.stored = begin, stored
         self.players: dict[str, Player] = {}
 
-    async def player(self, page: str, line: Socket) -> Player:
-        """The player of this page; a new page gets a new one. Raises SpecError where
-        there are too many.
+    async def player(self, hello: Hello, line: Socket) -> Player:
+        """The player of this page; a new page gets a new one, with what it has kept.
+        Raises SpecError where there are too many.
         """
+        page = hello.page
         if page not in self.players:
             self._make_room()
-            making = asyncio.create_task(asyncio.to_thread(self.begin))
+            begin = partial(self._begin, hello)
+            making = asyncio.create_task(asyncio.to_thread(begin))
             if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
                 await line.tell(
                     {
@@ -108,9 +145,18 @@ class Rooms:
                     }
                 )
             show = await making
+            if hello.yaml:
+                try:
+                    await asyncio.to_thread(show.restore, hello)
+                except UserError as error:
+                    said = f"what this page has kept cannot be shown: {error}"
+                    await line.tell({"type": "error", "message": said})
             self._make_room()
             self.players.setdefault(page, Player(show))
         return self.players[page]
+
+    def _begin(self, hello: Hello) -> Show:
+        return self.stored(hello.study, hello.trial) if hello.trial else self.begin()
 
     def _make_room(self) -> None:
         """Forget the sessions whose pages did not come back in time. If there are still
@@ -132,23 +178,32 @@ class Rooms:
 
 
 class PageServer:
-    """Serves the Show that `begin` makes for each page, at `url`. Raises SpecError if
-    the port is not free.
+    """Serves the Show that `begin` makes for each page, at `url`, and what `site` has
+    besides; and at `start` the page with the demos, which open in the page at `url`.
+    Raises SpecError if the port is not free.
     """
 
-    def __init__(self, begin: Callable[[], Show], port: int = 0) -> None:
-        self.rooms = Rooms(begin)
-        self.token = secrets.token_urlsafe(16)
+    def __init__(
+        self, begin: Callable[[], Show], port: int = 0, site: PageSite | None = None
+    ) -> None:
+        self.site = site or PageSite()
+        self.rooms = Rooms(begin, self.site.stored)
+        self.token = _token(port)
         self.socket = _bound(port)
         self.url = f"http://{HERE}:{self.socket.getsockname()[1]}/{self.token}/"
+        self.start = f"{self.url}start.html"
+        self.flying = asyncio.Lock()
         routes = [
+            Route("/{token}/demos", self._demos),
+            Route("/{token}/demos/{name}", self._moving),
+            Route("/{token}/ask/{question}", self._answer),
+            WebSocketRoute("/{token}/socket", self._talk),
             Route("/{token}/", self._file),
             Route("/{token}/{file}", self._file),
-            WebSocketRoute("/{token}/socket", self._talk),
         ]
         self._server = uvicorn.Server(
             uvicorn.Config(
-                Starlette(routes=[routes[2], *routes[:2]]),
+                Starlette(routes=routes),
                 http="h11",
                 ws="websockets-sansio",
                 loop="asyncio",
@@ -184,13 +239,41 @@ class PageServer:
 
     async def _file(self, request: Request) -> Response:
         """A file of the page."""
-        name = request.path_params.get("file", "index.html")
+        name = request.path_params.get("file", self.site.home)
         files = {path.name: path for path in STATIC.iterdir() if path.suffix in TYPES}
         if not self._admits(request) or name not in files:
-            return Response("not found", 404, HEADERS, "text/plain")
+            return Response(NOT_FOUND, 404, HEADERS, "text/plain")
         return Response(
             files[name].read_bytes(), 200, HEADERS, TYPES[files[name].suffix]
         )
+
+    async def _answer(self, request: Request) -> Response:
+        """What the site knows, as JSON; or why it is not told, as `error`."""
+        answer = self.site.answers.get(request.path_params["question"])
+        if not self._admits(request) or answer is None:
+            return Response(NOT_FOUND, 404, HEADERS, "text/plain")
+        try:
+            pairs = request.query_params.multi_items()
+            return JSONResponse(await asyncio.to_thread(answer, pairs), 200, HEADERS)
+        except UserError as error:
+            return JSONResponse({"error": str(error)}, 400, HEADERS)
+
+    async def _demos(self, request: Request) -> Response:
+        """All demos, for the start page."""
+        if not self._admits(request):
+            return Response(NOT_FOUND, 404, HEADERS, "text/plain")
+        return _data({"demos": [demo.entry() for demo in DEMOS.values()]})
+
+    async def _moving(self, request: Request) -> Response:
+        """The moving picture of a demo. One after the other is flown, in a thread."""
+        name = request.path_params["name"]
+        if not self._admits(request) or name not in DEMOS:
+            return Response(NOT_FOUND, 404, HEADERS, "text/plain")
+        try:
+            async with self.flying:
+                return _data(await asyncio.to_thread(moving, name))
+        except asyncio.CancelledError:  # the server ends before it
+            return Response("", 503, HEADERS)
 
     async def _talk(self, websocket: WebSocket) -> None:
         """The conversation with a page, from its hello on."""
@@ -217,16 +300,30 @@ class PageServer:
         return TAKEN
 
 
-async def _hello(line: Socket) -> str:
-    """The name that the page gives itself in its first message."""
+def _data(reply: Reply) -> Response:
+    return Response(write(reply), 200, HEADERS, "application/json")
+
+
+async def _hello(line: Socket) -> Hello:
+    """The first message of the page."""
     while True:
         try:
             message = parse(await line.hear())
             if isinstance(message, Hello):
-                return message.page
+                return message
             raise MessageError("the first message of a page must be hello")
         except MessageError as error:
             await line.tell({"type": "error", "message": str(error)})
+
+
+def _token(port: int) -> str:
+    """The secret in the address. At a port that the user has chosen it is always the
+    same, so that a page finds the server again that was started anew.
+    """
+    if port == 0:
+        return secrets.token_urlsafe(16)
+    sealed = hmac.digest(own_key(), f"page at port {port}".encode(), "sha256")
+    return base64.urlsafe_b64encode(sealed[:16]).decode().rstrip("=")
 
 
 def _bound(port: int) -> socket.socket:

@@ -33,6 +33,7 @@ from sweep.spec.settings import (
 from sweep.spec.strict_yaml import MOST_BYTES, dump
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
 from sweep.text import unknown
+from sweep.web.opened import Edits, OpenedSpec, opened
 
 COMMON = Streams(noise="common")
 ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
@@ -76,8 +77,9 @@ class ViewState:
     numbers are common to all points. So another value of a setting meets the same
     noise, and a run can be made longer. A spec that was not made here keeps its own
     streams. `plots` are the metrics that are plotted, `derive` those that the spec
-    computes from others, `sweeps` the settings that a copied spec varies. All methods
-    raise SpecError for what a spec would not accept.
+    computes from others, `sweeps` the settings that a copied spec varies. `opened` is
+    the spec that was opened at this trial, of which all else stays. All methods raise
+    SpecError for what a spec would not accept.
     """
 
     model: str
@@ -92,6 +94,7 @@ class ViewState:
     sweeps: Mapping[str, Range] = field(default_factory=dict)
     derive: tuple[DerivedMetric, ...] = ()
     known: Catalogue = BUILT_IN
+    opened: OpenedSpec | None = None
 
     @cached_property
     def job(self) -> Job:
@@ -178,6 +181,10 @@ class ViewState:
             )
         if name not in self._known_settings:
             raise SpecError(unknown("setting", name, self._known_settings))
+        if self.opened and self.opened.study.search:
+            raise SpecError(
+                f"{name}: the spec is that of a search, which sweeps nothing"
+            )
         if self._known_settings[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: only numbers are swept over a range")
         others = {other: swept for other, swept in self.sweeps.items() if other != name}
@@ -196,6 +203,34 @@ class ViewState:
             expand(_study(self))
         return self
 
+    def on_preset(self, other: "ViewState") -> "ViewState":
+        """`other`, the state of another preset, with what differs here from its own
+        preset: values of settings, the map and the plots.
+        """
+        kept = {
+            name: value
+            for name, value in self.fixed.items()
+            if not (self.own and name in (*SIDES, "map"))
+        }
+        state = replace(other, plots=self.plots, derive=self.derive)
+        state = state.place(self.shapes or []) if self.own else state
+        return state.with_settings(kept)
+
+    def moved(self, spec: OpenedSpec) -> "ViewState":
+        """The state at another trial of the opened spec. What was changed stays."""
+        before, there = from_opened(self.opened or spec), from_opened(spec)
+        redrawn = self.own != before.own
+        changes = {
+            name: value
+            for name, value in self.settings.items()
+            if value != before.settings[name]
+            and not (redrawn and name in (*SIDES, "map"))
+        }
+        seed = there.seed if self.seed == before.seed else self.seed
+        state = replace(there, seed=seed, plots=self.plots, sweeps=self.sweeps)
+        state = state.place(self.shapes or []) if redrawn else state
+        return state._fixing(changes).checked()
+
     def as_spec(self) -> dict[str, Any]:
         """The spec that launches what is on the screen, with the sweeps that the user
         has marked.
@@ -207,8 +242,7 @@ class ViewState:
             "seed": self.seed,
         }
         if self.own:
-            drawn = {"size": self.own.size, "shapes": self.shapes}
-            values["maps"] = {str(self.fixed["map"]): written(drawn, DrawnMap)}
+            values["maps"] = {str(self.fixed["map"]): self._drawn(self.own)}
         if fixed := {
             name: self.fixed[name]
             for name in known
@@ -232,14 +266,54 @@ class ViewState:
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 
     def as_text(self) -> str:
-        """The spec as YAML. Raises SpecError if it is too long for a spec file."""
-        text = dump(self._portable())
+        """The spec as YAML: the text of the opened one with what was changed. Raises
+        SpecError if it is too long for a spec file.
+        """
+        text = self._changed(self.opened) if self.opened else dump(self._portable())
         if len(text) > MOST_BYTES:
             raise SpecError(
                 f"the spec would be larger than {MOST_BYTES:,} bytes:"
                 " the map has too many shapes"
             )
         return text
+
+    def _changed(self, opened: OpenedSpec) -> str:
+        """The text of the opened spec; the very same one where nothing was changed."""
+        before = from_opened(opened)
+        if before == self:
+            return opened.study.text
+        known = self._known_settings
+        own = self.own != before.own and self.own
+        settings = {
+            name: value
+            for name, value in self.settings.items()
+            if value != before.settings[name] and not (own and name in SIDES)
+        }
+        edits = Edits(
+            settings=settings,
+            shown=self.settings,
+            maps={str(self.fixed["map"]): self._drawn(own)} if own else {},
+            sweeps={
+                name: _axis(known[name].kind, range_)
+                for name, range_ in self.sweeps.items()
+            },
+            seed=None if self.seed == before.seed else self.seed,
+            record=tuple(
+                name
+                for name in self.plots
+                if self.plots != before.plots and name not in opened.study.record.series
+            ),
+            written=self._as_written,
+        )
+        return opened.text(edits)
+
+    def _as_written(self, name: str, value: Any) -> Any:
+        """A file in the place of the name of its entry."""
+        kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
+        return self.known.written(kinds[name], value) if name in kinds else value
+
+    def _drawn(self, own: OwnMap) -> dict[str, Any]:
+        return written({"size": own.size, "shapes": self.shapes}, DrawnMap)
 
     def _portable(self) -> dict[str, Any]:
         """The spec with files in the place of the names of their entries."""
@@ -336,7 +410,12 @@ def begin(
 
 def from_study(study: Study) -> ViewState:
     """The state that shows the first trial of a study."""
-    return from_job(Jobs(study, expand(study))[0])
+    return from_opened(opened(study))
+
+
+def from_opened(spec: OpenedSpec) -> ViewState:
+    """The state that shows a trial of an opened spec."""
+    return replace(from_job(spec.job), opened=spec)
 
 
 def from_job(job: Job) -> ViewState:

@@ -57,7 +57,7 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
     taken, states = [simulation.take_frames(job.record)], dict[int, State]()
     apart, going = _steps_apart(simulation), True
     while going and simulation.steps_left > 0:
-        going = simulation.advance(_steps_a_call(simulation))
+        going = simulation.advance(steps_a_call(simulation))
         taken.append(simulation.take_frames(job.record))
         report(simulation.step, simulation.schedule.steps)
         if (
@@ -77,11 +77,12 @@ def _steps_apart(simulation: Simulation) -> int:
     """
     size = sum(array.nbytes for array in simulation.state().arrays.values())
     return max(
-        _steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES)
+        steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES)
     )
 
 
-def _steps_a_call(simulation: Simulation) -> int:
+def steps_a_call(simulation: Simulation) -> int:
+    """The number of steps that take some milliseconds."""
     return max(1, BOID_STEPS_APART // simulation.schedule.n)
 
 
@@ -95,10 +96,15 @@ def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
             simulation.restore(track.states[before])
         else:
             simulation = quiet(track.job)
-    while simulation.step < step:
-        simulation.advance(min(step - simulation.step, _steps_a_call(simulation)))
-        simulation.take_frames(NOTHING)
+    run_to(simulation, step)
     return simulation
+
+
+def run_to(simulation: Simulation, step: int) -> None:
+    """Run up to a step that the simulation is known to reach, and hold no frames."""
+    while simulation.step < step:
+        simulation.advance(min(step - simulation.step, steps_a_call(simulation)))
+        simulation.take_frames(NOTHING)
 
 
 def quiet(job: Job) -> Simulation:

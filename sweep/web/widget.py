@@ -16,7 +16,7 @@ from sweep.spec.settings import Value
 from sweep.tables.outputs import check_output, unfinished
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import installing
-from sweep.web.filing import KINDS
+from sweep.web.filing import KINDS, untold
 from sweep.web.live import Live
 from sweep.web.messages import Spec
 from sweep.web.page import script, style
@@ -70,7 +70,7 @@ class View(AnyWidget):
         place = Path(path)
         check_output(place, [f".{kind}" for kind in KINDS], force=force)
         make = self._in_turn(lambda: self.show.export(place.suffix[1:]))
-        content = base64.b64decode(make()["data"])
+        content = base64.b64decode(make(untold)["data"])
         with unfinished(place) as file:
             file.write(content)
 
@@ -105,7 +105,7 @@ class View(AnyWidget):
             return None
         data, about = bundle
         picture = self._in_turn(lambda: self.show.export("png"))
-        return data | {"image/png": picture()["data"]}, about
+        return data | {"image/png": picture(untold)["data"]}, about
 
 
 class _Line(Thread):

@@ -13,6 +13,7 @@ none is stored twice.
     checkpoint         lets long trials go on after an interruption
     checkpoint_file    the format of a checkpoint
     checkpoint_folder  which checkpoints exist, and which are deleted
+    last_state         lets trials with more steps go on from those with fewer
     cluster            the engine of a dask cluster
     connection         a connection to its scheduler, made within a time limit
     tasks              our tasks on the cluster

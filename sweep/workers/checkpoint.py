@@ -20,9 +20,9 @@ folder, says so once and runs the trial without checkpoints.
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -30,18 +30,19 @@ from pathlib import Path
 from sweep.design.jobs import Job
 from sweep.store.durable import make_folder
 from sweep.store.user_key import own_key
+from sweep.trial.lanes import fly, in_groups
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, attempt, is_brief
 from sweep.workers.checkpoint_file import (
     Saved,
     add_frames,
     drop_frames,
-    frame_type,
     read_frames,
     read_state,
     write_state,
 )
 from sweep.workers.checkpoint_folder import delete_files, frames_file, state_files
+from sweep.workers.last_state import Lasting, frame_type_of
 
 LOG = logging.getLogger("sweep")
 
@@ -54,33 +55,92 @@ write the last one.
 @dataclass(frozen=True)
 class Checkpointed:
     """`run`, that of `sweep.trial.simulation`, with checkpoints in `folder` every so
-    many seconds; its results are the same.
+    many seconds, without a folder with none; its results are the same, but for the last
+    state where a job records that.
 
-    They are sealed with `key`, which the coordinator hands to its workers.
+    Both are sealed with `key`, which the coordinator hands to its workers. `together`
+    says that trials may fly together.
     """
 
     run: Callable[[Job], Result]
-    folder: Path
+    folder: Path | None
     every: float
     key: bytes = field(default_factory=own_key, repr=False)
+    together: bool = False
 
     def __call__(self, job: Job) -> Result:
         """The result of `job`. Its `seconds`, and its time limit, include those of all
-        attempts that it goes on from.
+        attempts that it goes on from, and of the earlier trial.
 
-        A trial that raises begins anew the next time.
+        A trial that raises begins anew, at step 0, the next time.
         """
-        return self.run(job) if is_brief(job) else attempt(self._simulate, job)
+        if job.record.last_states:
+            result = attempt(self._simulate, job)
+            return replace(result, job=replace(job, earlier=None))
+        if self.folder is None or is_brief(job):
+            return self.run(job)
+        return attempt(self._simulate, job)
+
+    def several(self, jobs: Sequence[Job]) -> list[Result]:
+        """The results of `jobs`, in their order; those that have no checkpoint fly
+        together where that is faster.
+        """
+        return in_groups(jobs, self, self._together if self.together else None)
+
+    def _together(self, jobs: Sequence[Job]) -> list[Result]:
+        began, folder = time.perf_counter(), self.folder
+        if folder is None or is_brief(jobs[0]):
+            return fly([Simulation(job) for job in jobs], began)
+        if any(_is_begun(folder, job) for job in jobs):
+            return [self(job) for job in jobs]
+        simulations = [Simulation(job) for job in jobs]
+        checkpoints = [
+            _Checkpoint(folder, one, self.every, self.key) for one in simulations
+        ]
+
+        def between(seconds: float, settle: Callable[[], None]) -> None:
+            if any(one.is_due(seconds) for one in checkpoints):
+                settle()
+                for one in checkpoints:
+                    one.after_call(seconds)
+
+        try:
+            return fly(simulations, began, between)
+        except Exception:
+            for one in checkpoints:
+                one.discard()
+            raise
 
     def _simulate(self, job: Job) -> Result:
         began = time.perf_counter()
-        checkpoint = _Checkpoint(self.folder, Simulation(job), self.every, self.key)
+        if not job.record.last_states:
+            return self._from(Simulation(job), began, 0.0)[0]
+        lasting = Lasting(job, self.key)
+        result, simulation = self._from(lasting.simulation, began, lasting.seconds)
+        return replace(result, last_state=lasting.last_state(result, simulation))
+
+    def _from(
+        self, simulation: Simulation, began: float, spent: float
+    ) -> tuple[Result, Simulation]:
+        """The result of a simulation that has taken `spent` seconds before, and the
+        simulation at its end, which is another one where there is a checkpoint.
+        """
+        if self.folder is None or is_brief(simulation.job):
+            return simulation.result(began - spent), simulation
+        checkpoint = _Checkpoint(self.folder, simulation, self.every, self.key)
         try:
-            spent = checkpoint.resume()
-            return checkpoint.simulation.result(began - spent, checkpoint.after_call)
+            resumed = checkpoint.resume()
+            spent = spent if resumed is None else resumed
+            simulation = checkpoint.simulation
+            result = simulation.result(began - spent, checkpoint.after_call)
         except Exception:
             checkpoint.discard()
             raise
+        return result, simulation
+
+
+def _is_begun(folder: Path, job: Job) -> bool:
+    return any(place.exists() for place in state_files(folder, job.trial_id))
 
 
 class _Checkpoint:
@@ -94,24 +154,20 @@ class _Checkpoint:
         self._folder, self._trial, self._every = folder, job.trial_id, every
         self._places = state_files(folder, job.trial_id)
         self._frames = frames_file(folder, job.trial_id)
-        self._kind = frame_type(
-            len(job.record.metrics),
-            simulation.schedule.n if job.record.trajectories else 0,
-            len(simulation.flight.model.state),
-        )
+        self._kind = frame_type_of(simulation)
         # The first, the last, and those between.
         self._most_frames = simulation.schedule.steps // job.record.every + 2
         self._written, self._count, self._crc = 0, 0, 0
         self._aside: Path | None = None
         self._due = every
 
-    def resume(self) -> float:
+    def resume(self) -> float | None:
         """Go on from the checkpoint, if there is a good one. Returns the seconds that
-        the trial had taken until then.
+        the trial had taken until then; None where there is no checkpoint.
         """
         found = self._set_aside()
         if found is None:
-            return 0.0
+            return None
         try:
             saved = read_state(found, self._trial, self.simulation.state(), self._key)
             taken = read_frames(self._frames, self._kind, saved, self._most_frames)
@@ -121,7 +177,7 @@ class _Checkpoint:
             self.discard()
             self.simulation = Simulation(self.simulation.job)
             return 0.0
-        self.simulation.taken.append(taken)
+        self.simulation.taken = [taken]  # an earlier trial may have left others
         self._aside, self._written, self._count, self._crc = (
             found,
             1,
@@ -138,6 +194,10 @@ class _Checkpoint:
         )
         return saved.seconds
 
+    def is_due(self, seconds: float) -> bool:
+        """Whether it is time for a checkpoint, `seconds` after the trial began."""
+        return seconds >= self._due
+
     def after_call(self, seconds: float) -> None:
         """Between two kernel calls, `seconds` since the trial began: write a checkpoint
         if it is time.
@@ -145,7 +205,7 @@ class _Checkpoint:
         if self._aside is not None:
             self._put_back(self._aside)
             self._aside = None
-        if seconds < self._due:
+        if not self.is_due(seconds):
             return
         began = time.perf_counter()
         try:

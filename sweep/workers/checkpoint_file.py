@@ -19,7 +19,7 @@ import json
 import os
 import platform
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -28,7 +28,7 @@ import numpy as np
 
 from sweep.store.durable import flush
 from sweep.store.new_files import replacing
-from sweep.store.provenance import cpu_name
+from sweep.store.processes import cpu_name
 from sweep.store.regular import open_regular, read_whole
 from sweep.trial.state import State, Taken
 from sweep.workers.fingerprint import fingerprint, refusal
@@ -60,6 +60,14 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
 
     Raises OSError.
     """
+    with replacing(path) as file:
+        file.write(state_bytes(trial_id, saved, key, fingerprint()))
+
+
+def state_bytes(trial_id: str, saved: Saved, key: bytes, code: str) -> bytes:
+    """The content of the file of the state of a trial: see `write_state`. `code` says
+    on which code its bits depend.
+    """
     state = saved.state
     header = {
         "trial_id": trial_id,
@@ -68,16 +76,13 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
         "frames": saved.frames,
         "crc": saved.crc,
         "generator": state.generator,
-        "room": state.room,
         "arrays": _shapes(state),
-        "code": fingerprint(),
+        "code": code,
         "machine": _machine(),
     }
     arrays = (array.tobytes() for array in state.arrays.values())
     content = b"".join([json.dumps(header).encode(), b"\n", *arrays])
-    with replacing(path) as file:
-        file.write(_first_line(content, key))
-        file.write(content)
+    return sealed(content, key)
 
 
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
@@ -92,13 +97,24 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     OSError if it cannot be read.
     """
     most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
-    first, _, content = read_whole(path, most).partition(b"\n")
-    _check_first_line(first + b"\n", content, key)
-    header, _, values = content.partition(b"\n")
+    return state_of(read_whole(path, most), trial_id, own, key, refusal)
+
+
+def state_of(
+    content: bytes,
+    trial_id: str,
+    own: State,
+    key: bytes,
+    refused: Callable[[str], str],
+) -> Saved:
+    """The state of a trial in the content of its file: see `read_state`. `refused` says
+    why it cannot be used by what it says of its code.
+    """
+    header, _, values = unsealed(content, key).partition(b"\n")
     about = json.loads(header)
     if about["trial_id"] != trial_id:
         raise ValueError("is of another trial")
-    if differing := refusal(about["code"]):
+    if differing := refused(about["code"]):
         raise ValueError(f"was written by other code: {differing}")
     if about["machine"] != _machine():
         raise ValueError(
@@ -106,7 +122,7 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
         )
     if about["arrays"] != _shapes(own):
         raise ValueError("has other arrays than the trial")
-    state = State(_split(values, own), about["generator"], int(about["room"]))
+    state = State(_split(values, own), about["generator"])
     return Saved(
         state, float(about["seconds"]), int(about["frames"]), int(about["crc"])
     )
@@ -143,15 +159,20 @@ def add_frames(
     with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
         for one in taken:
-            rows = np.empty(len(one.steps), kind)
-            rows["step"], rows["values"] = one.steps, one.values.T
-            rows["bodies"], rows["state"] = one.bodies, one.state
-            content = rows.tobytes()
+            content = frame_bytes(kind, one)
             file.write(content)
-            frames, crc = frames + len(rows), zlib.crc32(content, crc)
+            frames, crc = frames + len(one.steps), zlib.crc32(content, crc)
         file.flush()
         flush(file.fileno())
     return frames, crc
+
+
+def frame_bytes(kind: FrameType, taken: Taken) -> bytes:
+    """Frames as they stand in a file; `kind` is the record of one."""
+    rows = np.empty(len(taken.steps), kind)
+    rows["step"], rows["values"] = taken.steps, taken.values.T
+    rows["bodies"], rows["state"] = taken.bodies, taken.state
+    return rows.tobytes()
 
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
@@ -185,7 +206,14 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
         if not 0 <= size <= os.fstat(file.fileno()).st_size:
             raise ValueError("has fewer frames than it says")
         content = file.read(size)
-    if zlib.crc32(content) != saved.crc:
+    return frames_of(content, kind, saved.crc)
+
+
+def frames_of(content: bytes, kind: FrameType, crc: int) -> Taken:
+    """The frames in the content of a file. Raises ValueError where they are not those
+    of that CRC.
+    """
+    if zlib.crc32(content) != crc:
         raise ValueError("has damaged frames")
     rows = np.frombuffer(content, kind)
     return Taken(
@@ -196,13 +224,15 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
     )
 
 
-def _first_line(content: bytes, key: bytes) -> bytes:
-    seal = hmac.digest(key, content, "sha256").hex()
-    return f"boidsweep checkpoint {FORMAT} {seal}\n".encode()
+def sealed(content: bytes, key: bytes) -> bytes:
+    """Some content behind a first line with its seal."""
+    return _first_line(content, key) + content
 
 
-def _check_first_line(line: bytes, content: bytes, key: bytes) -> None:
-    words = line.split()
+def unsealed(content: bytes, key: bytes) -> bytes:
+    """What was `sealed`. Raises ValueError, which says what is wrong."""
+    first, _, content = content.partition(b"\n")
+    line, words = first + b"\n", first.split()
     if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
         raise ValueError("is not a checkpoint, or is damaged")
     if words[2] != b"%d" % FORMAT:
@@ -214,6 +244,12 @@ def _check_first_line(line: bytes, content: bytes, key: bytes) -> None:
             "is damaged, or was written by somebody else or on a machine where you have"
             " another key"
         )
+    return content
+
+
+def _first_line(content: bytes, key: bytes) -> bytes:
+    seal = hmac.digest(key, content, "sha256").hex()
+    return f"boidsweep checkpoint {FORMAT} {seal}\n".encode()
 
 
 def _shapes(state: State) -> dict[str, Any]:

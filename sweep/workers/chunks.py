@@ -1,5 +1,6 @@
 """How jobs are dealt out to workers: in chunks of about equal work."""
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -21,10 +22,18 @@ class Chunks:
     the remaining work, so that the workers finish together. The number of workers may
     change. Many workers get longer chunks, so that at most MOST_A_SECOND come back in a
     second. Estimates are clipped to COST_RANGE, in seconds.
+
+    Jobs go by multiples of `at_once`, as so many run together. Where a worker's share
+    of what is left is fewer, they go by multiples of that: no worker stays without.
     """
 
     def __init__(
-        self, costs: "ArrayLike", *, seconds: float, in_order: bool = False
+        self,
+        costs: "ArrayLike",
+        *,
+        seconds: float,
+        in_order: bool = False,
+        at_once: int = 1,
     ) -> None:
         import numpy as np
 
@@ -33,7 +42,7 @@ class Chunks:
         if not in_order:
             self._order = np.argsort(-self._costs, kind="stable")
         self._through = np.concatenate([[0.0], np.cumsum(self._costs[self._order])])
-        self._seconds = seconds
+        self._seconds, self._at_once = seconds, at_once
         self._first = 0
         self._pace: float | None = None
 
@@ -46,7 +55,9 @@ class Chunks:
         """The next chunk of indices for one of so many workers; empty when every index
         has been dealt out.
         """
-        stop = self._first + self._size(self.left, workers)
+        group = max(1, min(self._at_once, math.ceil(self.left / workers)))
+        whole = math.ceil(self._size(self.left, workers) / group) * group
+        stop = self._first + min(self.left, whole)
         indices: list[int] = self._order[self._first : stop].tolist()
         self._first = stop
         return indices

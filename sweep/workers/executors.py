@@ -5,6 +5,7 @@ An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, an
 keeps the limits of a job.
 """
 
+import logging
 import os
 import signal
 import threading
@@ -22,6 +23,7 @@ from sweep.workers.surroundings import SAFE_PATH, ignore_settings, safe_path
 if TYPE_CHECKING:
     from sweep.workers.watch import Limits, Overrun, Watching
 
+LOG = logging.getLogger("sweep")
 T = TypeVar("T")
 P = ParamSpec("P")
 
@@ -239,6 +241,24 @@ def _prepare_worker(
     ignore_settings()
     if initializer is not None:
         initializer()
+
+
+def worker_count(asked: int, threads: int = 1) -> int:
+    """How many workers run trials of so many threads each on this machine: as many as
+    are asked for; for 0 one for each so many cores, but at least one.
+
+    A warning says where threads of trials share cores.
+    """
+    cores = core_count()
+    workers = asked or max(1, cores // threads)
+    if threads > 1 and workers * threads > cores:
+        LOG.warning(
+            "workers: %d, each with %d threads, for the %d cores of this machine:"
+            " threads of a trial wait for each other, so that it may take longer than"
+            " with one",
+            *(workers, threads, cores),
+        )
+    return workers
 
 
 def core_count() -> int:

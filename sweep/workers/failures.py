@@ -5,13 +5,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from sweep.errors import FailedTrialsError
 from sweep.spec.study import Study
 from sweep.store.store import Store
 from sweep.text import so_many
-from sweep.trial.result import FAILED, Result
+from sweep.trial.result import Result
 
 LOG = logging.getLogger("sweep")
 MOST_CAUSES = 5
@@ -116,16 +115,3 @@ def in_a_line(error: str) -> str:
     if traced and "\n" not in sentence:
         return sentence
     return error.strip().splitlines()[-1] if error.strip() else "no word about why"
-
-
-def failed_among(stored: pa.Table, trials: pa.ChunkedArray) -> list[str]:
-    """Those of `trials` that failed by what is stored, a table of `trial_id` and
-    `status` (both strings).
-    """
-    failed = stored["trial_id"].filter(
-        pc.is_in(stored["status"], value_set=pa.array(FAILED))
-    )
-    ids: list[str] = trials.filter(
-        pc.is_in(trials, value_set=failed.combine_chunks())
-    ).to_pylist()
-    return ids

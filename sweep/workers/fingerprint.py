@@ -25,16 +25,22 @@ MOST_NAMED = 4
 @cache
 def fingerprint() -> str:
     """This process's fingerprint, as JSON; the same as long as the process lives."""
-    versions = {
-        "python": platform.python_version(),
-        "boidsweep": str(sys.modules["sweep"].__version__),
-    }
+    own = {"boidsweep": str(sys.modules["sweep"].__version__)}
+    return json.dumps(json.loads(libraries()) | own | _sources())
+
+
+@cache
+def libraries() -> str:
+    """The versions of Python and of the libraries that bits depend on, as JSON: what a
+    fingerprint has besides the code, which the ids of trials cover.
+    """
+    versions = {"python": platform.python_version()}
     versions |= {
         name: str(sys.modules[name].__version__)
         for name in LIBRARIES
         if name in sys.modules
     }
-    return json.dumps(versions | _sources())
+    return json.dumps(versions)
 
 
 def own_part() -> str:

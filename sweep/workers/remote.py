@@ -57,17 +57,18 @@ def perform(task: bytes) -> bytes:
         )
     function, args, kwargs = pickle.loads(load)
     if function is run_chunk:
-        _warm(args[1])
+        _warm(args[1], getattr(args[0], "together", False))
     _tell(worker, topic, name)
     _task.names = {"topic": topic, "name": name}
     return pickle.dumps(function(*args, **kwargs))
 
 
-def _warm(jobs: Sequence[object]) -> None:
-    """Compile what trials need before the clock of a trial runs: other machines have
-    their own caches.
+def _warm(jobs: Sequence[object], together: bool) -> None:
+    """Compile what trials need, alone and perhaps `together`, before the clock of a
+    trial runs: other machines have their own caches.
     """
     from sweep.design.jobs import Job
+    from sweep.trial.lanes import first_group, warm_together
     from sweep.trial.simulation import warm
 
     for job in jobs:
@@ -77,6 +78,9 @@ def _warm(jobs: Sequence[object]) -> None:
         if kind not in _warmed:
             warm(job)
             _warmed.add(kind)
+            alike = [one for one in jobs if isinstance(one, Job)] if together else []
+            if group := first_group(alike):
+                warm_together(group)
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:

@@ -61,6 +61,7 @@ def drive(
     limits: Limits = NO_LIMITS,
     chunk_seconds: float = 1.0,
     in_order: bool = False,
+    at_once: int = 1,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[R]]:
     """Run every job once. Yield the results chunk by chunk, in the order in which they
@@ -77,6 +78,7 @@ def drive(
         limits         hold for each job, as far as the engine can keep them
         chunk_seconds  the work in a chunk
         in_order       whether jobs are sent in their order, not the longest first
+        at_once        how many jobs `run` runs together, if it can
         ended          is asked again and again; when it says so, the workers are ended,
                        and only what had finished is yielded
 
@@ -93,7 +95,9 @@ def drive(
     Raises WorkersError if no worker can be given a job, or if a worker has other code
     than this process. Finished results are yielded before.
     """
-    chunks = Chunks(costs(jobs), seconds=chunk_seconds, in_order=in_order)
+    chunks = Chunks(
+        costs(jobs), seconds=chunk_seconds, in_order=in_order, at_once=at_once
+    )
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
         loop = _DriveLoop(
             jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt

@@ -31,9 +31,9 @@ sentence: why the worker refuses the chunk.
 def run_chunk(
     run: Callable[[J], R], jobs: Sequence[J], seat: JobNote | None, expected: str
 ) -> Outcomes[R]:
-    """Run the jobs of a chunk, one after the other.
+    """Run the jobs of a chunk, one after the other, or together if `run` can do that.
 
-    run       runs one job
+    run       runs one job; it may have a method `several` that takes all jobs
     jobs      the jobs
     seat     is told which job runs; None without limits
     expected  the fingerprint of the coordinator; a worker with another one refuses
@@ -41,9 +41,14 @@ def run_chunk(
     if refusal := fingerprint.refusal(expected):
         return refusal
     start = time.perf_counter()
-    outcomes = [
-        _attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))
-    ]
+    several: Callable[[Sequence[J]], list[R]] | None = getattr(run, "several", None)
+    outcomes: list[R | Failure]
+    if several is not None and seat is None:
+        outcomes = [*several(jobs)]
+    else:  # limits are those of one job at a time
+        outcomes = [
+            _attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))
+        ]
     return outcomes, time.perf_counter() - start
 
 

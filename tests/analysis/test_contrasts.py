@@ -315,3 +315,14 @@ def test_equivalence_is_where_the_90_percent_interval_lies_within_the_margins() 
     assert not equivalence(mean_estimate(np.zeros(1)), -1.0, 1.0).equivalent
     with pytest.raises(ValueError, match="margins: 1 to -1"):
         equivalence(estimate, 1, -1)
+
+
+def test_pairs_are_those_that_both_columns_have() -> None:
+    first = pd.Series([3.0, 1.0, np.nan, 2.0], index=[30, 10, 40, 20])
+    second = pd.Series([0.5, 0.25, 4.0, 5.0], index=[20, 30, 40, 50])
+    found = paired_contrast(first, second)
+    assert (found.first.tolist(), found.second.tolist()) == ([2.0, 3.0], [0.5, 0.25])
+    assert found.pairs is not None
+    assert found.pairs.tolist() == [20, 30]
+    nothing = paired_contrast(first, pd.Series([], dtype=np.float64))
+    assert (len(nothing.first), nothing.paired) == (0, True)

@@ -84,7 +84,7 @@ def hostile(tmp_path: Path) -> Hostile:
     return Hostile(tmp_path, SHADOWS)
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.slow)])
 def test_nothing_beside_a_spec_runs_on_a_launch(hostile: Hostile, workers: str) -> None:
     """In workers, in the trackers of loky and multiprocessing, and in the command."""
     said = hostile.run(COMMAND, "launch", "small.yaml", "--workers", workers)
@@ -94,7 +94,7 @@ def test_nothing_beside_a_spec_runs_on_a_launch(hostile: Hostile, workers: str) 
 def test_nothing_runs_on_a_search_and_a_verification(hostile: Hostile) -> None:
     launched(SMALL, hostile.folder / "results")
     commands = [
-        ["search", "search.yaml", "--workers", "2"],
+        ["search", "search.yaml", "--workers", "1"],
         ["verify", "small", "--fraction", "1", "--workers", "1"],
     ]
     said = hostile.run(SEVERAL, json.dumps(commands))
@@ -137,7 +137,7 @@ def test_nothing_runs_on_a_view(hostile: Hostile) -> None:
 RUN = """
 import sweep
 
-print(sweep.run("small.yaml", workers=2).statuses())
+print(sweep.run("small.yaml", workers=1).statuses())
 """
 NOTEBOOK = """
 import sys
@@ -146,6 +146,7 @@ sys.path.insert(sys.path.index(packages[0]), "")
 """
 
 
+@pytest.mark.slow
 def test_nothing_runs_in_workers_of_a_program(hostile: Hostile) -> None:
     assert "{'done': 6}" in hostile.run(RUN)
 

@@ -70,8 +70,6 @@ LIES: dict[str, Callable[[State], State]] = {
     "collisions": filled("record.watch.events", 2**62),
     "truths that are none": filled("record.watch.outside", True),
     "in step for ever": filled("record.watch.in_step", 2**62),
-    "room beyond": lambda state: state._replace(room=2**62),
-    "room below": lambda state: state._replace(room=-1),
     "another generator": lambda state: state._replace(
         generator={"bit_generator": "MT19937"}
     ),

@@ -20,7 +20,7 @@ from sweep.figures.scales import _document
 from sweep.published.scorecard_markdown import _text
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
-from sweep.web.recording import _document as page_of
+from sweep.web.document import document
 from tests.attacks.hostile import give, give_plan
 from tests.commands import sweep
 from tests.studies import launched
@@ -179,6 +179,10 @@ TAGS = (
 )
 
 
+def page_of(data: dict[str, Any], title: str, about: dict[str, str]) -> str:
+    return document("recording", "recorded", data, title, about).decode()
+
+
 def test_a_recorded_page_has_no_element_of_its_data() -> None:
     said = dict.fromkeys(("Study", "Trial", "Model", "kernels_sha", "Software"), TAGS)
     recording: dict[str, Any] = {
@@ -186,11 +190,11 @@ def test_a_recorded_page_has_no_element_of_its_data() -> None:
         "spec": TAGS,
         "state": {"map": TAGS, TAGS: [TAGS]},
     }
-    page = page_of(recording)
-    harmless = page_of({"about": dict.fromkeys(said, "x"), "spec": "x"})
+    page = page_of(recording, TAGS, said)
+    harmless = page_of({"spec": "x"}, "x", dict.fromkeys(said, "x"))
     assert re.findall(r"</?\w+|<!-*", page) == re.findall(r"</?\w+|<!-*", harmless)
     data = re.search(
-        r'<script type="application/json" id="recording">(.*?)</script>',
+        r'<script type="application/json" id="data">(.*?)</script>',
         page,
         re.DOTALL,
     )

@@ -189,11 +189,12 @@ def test_results_of_others_are_read_without_their_code(stranger: Given) -> None:
     assert stranger.ran() == 0
 
 
-@pytest.mark.parametrize("command", ["replay", "verify", "view"])
+@pytest.mark.parametrize("command", ["replay", "verify", "view", "measure"])
 def test_code_of_others_runs_only_with_trust(command: str, stranger: Given) -> None:
     study = StoredStudy("given", stranger.folder / "results")
-    trial = [study.trials["trial_id"][0]] if command != "verify" else []
-    done = sweep(stranger.folder, command, "given", *trial)
+    trial = [study.trials["trial_id"][0]]
+    further = {"verify": [], "measure": ["double = haste + haste"]}
+    done = sweep(stranger.folder, command, "given", *further.get(command, trial))
     assert done.returncode == 2
     assert "(mine.py), which you have not launched here" in done.stderr
     assert "version " in done.stderr
@@ -209,6 +210,25 @@ def test_with_trust_it_runs(stranger: Given) -> None:
     assert stranger.ran() == 1
     done = sweep(stranger.folder, "verify", "given", "--trust", "--fraction", "1")
     assert "4 of 4 the same" in done.stdout
+
+
+def test_what_is_measured_by_code_of_others_stays_theirs(stranger: Given) -> None:
+    asked = ("measure", "given", "double = haste + haste")
+    done = sweep(stranger.folder, *asked, "--trust")
+    assert "double of 4 trials measured" in done.stderr
+    study = StoredStudy("given", stranger.folder / "results")
+    assert (study.trials["double"] == 2 * study.trials["haste"]).all()
+    assert sweep(stranger.folder, "verify", "given").returncode == 2
+    trusted = sweep(stranger.folder, "verify", "given", "--trust", "--fraction", "1")
+    assert "4 of 4 the same" in trusted.stdout
+
+
+def test_no_code_is_added_to_that_of_others(stranger: Given) -> None:
+    (stranger.folder / "further.py").write_text("METRICS = {}")
+    asked = ("measure", "given", "./further.py", "--trust")
+    done = sweep(stranger.folder, *asked)
+    assert done.returncode == 2
+    assert "somebody else has launched it with code of their own" in done.stderr
 
 
 def test_who_launches_the_study_too_has_said_yes(stranger: Given) -> None:

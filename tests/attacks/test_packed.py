@@ -15,6 +15,7 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
 import pytest
 
 from sweep.errors import UserError
+from sweep.sharing.packed_file import PackedFile
 from sweep.sharing.packing import pack
 from sweep.sharing.unpacking import unpack
 from sweep.tables.stored_study import StoredStudy
@@ -199,6 +200,26 @@ def test_a_file_that_lost_or_changed_bytes_is_refused(
         shutil.rmtree(tmp_path / "results")
         whole += 1
     assert whole < 5
+
+
+@pytest.mark.parametrize("change", [0x01, 0x08, 0x55, 0x80])
+def test_a_changed_list_of_members_is_refused_or_none_of_the_content(
+    packed: bytes, tmp_path: Path, change: int
+) -> None:
+    """Places of it lead elsewhere, also to before the file."""
+    known, path = members(packed), tmp_path / "x.zip"
+    for place in range(len(packed) - 500, len(packed)):
+        changed = bytearray(packed)
+        changed[place] ^= change
+        path.write_bytes(changed)
+        try:
+            with PackedFile(path) as found:
+                names = {*found.names()}
+        except UserError:
+            continue
+        assert names == {
+            name.removeprefix("study/") for name in known if name.startswith("study/")
+        }
 
 
 def test_all_members_are_listed_once(packed: bytes, tmp_path: Path) -> None:

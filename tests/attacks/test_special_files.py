@@ -142,7 +142,7 @@ def test_frames_that_a_checkpoint_makes_up_take_no_memory(tmp_path: Path) -> Non
     kind = frame_type(1, 100)
     with (tmp_path / "x.frames").open("wb") as file:
         file.truncate(2 * MOST_MEMORY)
-    state = State({}, {}, 0)
+    state = State({}, {})
     saved = Saved(state, 1.0, 2 * MOST_MEMORY // kind.itemsize, 0)
     with pytest.raises(ValueError, match="has more frames than the trial has steps"):
         read_frames(tmp_path / "x.frames", kind, saved, most=1000)

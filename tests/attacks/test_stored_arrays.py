@@ -222,6 +222,25 @@ def test_a_table_that_no_launch_writes_is_refused(folder: Path, name: str) -> No
         READERS[table][0](study)
 
 
+OF_NO_MODEL = ("a state", "kinds")
+"""What a column is of that the model of this study has not: it is left alone."""
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in TABLES if not name.startswith(OF_NO_MODEL)]
+)
+def test_nothing_is_measured_of_it(folder: Path, name: str) -> None:
+    table, columns, _ = TABLES[name]
+    give(folder / "results" / "covering", table, **columns)
+    before = StoredStudy("covering", folder / "results").plan
+    done = sweep(folder, "measure", "covering", "speed")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines()[-1].startswith("study covering: ")
+    after = StoredStudy("covering", folder / "results")
+    assert after.plan.equals(before, check_metadata=True)
+    assert len(list((after.store.folder / "parts").iterdir())) <= 1
+
+
 @pytest.mark.parametrize(
     ("kind", "table", "columns"),
     [

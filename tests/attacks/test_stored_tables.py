@@ -233,7 +233,8 @@ def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
     """Ids of trials take twelve bytes each, however well they are packed."""
     ids = [secrets.token_hex(12) for _ in range(2 * FREE_ROWS)]
     store = Store(tmp_path / "study")
-    store.write_plan(pa.table({"trial_id": ids, "point": ["p"] * len(ids)}))
+    plan = pa.table({"trial_id": ids, "point": ["p"] * len(ids)})
+    store.write_plan(plan.to_reader())
     assert store.read_plan().num_rows == len(ids)
     file = tmp_path / "study" / "plan.parquet"
     assert file.stat().st_size > 12 * len(ids)

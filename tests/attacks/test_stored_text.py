@@ -92,6 +92,7 @@ COMMANDS = [
     ("table", "small", "--csv"),
     ("compare", "small:separation_weight=0.5", "small:separation_weight=1"),
     ("verify", "small"),
+    ("measure", "small", "gain = speed + speed"),
     ("gc", "small", "--dry-run"),
     ("rm", "small", "--dry-run"),
     ("rename", "small", "other"),

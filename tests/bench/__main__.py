@@ -5,12 +5,20 @@ ratio within one run.
                 model, same bits
     outside     the same model as a file beside a spec, against the one in the package,
                 same bits
-    scaling     cost of a boid-step from N = 100 to 10,000 at constant density
+    flocks      cost and memory of a boid-step from N = 100 to 1,000,000 at constant
+                density
     mesa        boid-steps a second against Mesa's own flocking example (skipped where
                 Mesa is not installed)
-    framework   wall time of many short trials, storing included, against the time spent
-                inside trials
-    study       measured pace of the gain study, and its wall time at that pace
+    cpp         the built-in models against the same in C++, written by hand, same bits
+                (skipped where there is no compiler or no AVX-512)
+    framework   processor time of a launch of many short trials, storing included,
+                against that of its trials
+    first       what the first trial of a process costs, and each later one besides its
+                steps
+    study       a launch of a twentieth of the gain study, and the time of all of it
+    ranks       rank correlations of a sample, against ranking each resample anew
+    lanes       trials that fly together, against the same trials alone
+    threads     one trial on two cores, against the same trial on one, same bits
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it
 
@@ -29,59 +37,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
-from kernels.models import MODELS
-from sweep.campaigns.launch import launch
 from sweep.design.jobs import Job
 from sweep.own_code.reading import named_model
-from sweep.spec.study import RecordSpec, Streams, parse_spec
-from sweep.tables.stored_study import StoredStudy
-from sweep.trial.simulation import Simulation, run
-from sweep.workers.executors import Loky
+from sweep.trial.simulation import Simulation
 from tests import ROOT
+from tests.bench.cases import BEST, MODEL, covering, large
+from tests.bench.cpp import cpp
+from tests.bench.first import first
+from tests.bench.flocks import flocks
+from tests.bench.framework import framework
+from tests.bench.lanes import lanes
+from tests.bench.mesa import mesa
 from tests.bench.page import page
 from tests.bench.plain import plain_run
+from tests.bench.ranks import ranks
+from tests.bench.study import study
+from tests.bench.threads import threads
 from tests.bench.view import view
 
 ROUNDS = 5
-MODEL = "aziel_chen2025"
-BEST = {
-    "cafeteria": (0.21291127681588995, 0.003341501546500625, 0.0029965674079446836),
-    "dense_cafeteria": (0.476524, 0.016595, 0.001169),
-}
-
-
-def job(
-    map_name: str,
-    n: int,
-    steps: int,
-    gains: tuple[float, float, float],
-    **settings: float,
-) -> Job:
-    """A trial of aziel_chen2025 as run, with the metrics of the published study."""
-    cohesion, alignment, separation = gains
-    values = MODELS[MODEL].presets["as_run"] | {
-        "map": map_name,
-        "n": n,
-        "steps": steps,
-        "cohesion_weight": cohesion,
-        "alignment_weight": alignment,
-        "separation_weight": separation,
-        **settings,
-    }
-    record = RecordSpec(MODELS[MODEL].metrics)
-    return Job(
-        "bench",
-        "0" * 16,
-        0,
-        27,
-        True,
-        MODEL,
-        "as_run",
-        values,
-        record,
-        Streams(),
-        None,
-    )
 
 
 def ours(one: Job) -> tuple[float, int]:
@@ -137,17 +111,17 @@ def compare(one: Job) -> tuple[float, float, float]:
 def kernels() -> None:
     """Against the plain loop; at N = 1000 in an empty world ten times as large."""
     cases = [
-        ("cafeteria, N=50", job("cafeteria", 50, 3600, BEST["cafeteria"])),
-        ("cafeteria, N=100", job("cafeteria", 100, 3600, BEST["cafeteria"])),
+        ("cafeteria, N=50", covering("cafeteria", 50, 3600, BEST["cafeteria"])),
+        ("cafeteria, N=100", covering("cafeteria", 100, 3600, BEST["cafeteria"])),
         (
             "dense_cafeteria, N=50",
-            job("dense_cafeteria", 50, 3600, BEST["dense_cafeteria"]),
+            covering("dense_cafeteria", 50, 3600, BEST["dense_cafeteria"]),
         ),
         (
             "dense_cafeteria, N=100",
-            job("dense_cafeteria", 100, 3600, BEST["dense_cafeteria"]),
+            covering("dense_cafeteria", 100, 3600, BEST["dense_cafeteria"]),
         ),
-        ("empty, N=100", job("empty", 100, 3600, BEST["cafeteria"])),
+        ("empty, N=100", covering("empty", 100, 3600, BEST["cafeteria"])),
         ("empty, N=1000, same density", large(1000, 360)),
     ]
     print(f"{'kernels':36} {'ours ns':>8} {'plain ns':>8} {'ratio':>6}")
@@ -156,23 +130,10 @@ def kernels() -> None:
         print(f"{name:36} {mine:8.0f} {theirs:8.0f} {ratio:6.2f}")
 
 
-def large(n: int, steps: int) -> Job:
-    """N boids in an empty world at the density of 100 boids in 800 x 600."""
-    scale = (n / 100) ** 0.5
-    return job(
-        "empty",
-        n,
-        steps,
-        BEST["cafeteria"],
-        width=round(800 * scale),
-        height=round(600 * scale),
-    )
-
-
 def outside() -> None:
     """A copy of the model beside a spec, against the one in the package."""
     cases = [
-        ("cafeteria, N=100", job("cafeteria", 100, 3600, BEST["cafeteria"])),
+        ("cafeteria, N=100", covering("cafeteria", 100, 3600, BEST["cafeteria"])),
         ("empty, N=1000, same density", large(1000, 360)),
     ]
     with tempfile.TemporaryDirectory() as folder:
@@ -203,127 +164,18 @@ def compare_pairs(inside: Job, copy: Job) -> float:
     return median(ratios)
 
 
-def scaling() -> None:
-    """Cost of a boid-step at constant density, relative to N = 100; the median of
-    ROUNDS interleaved runs.
-    """
-    sizes = (100, 1000, 10_000)
-    trials = {n: large(n, 36_000 // n + 40) for n in sizes}
-    for one in trials.values():
-        ours(one)
-    times: dict[int, list[float]] = {n: [] for n in sizes}
-    for _ in range(ROUNDS):
-        for n, one in trials.items():
-            times[n].append(ours(one)[0] / (n * float(one.settings["steps"])) * 1e9)
-    for n in sizes:
-        ratio = median(a / b for a, b in zip(times[n], times[100], strict=True))
-        print(
-            f"scaling, N={n:<26,} {median(times[n]):8.0f} ns, {ratio:.2f} times N=100"
-        )
-
-
-def mesa() -> None:
-    """Boid-steps a second against Mesa's flocking example with its own settings, both
-    at N = 100.
-    """
-    try:
-        from mesa.examples.basic.boid_flockers.model import BoidFlockers
-    except ImportError:
-        print("mesa: not installed, skipped")
-        return
-    model = BoidFlockers(population_size=100)
-    model.step()
-    theirs, mine = [], []
-    for _ in range(ROUNDS):
-        began = time.perf_counter()
-        for _ in range(20):
-            model.step()
-        theirs.append((time.perf_counter() - began) / 2000)
-        mine.append(ours(job("cafeteria", 100, 3600, BEST["cafeteria"]))[0] / 360_000)
-    ratio = median(a / b for a, b in zip(theirs, mine, strict=True))
-    print(
-        f"mesa: {median(theirs) * 1e6:.1f} us a boid-step, ours"
-        f" {median(mine) * 1e9:.0f} ns, {ratio:.0f} times faster"
-    )
-
-
-SHORT = """
-study: bench
-model: aziel_chen2025
-preset: as_run
-fixed: {{map: cafeteria, n: 100, steps: 1500}}
-sweep:
-  gains:
-    sample: random
-    points: {points}
-    cohesion_weight: {{uniform: [0, 0.5]}}
-    alignment_weight: {{uniform: [0, 0.1]}}
-    separation_weight: {{uniform: [0, 0.5]}}
-replicates: 1
-seed: 1
-"""
-
-
-def timed_launch(points: int, workers: int) -> tuple[float, float]:
-    """Wall seconds of a launch into an empty store with warm workers, and the seconds
-    spent inside its trials.
-    """
-    engine = Loky(workers)
-    with tempfile.TemporaryDirectory() as folder:
-        launch(
-            parse_spec(SHORT.format(points=10 * workers)), Path(folder) / "warm", engine
-        )
-        began = time.perf_counter()
-        launch(parse_spec(SHORT.format(points=points)), Path(folder), engine)
-        wall = time.perf_counter() - began
-        inside = float(StoredStudy("bench", folder).trials["seconds"].sum())
-    engine.stop()
-    return wall, inside
-
-
-def framework() -> None:
-    """Overhead on two workers, and what the second worker adds."""
-    points = 10_000
-    wall, inside = timed_launch(points, 2)
-    print(
-        f"framework: {points:,} trials of {inside / points * 1e3:.0f} ms on 2 workers:"
-        f" {wall:.1f} s wall, ",
-        end="",
-    )
-    print(f"{inside:.1f} s in trials, overhead {(2 * wall / inside - 1) * 100:.1f} %")
-    rounds = [(timed_launch(600, 1)[0], timed_launch(600, 2)[0]) for _ in range(3)]
-    ratio = median(one / two for one, two in rounds)
-    print(f"framework: two workers are {ratio:.2f} times as fast as one")
-
-
-def study() -> None:
-    """The full 48,000 trials, extrapolated from 10 random gain vectors for each map and
-    size.
-    """
-    rng = np.random.default_rng(0)
-    total = 0.0
-    for map_name in ("dense_cafeteria", "cafeteria", "narrow_corridor", "empty"):
-        for n in (50, 100):
-            gains = rng.uniform(0, [0.5, 0.1, 0.5], (10, 3))
-            seconds = [
-                run(job(map_name, n, 3600, tuple(one))).seconds
-                for one in gains.tolist()
-            ]
-            total += 6000 * sum(seconds) / len(seconds)
-            print(
-                f"study: {map_name:16} N={n:<4}"
-                f" {sum(seconds) / len(seconds) * 1e3:6.1f} ms a trial"
-            )
-    print(f"study: 48,000 trials take {total / 120:.1f} min on 2 cores at this pace")
-
-
 ALL: dict[str, Callable[[], None]] = {
     "kernels": kernels,
     "outside": outside,
-    "scaling": scaling,
+    "flocks": flocks,
+    "threads": threads,
     "mesa": mesa,
+    "cpp": cpp,
     "framework": framework,
+    "first": first,
     "study": study,
+    "ranks": ranks,
+    "lanes": lanes,
     "view": view,
     "page": page,
 }

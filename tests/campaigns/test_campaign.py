@@ -21,6 +21,7 @@ from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
 from sweep.cli import search_report
 from sweep.design.design import expand
 from sweep.design.jobs import Counts, Job, Jobs, SomeJobs
+from sweep.design.trial_ids import as_texts
 from sweep.errors import FailedTrialsError
 from sweep.replays.replay import replay
 from sweep.spec.study import Study, parse_spec
@@ -71,15 +72,15 @@ class Halving:
 
     def _round(self, places: list[int]) -> Round:
         self.asked += places
-        ids = self.jobs.table()["trial_id"].take(places)
+        ids = self.jobs.ids_at(np.array(places))
         return Round(ids, lambda some: self._jobs(places, some), self._plan)
 
     def _jobs(self, places: list[int], some: Counts) -> Sequence[Job]:
         return SomeJobs(self.jobs, np.array(places)[some])
 
     def _plan(self, origin: Origin) -> PlanTables:
-        plan, _ = plan_tables(self.jobs.table(), self.jobs, origin)
-        return plan.take(self.asked), None
+        plan, _ = plan_tables(self.jobs.ids(), self.jobs, origin)
+        return plan.read_all().take(self.asked).to_reader(), None
 
 
 def beyond_the_edge(job: Job) -> Result:
@@ -154,12 +155,12 @@ class Chains:
             first = first[[one == "done" for one in look()["status"].to_pylist()]]
 
     def _round(self, first: Counts, link: int) -> Round:
-        trials, places = self.jobs.table(), first + link
+        ids, places = self.jobs.ids(), first + link
         return Links(
-            trials["trial_id"].take(places),
+            ids[places],
             lambda some: SomeJobs(self.jobs, places[some]),
-            partial(plan_tables, trials, self.jobs),
-            trials["trial_id"].take(first).to_pylist(),
+            partial(plan_tables, ids, self.jobs),
+            as_texts(ids[first]).to_pylist(),
         )
 
 

@@ -48,7 +48,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> AskedTrials:
     return asked_by(TINY, tmp_path_factory.mktemp("whole"))
 
 
-@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
 def test_workers_change_nothing(
     whole: AskedTrials, tmp_path: Path, workers: int
 ) -> None:

@@ -99,6 +99,7 @@ def test_each_point_stops_at_its_first_look_with_a_narrow_interval(
     )
 
 
+@pytest.mark.slow
 def test_two_workers_make_the_same_decisions(
     whole: StoredStudy, tmp_path: Path
 ) -> None:

@@ -16,8 +16,8 @@ import pandas as pd
 import pytest
 
 from sweep.cli import app, main
-from sweep.cli.listing import INTERVALS
 from sweep.cli.output import check_output_stream, flush_output, spelled
+from sweep.tables.means_text import INTERVALS
 from sweep.workers import attempts
 from sweep.workers.executors import Loky, Serial
 from tests import ROOT

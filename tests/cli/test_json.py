@@ -95,6 +95,34 @@ def test_a_launch_and_its_status(folder: Path) -> None:
     status = agree(said.stdout, keys["sweep status --json"])
     assert status["folder"] == launched["folder"]
     assert (status["statuses"], status["causes"]) == ({"done": 6}, [])
+    asked = ("measure", "small", "quick = speed + speed", "--json", "--quiet")
+    measured = agree(sweep(folder, *asked).stdout, keys["sweep measure --json"])
+    assert (measured["metrics"], measured["measured"]) == (["quick"], 6)
+
+
+def test_the_studies_that_there_are(folder: Path) -> None:
+    keys = chapters()["sweep list --json"]
+    sweep(folder, "launch", "small.yaml", "--quiet")
+    (folder / "results" / "damaged").mkdir()
+    (folder / "results" / "damaged" / "plan.parquet").write_bytes(b"no parquet")
+    listed = json.loads(sweep(folder, "list", "--json").stdout)
+    damaged, small = (agree(json.dumps(one), keys) for one in listed)
+    assert (small["study"], small["trials"], small["error"]) == ("small", 6, "")
+    assert {key for key, value in damaged.items() if value is not None} == {
+        "study",
+        "error",
+    }
+
+
+def test_what_to_cite(folder: Path) -> None:
+    keys = chapters()["sweep cite --json"]
+    sweep(folder, "launch", "small.yaml", "--quiet")
+    works = json.loads(sweep(folder, "cite", "small", "--json").stdout)
+    assert [work["type"] for work in works] == ["software", "report", "dataset"]
+    for work in works:
+        said = {key: types for key, types in keys.items() if key in work}
+        agree(json.dumps(work), said)
+    assert {key for work in works for key in work} == keys.keys()
 
 
 def test_failed_trials(folder: Path) -> None:

@@ -38,12 +38,6 @@ def test_studies_are_listed_with_how_far_they_are(folder: Path) -> None:
     assert small["study"] in text
 
 
-def test_a_folder_without_studies_is_said_to_have_none(tmp_path: Path) -> None:
-    done = sweep(tmp_path, "list")
-    assert (done.returncode, done.stdout) == (0, "")
-    assert done.stderr == "results: no study has been launched here\n"
-
-
 def test_every_column_is_listed_with_its_unit_and_meaning(folder: Path) -> None:
     name = json.loads(sweep(folder, "list", "--json").stdout)[-1]["study"]
     study = package.load(name, folder / "results")

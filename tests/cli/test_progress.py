@@ -59,3 +59,15 @@ def test_one_trial_is_one(clock: Clock, capsys: pytest.CaptureFixture[str]) -> N
         "small: 1 of 1 trial",
         "small: 1 new trial (1 done) in 20.0 s; 1 trial in results",
     ]
+
+
+def test_trials_that_go_on_are_counted_with_their_steps(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    progress = Progress(points=1, most=2, trials=2, continued=2, steps_saved=4000)
+    with ProgressBar("small") as bar:
+        bar.show(progress)
+    assert capsys.readouterr().err.splitlines() == [
+        "small: 2 trials, 0 of them stored already",
+        "small: from last states of shorter trials: 2 trials, 4,000 steps less to run",
+    ]

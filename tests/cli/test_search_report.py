@@ -347,6 +347,12 @@ def test_a_front_names_its_knee_and_how_sure_it_is(said) -> None:
         assert "" not in names
 
 
+def test_no_cell_is_cut_off() -> None:
+    table = report._table("candidate", "held out")
+    table.add_row("7", f"{'9' * 300} (1 to 2)")
+    assert f"{'9' * 300} (1 to 2)" in report._rendered(table)
+
+
 def test_what_common_seeds_save_is_a_dash_where_it_is_not_known(said) -> None:
     parts = []
     for run, phase in (

@@ -31,7 +31,9 @@ def test_after_a_renaming_it_is_said_what_to_write_into_the_spec(folder: Path) -
     assert trial.is_dir()
     again = sweep(folder, "rename", "small", "third")
     assert again.returncode == 2
-    assert again.stderr == "results/small: no study has been launched here\n"
+    assert again.stderr == (
+        "results/small: no study has been launched here. Stored: other\n"
+    )
 
 
 def test_a_study_that_has_its_old_name_again_needs_no_word(folder: Path) -> None:

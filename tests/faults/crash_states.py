@@ -165,7 +165,7 @@ def record(kind: Kind, root: Path, before: list[Step] | None = None) -> Recordin
         patch.setattr("os.getpid", lambda: NOBODY)
         for place, name, promised in (
             (Store, "append", lambda _, part: {"stored": ids(part["trials"])}),
-            (Store, "write_plan", lambda _, plan, *__: {"planned": ids(plan)}),
+            (Store, "write_plan", planned),
             (checkpoint._Checkpoint, "_write", reached),
         ):
             method = promising(place, name, promised, recorder, promises)
@@ -174,6 +174,11 @@ def record(kind: Kind, root: Path, before: list[Step] | None = None) -> Recordin
             launched(kind.spec, results)
     promises.append(everything(kind.spec, results, len(recorder.steps)))
     return Recording(kind, begin, recorder.steps, promises)
+
+
+def planned(store: Store, *_: Any) -> dict[str, Any]:
+    """The trials of the plan that was written."""
+    return {"planned": ids(store.read_plan())}
 
 
 def ids(table: pa.Table) -> frozenset[str]:

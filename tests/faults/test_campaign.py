@@ -9,6 +9,7 @@ import pytest
 from tests.faults.campaign import OWN, SPEC, Campaign
 
 
+@pytest.mark.slow
 def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
     """The moments are drawn, so on another machine a launch may be over before its
     kill: then there is another one.

@@ -186,7 +186,7 @@ def test_a_launch_into_a_store_that_fails_has_the_tables_of_an_undisturbed_one(
     """Each launch stores points of its own, so that there are parts to read, to store
     and to merge.
     """
-    monkeypatch.setattr(locations, "FIRST_PAUSE", 0.05)
+    monkeypatch.setattr(locations, "FIRST_PAUSE", 0.01)
     points = ["[0.5]", "[0.5, 1]", "[0.5, 1, 1.5]"]
     specs = [
         campaign.SPEC.replace("replicates: 30", "replicates: 3").replace(

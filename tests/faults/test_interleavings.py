@@ -207,6 +207,8 @@ PAIRS = [
 ]
 CASES = [(pair, "") for pair in PAIRS]
 CASES += [((operation, "begin"), "damaged") for operation in SHARED]
+WITHIN_OTHERS = [((operation, "begin"), "") for operation in SHARED]
+"""All steps of these are taken also where a part is damaged."""
 FILES = ["heatmaps.parquet", "manifest.json", "trials.parquet"]
 STORED = {"merged", "a old", "b old"}
 
@@ -275,7 +277,12 @@ def in_a_folder(
 
         def state() -> State:
             return tuple(
-                sorted(str(one.relative_to(place)) for one in place.glob("[dp]*/*/*"))
+                sorted(
+                    f"{folder}/{name}"
+                    for parts in ("parts", "damaged")
+                    for folder, _, names in os.walk(place / parts)
+                    for name in names
+                )
             )
 
         def checked() -> None:
@@ -321,7 +328,15 @@ def named(case: tuple[str, tuple[tuple[str, ...], str]]) -> str:
     return " ".join([place, *pair, damaged]).strip()
 
 
-@pytest.fixture(params=itertools.product(PLACES, CASES), ids=named)
+PARAMS = [
+    pytest.param(
+        (place, case), marks=[pytest.mark.slow] if case in WITHIN_OTHERS else []
+    )
+    for place, case in itertools.product(PLACES, CASES)
+]
+
+
+@pytest.fixture(params=PARAMS, ids=named)
 def make(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[], World]:
     place, (pair, damaged) = request.param
     return PLACES[place](pair, damaged, tmp_path)

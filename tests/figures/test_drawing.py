@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -108,6 +109,28 @@ def test_rows_go_down_and_carry_their_names(axes: Axes) -> None:
     assert [label.get_text() for label in axes.get_yticklabels()] == ["one", "other"]
     low, high = axes.get_ylim()
     assert low > 1.0 > 0.0 > high
+
+
+@pytest.mark.parametrize("width", [4.0, 7.2])
+@pytest.mark.parametrize("letters", [3, 30, 140])
+def test_a_legend_lies_within_its_figure(width: float, letters: int) -> None:
+    """Whole names, in fewer columns or broken, and panels as high as without it."""
+    figure = Figure(figsize=(width, 3.0), layout="constrained")
+    axes = figure.subplots()
+    names = [f"{'ab ' * (letters // 3)}{place}" for place in range(5)]
+    for name in names:
+        axes.plot([0.0, 1.0], label=name)
+    legend(figure, axes, 5)
+    FigureCanvasAgg(figure).draw()
+    (made,) = figure.legends
+    extent, size = made.get_window_extent(), figure.bbox
+    assert extent.x0 >= 0.0
+    assert extent.x1 <= size.width
+    texts = [text.get_text().replace("\n", " ") for text in made.get_texts()]
+    assert texts == names
+    most = {3: 5, 30: 2, 140: 1}[letters]
+    assert most - (width < 5.0) <= made._ncols or most == 1
+    assert axes.get_window_extent().height > 0.6 * 3.0 * figure.dpi
 
 
 def test_a_figure_has_a_legend_and_says_what_it_rests_on(axes: Axes) -> None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from sweep.analysis import by_point, mean_interval
 from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure, scatter_figure
-from sweep.figures.scales import cell_edges
+from sweep.figures.scales import _apart, cell_edges
 from tests.plotted import ascending, made_up, shown, study, titles
 from tests.sampled import axis
 
@@ -90,6 +90,16 @@ def test_a_metric_that_is_equal_everywhere_has_one_colour(value: float) -> None:
     assert low <= value < high
     assert high - low == pytest.approx(0.1 if value == 0 else 0.2 * abs(value))
     assert half == (0.0, 0.1)
+
+
+def test_names_of_ticks_do_not_run_into_each_other() -> None:
+    """By where they stand, on a logarithmic axis too."""
+    ticks = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
+    names = [f"{tick:g}" for tick in ticks]
+    wanted = ["0.5", "", "1", "1.5", "2", "3"]
+    assert _apart(ticks, names, logarithmic=False) == wanted
+    assert _apart(ticks, names, logarithmic=True) == names
+    assert _apart([7.0], ["7"], logarithmic=False) == ["7"]
 
 
 def test_ticks_stand_at_the_values_that_were_swept() -> None:

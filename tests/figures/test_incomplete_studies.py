@@ -8,6 +8,8 @@ from matplotlib.figure import Figure
 
 from sweep.campaigns.launch import launch
 from sweep.cli.listing import table_text
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure, parallel_figure, pareto_figure
 from sweep.figures.scatter import scatter_figure
@@ -33,8 +35,13 @@ OF_ONE: dict[str, Callable[[StoredStudy], Figure]] = {
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A sixth of the trials of `drawn`, `grid` and `other`, and none of `small`."""
     folder = tmp_path_factory.mktemp("incomplete")
-    for spec, number in ((DRAWN, 1), (GRID, 1), (OTHER, 3), (SMALL, 2)):
+    for spec, number in ((DRAWN, 1), (GRID, 1), (OTHER, 3)):
         launch(read(spec), folder, Serial(), share=Share(number, 6))
+    small = read(SMALL)
+    ids = [job.trial_id for job in Jobs(small, expand(small))]
+    shares = (Share(number, len(ids) + 1) for number in range(1, len(ids) + 2))
+    empty = next(share for share in shares if not share.has(ids).any())
+    launch(small, folder, Serial(), share=empty)
     return folder
 
 

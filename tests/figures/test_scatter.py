@@ -39,6 +39,28 @@ def test_points_and_intervals_are_those_of_the_table() -> None:
     )
 
 
+def test_points_of_one_value_stand_side_by_side() -> None:
+    """Where they are told apart by a colour, too, and on a logarithmic axis."""
+    for name in ("separation_weight", "alignment_weight"):
+        figure = scatter_figure(study("grid"), "speed", name)
+        values = np.array([0.5, 1.0, 2.0] if name[0] == "s" else [0.01, 0.1, 1.0])
+        for axes in figure.axes:
+            lines = [line.get_xdata() for line in axes.lines]
+            stands = [
+                part[0, 0]
+                for lines in axes.collections
+                for part in lines.get_segments()
+            ]
+            assert sorted(np.concatenate(lines)) == pytest.approx(sorted(stands))
+            places = np.stack(lines)
+            assert (np.abs(np.diff(places, axis=0)) > 0.005 * values).all()
+            scale = np.log if axes.get_xscale() == "log" else np.asarray
+            middle = scale(places).mean(axis=0)
+            assert middle == pytest.approx(scale(values))
+            span = np.ptp(scale(values))
+            assert (np.abs(scale(places) - middle) <= 0.03 * span + 1e-9).all()
+
+
 def test_a_grid_has_a_colour_and_panels_for_what_is_on_no_axis() -> None:
     figure = scatter_figure(study("grid"), "speed")
     assert legend_texts(figure) == ["torus", "bounded"]

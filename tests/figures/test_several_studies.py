@@ -70,6 +70,30 @@ def test_points_of_two_studies_have_their_own_colours(results: Path) -> None:
         assert mark.get_ydata() == pytest.approx(wanted.mean().to_numpy())
 
 
+def test_cells_of_two_studies_are_in_panels_of_their_own(tmp_path: Path) -> None:
+    """Also where no cell of one is a cell of the other."""
+    spec = SMALL.replace("steps: 9", "steps: 2").replace(
+        "replicates: 3", "replicates: 2"
+    )
+    two = spec.replace("sweep:\n", "sweep:\n  n: [4, 6]\n").replace("n: 12, ", "")
+    launched(two, tmp_path)
+    launched(
+        two.replace("study: small", "study: other").replace("[0.5, 1]", "[0.75, 1.5]"),
+        tmp_path,
+    )
+    both = joined(tmp_path, "small", "other")
+    figure = heatmap_figure(both, "speed")
+    assert titles(figure)[:2] == [
+        "study = small (8 trials)",
+        "study = other (8 trials)",
+    ]
+    for axes in figure.axes[:2]:
+        (mesh,) = axes.collections
+        assert np.ma.count(mesh.get_array()) == 4
+    points = scatter_figure(both, "speed", "separation_weight")
+    assert legend_texts(points) == ["small (8 trials)", "other (8 trials)"]
+
+
 def test_a_setting_that_one_study_fixes_has_its_value_there(results: Path) -> None:
     """A map of one study over two settings, beside a study that varies one of them."""
     grid = study("grid").where(borders="torus")

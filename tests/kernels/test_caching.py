@@ -4,7 +4,18 @@ import os
 import time
 from pathlib import Path
 
-from kernels.caching import DAY, UNUSED_DAYS, note_use, remove_unused
+import pytest
+
+from kernels import caching
+from kernels.caching import (
+    DAY,
+    UNUSED_DAYS,
+    is_noted_alone,
+    note_alone,
+    note_use,
+    remove_unused,
+)
+from kernels.neighbours import square_range
 from tests.commands import python
 
 OLD = (UNUSED_DAYS + 1) * DAY
@@ -34,11 +45,14 @@ def test_what_nobody_has_used_for_a_month_goes_with_its_data(tmp_path: Path) -> 
             "c.step-3.py311.nbi.tmp.0fa1": OLD,
             "d.step-4.py311.1.nbc.tmp.0fa2": DAY,
             "e.step-5.py311.7.nbc": OLD,  # its index is lost
+            "0f1e.alone": OLD,
+            "2d3c.alone": DAY,
             "notes.txt": OLD,
         },
     )
     remove_unused(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "2d3c.alone",
         "b.step-2.py311.1.nbc",
         "b.step-2.py311.nbi",
         "d.step-4.py311.1.nbc.tmp.0fa2",
@@ -54,6 +68,29 @@ def test_use_is_noted_once_a_day(tmp_path: Path) -> None:
     assert time.time() - (tmp_path / "old.nbi").stat().st_mtime < DAY
     assert (tmp_path / "new.nbi").stat().st_mtime == before
     assert not (tmp_path / "gone.nbi").exists()
+
+
+def test_a_function_is_noted_as_one_that_is_not_for_lanes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(caching, "FOLDER", tmp_path / "new" / "kernels")
+    monkeypatch.setattr(caching, "_note_of", caching._note_of.__wrapped__)
+    assert not is_noted_alone(square_range)
+    note_alone(square_range)
+    assert is_noted_alone(square_range)
+    assert not is_noted_alone(note_use)
+    assert [one.suffix for one in caching.FOLDER.iterdir()] == [".alone"]
+
+
+def test_where_no_note_can_be_made_work_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file lies where the folder would; root may write into every folder."""
+    (tmp_path / "file").write_bytes(b"")
+    monkeypatch.setattr(caching, "FOLDER", tmp_path / "file" / "kernels")
+    monkeypatch.setattr(caching, "_note_of", caching._note_of.__wrapped__)
+    note_alone(square_range)
+    assert not is_noted_alone(square_range)
 
 
 def test_loading_notes_the_use_and_compiling_removes(tmp_path: Path) -> None:

@@ -113,6 +113,33 @@ def test_a_second_process_compiles_nothing(copied: Path) -> None:
     assert files[0] == files[1]
 
 
+SCALED = """
+from kernels.jit import jit
+from kernels.scale import SCALE
+
+@jit
+def scaled(x: float) -> float:
+    return SCALE * x
+"""
+EDIT = """
+from pathlib import Path
+from kernels import scale
+from kernels.scaled import scaled
+
+Path(scale.__file__).write_text("SCALE = 5.0")
+print(scaled(1.0))
+"""
+
+
+def test_an_edit_after_the_import_is_not_taken_for_what_runs(copied: Path) -> None:
+    """Else what is compiled of the earlier code would be kept as that of the edited."""
+    (copied / "kernels" / "scale.py").write_text("SCALE = 2.0\n")
+    (copied / "kernels" / "scaled.py").write_text(SCALED)
+    cache = str(copied / "cache")
+    values = [python(EDIT, copied, NUMBA_CACHE_DIR=cache) for _ in range(2)]
+    assert list(map(float, values)) == [2.0, 5.0]
+
+
 TAKING = """
 from typing import NamedTuple
 from kernels.jit import jit
@@ -127,6 +154,7 @@ def doubled(step: Step) -> float:
 TAKE = "from kernels.caller import doubled; from {} import Step;"
 
 
+@pytest.mark.slow
 def test_what_takes_a_class_of_another_package_is_kept_apart(copied: Path) -> None:
     """That package may be gone, or be one's own code of another study: then what takes
     our classes is found as ever.

@@ -1,6 +1,7 @@
 """Every metric against its slow twin, and against what is known without computing."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,10 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels.catalogue import BUILT_IN
 from kernels.events import N_EVENTS
-from kernels.metrics import METRICS, Ground
+from kernels.identity import code_of
+from kernels.metrics import METRICS, Ground, Metric
 from kernels.model import PairPotential
 from kernels.recording import build_frames
+from kernels.registry import Registry
+from sweep.spec.recorded import declaration_of
 from sweep.trial.simulation import run
 from tests import builders, naive
 
@@ -98,6 +103,21 @@ def test_a_metric_is_what_its_slow_twin_says(name: str, n: int, ddof: int) -> No
         np.testing.assert_allclose(
             fast, slow, rtol=1e-12, atol=1e-12 * np.nanmax(np.abs(slow), initial=1.0)
         )
+        low, high = declaration_of(METRICS[name]).support
+        known = fast[np.isfinite(fast)]
+        assert ((known >= low - 1e-12) & (known <= high * (1.0 + 1e-12))).all()
+
+
+def test_what_values_lie_in_is_in_no_id() -> None:
+    """Stored trials stay those of a metric whose range is said later."""
+    bare = METRICS["polarization"]._replace(low=-math.inf, high=math.inf)
+    own = Registry("a.test", Metric, {"polarization": bare})
+    codes = [
+        code_of(known, [], ["polarization"], [], [])
+        for known in (BUILT_IN, replace(BUILT_IN, metrics=own))
+    ]
+    assert codes[0] == codes[1]
+    assert codes[0].metrics["polarization"]
 
 
 def test_boids_that_head_the_same_way_are_polarized() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kernels import neighbours
+from kernels import neighbours, state
 from kernels.neighbours import (
     Grid,
     all_pairs,
@@ -17,6 +17,7 @@ from kernels.neighbours import (
     build_near,
     cone,
     move,
+    move_all,
     nearest_image,
     search,
     square_range,
@@ -25,6 +26,7 @@ from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World
 from sweep.testing import assert_keeps
 from sweep.trial.simulation import Simulation
+from sweep.trial.state import different
 from tests import builders, naive
 
 
@@ -67,7 +69,7 @@ worlds = st.builds(
     st.booleans(),
 )
 ranges = st.sampled_from([0.0, 10.0, 50.0, 150.0, 200.0, 1000.0])
-capacities = st.sampled_from([1, 2, 5, 64])
+rooms = st.sampled_from([1, 2, 5, 64])
 
 
 def found_by(
@@ -101,15 +103,15 @@ def found_by(
     ranges,
     st.sampled_from([0.0, 60.0, 150.0, 180.0, 270.0, 360.0]),
     st.booleans(),
-    capacities,
+    rooms,
 )
 def test_search_finds_the_boids_in_range_and_view_in_ascending_order(
-    flock: Flock, world: World, reach: float, fov: float, inclusive: bool, capacity: int
+    flock: Flock, world: World, reach: float, fov: float, inclusive: bool, room: int
 ) -> None:
     """Those within 1e-6 of a bound may be found or not, as angles and their cosines
     round differently.
     """
-    grid, birds = build_grid(flock, world, reach, capacity), naive.birds(flock)
+    grid, birds = build_grid(flock, world, reach, room), naive.birds(flock)
     for i in range(flock.x.size):
         found = found_by(grid, flock, world, i, reach, fov, inclusive)
         sure, possible = (
@@ -131,18 +133,18 @@ def test_search_finds_the_boids_in_range_and_view_in_ascending_order(
     worlds,
     ranges,
     st.booleans(),
-    capacities,
+    rooms,
     st.sampled_from([1.0, 1.3, 4.0]),
 )
-def test_a_grid_of_any_capacity_and_cell_finds_what_all_pairs_find(
+def test_a_grid_of_any_room_and_cell_finds_what_all_pairs_find(
     flock: Flock,
     world: World,
     reach: float,
     inclusive: bool,
-    capacity: int,
+    room: int,
     larger: float,
 ) -> None:
-    grids = build_grid(flock, world, reach * larger, capacity), all_pairs(flock.x.size)
+    grids = build_grid(flock, world, reach * larger, room), all_pairs(flock.x.size)
     for i in range(flock.x.size):
         first, second = (
             found_by(grid, flock, world, i, reach, 150.0, inclusive) for grid in grids
@@ -151,39 +153,96 @@ def test_a_grid_of_any_capacity_and_cell_finds_what_all_pairs_find(
 
 
 @settings(max_examples=60)
-@given(flocks(), worlds, st.sampled_from([20.0, 50.0, 150.0, 200.0]), st.data())
+@given(flocks(), worlds, st.sampled_from([20.0, 50.0, 150.0, 200.0]), rooms, st.data())
 def test_moves_keep_the_lists_of_a_grid_as_if_built_anew(
-    flock: Flock, world: World, reach: float, data: st.DataObject
+    flock: Flock, world: World, reach: float, room: int, data: st.DataObject
 ) -> None:
-    grid = build_grid(flock, world, reach)
+    """And each block is in one list, or spare."""
+    grid = build_grid(flock, world, reach, room)
     for _ in range(data.draw(st.integers(1, 12))):
         i = data.draw(st.integers(0, flock.x.size - 1))
         flock.x[i], flock.y[i] = data.draw(coordinates), data.draw(coordinates)
         move(grid, i, flock.x[i], flock.y[i])
-    for kept, fresh in zip(
-        lists(grid), lists(build_grid(flock, world, reach)), strict=True
-    ):
+    if not grid.everyone:
+        (kept, used), fresh = lists(grid), lists(build_grid(flock, world, reach))[0]
         assert kept == fresh
+        assert sorted(used + spares(grid, len(used))) == list(range(len(grid.blocks)))
 
 
-def lists(grid: Grid) -> list[list[int]]:
-    return [
-        members[:count].tolist()
-        for members, count in zip(grid.members, grid.length, strict=True)
-    ]
+def lists(grid: Grid) -> tuple[list[list[int]], list[int]]:
+    """The boids in the list of each cell, and the blocks of all of them."""
+    found, used = [], []
+    for cell in range(grid.columns * grid.rows):
+        length, room = int(grid.blocks[cell, 0]), grid.blocks.shape[1] - 1
+        blocks = [cell]
+        for _ in range((length - 1) // room):
+            blocks.append(int(grid.following[blocks[-1]]))
+        found.append(grid.blocks[blocks, 1:].ravel()[:length].tolist())
+        used += blocks
+    return found, used
 
 
-def test_a_move_that_overflows_a_list_makes_searches_read_everyone() -> None:
-    flock, world = (
-        builders.a_flock(np.array([10.0, 410.0]), np.full(2, 100.0)),
-        builders.a_world(950.0, 250.0),
-    )
-    grid = build_grid(flock, world, 100.0, capacity=1)
-    assert not grid.full[0]
-    flock.x[1] = 20.0
-    move(grid, 1, 20.0, 100.0)
-    assert grid.full[0]
-    assert found_by(grid, flock, world, 0, 100.0, 360.0, False) == [1]
+def spares(grid: Grid, used: int) -> list[int]:
+    """The blocks that no list needs, of which there are all but `used`."""
+    found, block = [], int(grid.spare[0])
+    for _ in range(len(grid.blocks) - used):
+        found.append(block)
+        block = int(grid.following[block])
+    return found
+
+
+@pytest.mark.parametrize("room", [1, 2, 7])
+def test_there_are_blocks_for_all_boids_in_one_place(room: int) -> None:
+    """Each boid is in nine lists then, and each of these goes on over many blocks."""
+    world, n = builders.a_world(), 60
+    flock = builders.a_flock(np.linspace(0, 800, n), np.linspace(0, 600, n))
+    grid = build_grid(flock, world, 50.0, room)
+    for i in range(n):
+        flock.x[i], flock.y[i] = 410.0 + i / 10, 310.0
+        move(grid, i, flock.x[i], flock.y[i])
+    others = [j for j in range(n) if j != 30]
+    assert found_by(grid, flock, world, 30, 50.0, 360.0, False) == others
+    assert max(map(len, lists(grid)[0])) == n
+
+
+def test_neighbours_in_a_large_flock_are_those_in_any_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its memory is laid out otherwise, and asked for ahead."""
+    monkeypatch.setattr(state, "LARGE_FLOCK", 50)
+    rng, world, n = np.random.default_rng(5), builders.a_world(), 300
+    x, y, vx, vy = rng.uniform(-50, 650, (4, n))
+    small = builders.a_flock(x, y, vx, vy)
+    large, everyone = state.laid_out(small), all_pairs(n)
+    assert large.x.strides == (32,)
+    grid = build_grid(large, world, 50.0)
+    assert grid.ahead is not None
+    for _ in range(3):
+        large.x[:] += rng.uniform(-60, 60, n)
+        small.x[:] = large.x
+        move_all(grid, large)
+        for i in range(n):
+            assert found_by(grid, large, world, i, 50.0, 150.0, False) == found_by(
+                everyone, small, world, i, 50.0, 150.0, False
+            )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", builders.MODELS)
+@pytest.mark.parametrize("update", ["sequential", "synchronous"])
+def test_a_trial_has_the_same_bits_as_one_of_a_large_flock(
+    model: str, update: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Slow, since numba compiles a model once more for flocks that are laid out so."""
+    job = builders.job(model, n=60, steps=30, update=update)
+    as_small = Simulation(job)
+    monkeypatch.setattr(state, "LARGE_FLOCK", 50)
+    as_large = Simulation(job)
+    assert as_large.flock.x.strides != as_small.flock.x.strides
+    for one in (as_small, as_large):
+        one.take_frames()
+        assert one.advance(30)
+    assert different(as_small.state(), as_large.state()) == ""
 
 
 def test_a_torus_of_three_columns_is_searched_by_grid_across_its_border() -> None:
@@ -192,7 +251,7 @@ def test_a_torus_of_three_columns_is_searched_by_grid_across_its_border() -> Non
         np.array([5.0, 295.0, 150.0]), np.array([5.0, 895.0, 450.0])
     )
     grid = build_grid(flock, world, 99.0)
-    assert (grid.columns, bool(grid.full[0])) == (3, False)
+    assert (grid.columns, grid.everyone) == (3, False)
     assert found_by(grid, flock, world, 0, 99.0, 360.0, False) == [1]
 
 
@@ -226,17 +285,6 @@ def test_the_nearest_image_is_at_most_half_a_period_off(a: float, b: float) -> N
 @pytest.mark.parametrize("model", builders.MODELS)
 def test_all_pairs_and_every_grid_give_the_same_bits(model: str) -> None:
     """For every preset, update and kind of borders; flocks over six columns, gathered
-    until lists overflow, or mostly outside the world.
+    until lists are long, or mostly outside the world.
     """
     assert_keeps(model, "grid")
-
-
-def test_a_full_grid_is_rebuilt_with_more_room_between_calls() -> None:
-    simulation = Simulation(builders.job("aziel_chen2025", n=100, steps=4))
-    reach = simulation.flight.model.sight(simulation.flight.params).range
-    small = build_grid(simulation.flock, simulation.world, reach, capacity=4)
-    simulation.flight.work = simulation.flight.work._replace(grid=small)
-    assert small.full[0]
-    while simulation.flight.work.grid.full[0]:
-        assert simulation.advance(1)
-    assert simulation.flight.work.grid.members.shape[1] > 4

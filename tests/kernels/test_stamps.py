@@ -5,6 +5,7 @@ import importlib
 import re
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,8 +13,10 @@ import numpy as np
 import pytest
 
 from kernels import stamps
-from kernels.identity import FLIGHT
+from kernels.catalogue import BUILT_IN
+from kernels.identity import FLIGHT, Code, code_of
 from kernels.metrics import METRICS
+from kernels.model import Model
 from kernels.models import MODELS
 from kernels.stamps import Definition, closure, stamp
 from kernels.starts import STARTS
@@ -339,6 +342,19 @@ def test_a_rule_concerns_the_models_that_import_it() -> None:
         in (ROOT / "kernels" / "models" / f"{name}.py").read_text()
     }
     assert using == importing != set()
+
+
+@pytest.mark.parametrize("said", [{"update_order": "all at once"}, {"source": "me"}])
+def test_what_a_model_says_in_words_changes_no_id(said: dict[str, str]) -> None:
+    model = MODELS["nguyen2024"]
+    names = (("nguyen2024", "as_run"),)
+
+    def stamped(one: Model) -> Code:
+        known = replace(BUILT_IN, models={one.name: one})
+        return code_of(known, names, ["speed"], ["empty"], ["numpy"])
+
+    assert stamped(model._replace(**said)) == stamped(model)
+    assert stamped(model._replace(kinds=("prey",))) != stamped(model)
 
 
 def test_all_that_runs_a_trial_has_a_stamp() -> None:

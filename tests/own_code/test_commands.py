@@ -140,9 +140,9 @@ def test_a_view_has_the_frames_of_the_launch_and_its_spec_can_be_launched(
     assert session.state.plots == ("rightwards", "speed")
     copy = folder / "copy.yaml"
     copy.write_text(session.state.as_text())
-    again = launched(copy, folder / "results")
-    [only] = again.plan["trial_id"].to_pylist()
-    np.testing.assert_array_equal(again.trajectory(only)[1], stored)
+    again = launched(copy, folder / "again")
+    assert again.plan["trial_id"].to_pylist() == flown.plan["trial_id"].to_pylist()
+    np.testing.assert_array_equal(again.trajectory(trial)[1], stored)
 
 
 def test_the_page_goes_from_an_own_model_to_ours_and_back(tmp_path: Path) -> None:

@@ -140,6 +140,20 @@ WRONG = {
         'metric "charge" has distribution="rare"; allowed: "normal", "skewed", "count",'
         ' "proportion", "percentage"',
     ),
+    "a metric has a range that is none": (
+        "charge.py",
+        '"a test")',
+        '"a test", low=1.0, high=0.0)',
+        'metric "charge" has low=1.0 and high=0.0; allowed: two numbers, the lower'
+        " first",
+    ),
+    "a metric has a range of no numbers": (
+        "charge.py",
+        '"a test")',
+        '"a test", low="0")',
+        "metric \"charge\" has low='0' and high=inf; allowed: two numbers, the lower"
+        " first",
+    ),
     "a map of another shape": (
         "wall.py",
         "9.0, 9.0, 0.0",
@@ -184,6 +198,23 @@ def test_what_is_wrong_is_a_sentence_before_any_trial(name: str, folder: Path) -
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
     assert str(caught.value).startswith("spec.yaml:")
+
+
+def test_what_keeps_its_last_states_may_not_ask_how_many_steps_are_left(
+    folder: Path,
+) -> None:
+    pull = "ax = params.cohesion_weight * pull_x"
+    text = (folder / "vortex.py").read_text()
+    assert pull in text
+    slower = text.replace(pull, f"{pull} * (1.0 - record.progress[0] / record.last)")
+    (folder / "vortex.py").write_text(slower)
+    planned(folder)
+    keeping = SPEC.replace("charge.py]", "charge.py], last_states: true")
+    (folder / "spec.yaml").write_text(f"{keeping}streams: {{noise: common}}\n")
+    with pytest.raises(SpecError, match="nothing may depend on the number of steps"):
+        planned(folder)
+    (folder / "vortex.py").write_text(text)
+    planned(folder)
 
 
 @pytest.mark.parametrize(

@@ -236,6 +236,7 @@ def test_an_edit_between_two_runs_of_one_process_gives_new_numbers(
     assert not second.trials["speed"].equals(first.trials["speed"])
 
 
+@pytest.mark.slow
 def test_a_model_that_was_put_among_ours_by_hand_runs_in_workers_from_its_file(
     tmp_path: Path, two_workers: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:

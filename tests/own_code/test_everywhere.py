@@ -47,6 +47,7 @@ def engines() -> Iterator[list[ExecutorFactory]]:
         engine.stop()
 
 
+@pytest.mark.slow
 def test_workers_need_no_file_of_the_study(
     whole: StoredStudy, tmp_path: Path, engines: list[ExecutorFactory]
 ) -> None:
@@ -85,7 +86,7 @@ def test_a_worker_of_a_cluster_compiles_each_version_before_its_trials(
     for name, changes in (("first", ()), ("second", (OTHER_RULE,))):
         study = read(written(tmp_path / name, *changes))
         jobs.append(Jobs(study, expand(study))[0])
-    remote._warm([*jobs, *jobs])
+    remote._warm([*jobs, *jobs], together=False)
     assert warmed == jobs
 
 

@@ -14,7 +14,7 @@ from sweep.own_code.catalogue import OwnCatalogue, OwnCode
 from sweep.own_code.entries import nothing
 from sweep.own_code.installed import Installed
 from sweep.own_code.sources import Sources
-from tests.commands import SWEEP
+from tests.commands import SWEEP, started_in_turn
 from tests.other_packages import FILES, RULES, install
 
 SPEC = """
@@ -124,31 +124,25 @@ def test_a_package_with_other_code_does_not_run_stored_trials(
     assert "the code has changed (model swirl standard)" in changed
 
 
-@pytest.mark.parametrize(
-    ("model", "words"),
-    [
-        (
-            "swirlin.model:MODEL",
-            'swirlin.model: unknown installed package "swirlin"; did you mean'
-            ' "swirling"?',
-        ),
-        (
-            "swirling.modle:MODEL",
-            "swirling.modle: ModuleNotFoundError: No module named",
-        ),
-        (
-            "swirling.model:MODLE",
-            'swirling.model: MODLE is no Model; it has "MODEL"',
-        ),
-        ("json:MODEL", 'json: unknown installed package "json"'),
-    ],
-)
-def test_what_cannot_be_named_is_an_error_with_its_line(
-    folder: Path, tmp_path: Path, model: str, words: str
-) -> None:
-    wrong = folder / f"{tmp_path.name}.yaml"
-    wrong.write_text(SPEC.replace("swirling.model:MODEL", model))
-    assert f"{wrong.name}:3: {words}" in said(folder, "plan", wrong.name, code=2)
+WRONG = {
+    "swirlin.model:MODEL": (
+        'swirlin.model: unknown installed package "swirlin"; did you mean "swirling"?'
+    ),
+    "swirling.modle:MODEL": "swirling.modle: ModuleNotFoundError: No module named",
+    "swirling.model:MODLE": 'swirling.model: MODLE is no Model; it has "MODEL"',
+    "json:MODEL": 'json: unknown installed package "json"',
+}
+
+
+def test_what_cannot_be_named_is_an_error_with_its_line(folder: Path) -> None:
+    files = [f"wrong-{number}.yaml" for number in range(len(WRONG))]
+    for file, model in zip(files, WRONG, strict=True):
+        (folder / file).write_text(SPEC.replace("swirling.model:MODEL", model))
+    plans = [("plan", file) for file in files]
+    found = started_in_turn(folder, folder / "site-packages", *plans)
+    for file, words, plan in zip(files, WRONG.values(), found, strict=True):
+        assert plan.returncode == 2
+        assert f"{file}:3: {words}" in plan.stderr
 
 
 def test_the_folder_in_which_one_stands_is_no_package(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ by a spec, and described without its code.
 """
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -92,6 +93,20 @@ def test_a_description_says_how_values_are_distributed() -> None:
     about["metrics"]["order"]["distribution"] = "rare"
     with pytest.raises(ValueError, match="distribution='rare'"):
         described(json.dumps(about))
+
+
+def test_a_description_says_what_values_lie_in() -> None:
+    """One that was stored before metrics said so has values anywhere."""
+    own = offering(MODEL)
+    own.metrics["order"] = ORDER._replace(low=0.0, high=1.0)
+    about = json.loads(json.dumps(description(own)))
+    assert described(json.dumps(about)).metrics["order"].high == 1.0
+    del about["metrics"]["order"]["high"]
+    assert described(json.dumps(about)).metrics["order"].high == math.inf
+    for wrong in ("1", None, -1.0, math.nan):
+        about["metrics"]["order"]["high"] = wrong
+        with pytest.raises(ValueError, match=r"low=0\.0 and high="):
+            described(json.dumps(about))
 
 
 def test_a_description_of_a_state_that_cannot_be_is_none() -> None:

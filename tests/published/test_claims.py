@@ -8,9 +8,10 @@ import pytest
 
 from kernels.models import MODELS
 from sweep.errors import SpecError
+from sweep.published.claims import shown
 from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
 from sweep.published.publications import Publication, read_all
-from sweep.published.verdicts import Above, Value, Within
+from sweep.published.verdicts import Above, Value, Within, region
 from tests import ROOT
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
@@ -23,6 +24,18 @@ def read(
 ) -> Publication:
     (publication,) = read_all(experiments(folder, published, spec), quick=quick)
     return publication
+
+
+def test_a_figure_finds_what_its_claims_expect(tmp_path: Path) -> None:
+    """Without specs and functions, and the same as the judge."""
+    publication = read(tmp_path)
+    file, (first, _) = tmp_path / "experiments/tiny/published.yaml", publication.claims
+    assert first.expect is not None
+    (found,) = shown(file, "curves")
+    assert found.region == region(first.expect)
+    assert (found.kind, found.spec) == (first.kind, first.spec)
+    assert found.measure["mean"] == "speed"
+    assert shown(file, "other") == []
 
 
 def test_a_publication_is_read(tmp_path: Path) -> None:

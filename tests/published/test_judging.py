@@ -13,10 +13,10 @@ from sweep.published.judging import Row, judged, stored_studies
 from sweep.published.publications import Publication, read_all
 from sweep.published.statements import tallies, together
 from sweep.published.verdicts import Above, Status, Verdict
-from sweep.store.shares import Share
 from sweep.workers.executors import Serial
 from tests.publications import PUBLISHED, SPEC, experiments
 from tests.published.test_scorecard import row
+from tests.studies import share_of_each_point
 
 HALF_FAILS = SPEC.replace(
     "separation_weight: [0.5, 1]",
@@ -51,7 +51,7 @@ def test_some_of_the_trials_are_no_verdict(tmp_path: Path) -> None:
     """
     tiny = publication(tmp_path)
     study, results = tiny.studies["small"], tmp_path / "results"
-    launch(study, results, Serial(), share=Share(1, 2))
+    launch(study, results, Serial(), share=share_of_each_point(study))
     part = first(tmp_path, tiny)
     assert part.verdict.status == "partial"
     assert part.measured is not None

@@ -3,6 +3,7 @@ experiments, run, drawn and judged.
 """
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,21 @@ def reproduced(
     return reproduce(
         publications, folder / "results", Serial(), ProgressBar, quick=quick
     )
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tiny publication, run, drawn and judged."""
+    folder = tmp_path_factory.mktemp("whole")
+    experiments(folder)
+    reproduced(folder)
+    return folder
+
+
+@pytest.fixture
+def judged(whole: Path, tmp_path: Path) -> Path:
+    """A copy of it, to be changed."""
+    return Path(shutil.copytree(whole, tmp_path, dirs_exist_ok=True))
 
 
 def scorecard(folder: Path) -> dict[str, Any]:
@@ -84,10 +100,8 @@ def test_the_quick_scale_is_apart_and_says_so(tmp_path: Path) -> None:
     assert "QUICK" not in (results / "scorecard.html").read_text()
 
 
-def test_a_figure_says_what_it_shows(tmp_path: Path) -> None:
-    experiments(tmp_path)
-    reproduced(tmp_path)
-    path = tmp_path / "results" / "figures" / "tiny" / "curves"
+def test_a_figure_says_what_it_shows(whole: Path) -> None:
+    path = whole / "results" / "figures" / "tiny" / "curves"
     with Image.open(path.with_suffix(".png")) as image:
         about = image.info
     assert (about["Study"], about["Trials"]) == ("tiny/small", "16")
@@ -98,20 +112,18 @@ def test_a_figure_says_what_it_shows(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("change", ["figures.py", "spec", "pdf", "png"])
 def test_a_figure_is_drawn_again_when_its_inputs_change(
-    tmp_path: Path, change: str
+    judged: Path, change: str
 ) -> None:
-    experiments(tmp_path)
-    reproduced(tmp_path)
-    path = tmp_path / "results" / "figures" / "tiny" / "curves"
+    path = judged / "results" / "figures" / "tiny" / "curves"
     if change == "figures.py":
-        experiments(tmp_path, figures=FIGURES + "\n# another comment\n")
+        experiments(judged, figures=FIGURES + "\n# another comment\n")
     elif change == "spec":
-        experiments(tmp_path, spec=SPEC.replace("replicates: 8", "replicates: 9"))
+        experiments(judged, spec=SPEC.replace("replicates: 8", "replicates: 9"))
     elif change == "pdf":
         path.with_suffix(".pdf").unlink()
     else:
         path.with_suffix(".png").write_bytes(b"torn")
-    outcome = reproduced(tmp_path)
+    outcome = reproduced(judged)
     # The picture of the claims shows other numbers for another spec only.
     assert (outcome.drawn, outcome.kept) == ((2, 0) if change == "spec" else (1, 1))
 
@@ -177,18 +189,16 @@ def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
         reproduced(tmp_path, only=("tny",))
 
 
-def test_claims_of_another_document_change_no_verdict(tmp_path: Path) -> None:
-    experiments(tmp_path)
-    reproduced(tmp_path)
-    alone = scorecard(tmp_path)["rows"]
-    two_publications(tmp_path)
-    reproduced(tmp_path)
-    both = scorecard(tmp_path)["rows"]
+def test_claims_of_another_document_change_no_verdict(judged: Path) -> None:
+    alone = scorecard(judged)["rows"]
+    two_publications(judged)
+    reproduced(judged)
+    both = scorecard(judged)["rows"]
     assert [row for row in both if row["study"] == "tiny"] == alone
     assert len(both) == 2 * len(alone)
 
 
-def test_stored_trials_of_another_spec_are_not_judged(tmp_path: Path) -> None:
+def test_stored_trials_of_another_spec_are_not_tmp_path(tmp_path: Path) -> None:
     two_publications(tmp_path)
     assert [one["confirmed"] for one in reproduced(tmp_path).statements.values()] == [
         1,

@@ -19,8 +19,9 @@ from sweep.cli.replay_files import Wanted, check, show
 from sweep.errors import ChoiceError, OutputError
 from sweep.figures import COLOURS
 from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
-from sweep.replays.flight import frames, write_flight
+from sweep.replays.flight import frames, seen, write_flight
 from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import run
 from tests import builders, oscillators
 from tests.commands import sweep
 from tests.studies import SMALL, launched
@@ -127,6 +128,44 @@ def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
     picture = later
     assert max(colour(7.0, 3.0)) < 60
     assert colour(5.0, 2.0) == [255, 255, 255]
+
+
+def test_visited_pixels_are_shown_where_coverage_is_recorded() -> None:
+    """One boid in a row of its own; the picture has the colour on its way alone, the
+    title the share, and obstacles stay as they are.
+    """
+    metrics = ("coverage",)
+    a_job = builders.job("aziel_chen2025", metrics=metrics, n=3, steps=40)
+    found = list(seen(a_job, 10, silent))
+    assert [one.step for one in found] == [0, 10, 20, 30, 40]
+    visits = found[-1].visits
+    assert visits is not None
+    assert (visits < 0).any()
+    whole = run(replace(a_job, record=replace(a_job.record, heatmaps=True)))
+    assert np.array_equal(visits, whole.heatmap)
+    scene = Scene("test", a_job)
+    picture = scene.draw(*found[-1])
+    assert f"coverage {whole.last['coverage']:.1f} %" in scene.title.get_text()
+    plain = Scene("test", a_job).draw(40, found[-1].bodies)
+    changed = (picture != plain).any(axis=2)
+    pixels = np.argwhere(visits > 0)
+    places = scene.axes.transData.transform(pixels[:, ::-1])
+    rows = np.rint(picture.shape[0] - places[:, 1]).astype(int)
+    columns = np.rint(places[:, 0]).astype(int)
+    assert changed[rows.clip(0, len(picture) - 1), columns].mean() > 0.8
+    far = np.ones_like(changed)
+    far[rows.clip(0, len(picture) - 1), columns] = False
+    for _ in range(3):
+        far[1:-1, 1:-1] &= far[:-2, 1:-1] & far[2:, 1:-1]
+        far[1:-1, 1:-1] &= far[1:-1, :-2] & far[1:-1, 2:]
+    below = scene.axes.bbox.y1
+    shown = far[round(picture.shape[0] - below) :]
+    assert not (changed[round(picture.shape[0] - below) :] & shown).any()
+
+
+def test_a_trial_without_coverage_shows_no_visits() -> None:
+    a_job = builders.job("nguyen2024", n=2, steps=4, metrics=("speed",))
+    assert [one.visits for one in seen(a_job, 2, silent)] == [None] * 3
 
 
 def test_kinds_have_colours_of_their_own_and_a_legend() -> None:

@@ -72,6 +72,7 @@ def test_what_is_stored_is_the_same_in_every_table(clean: StoredStudy) -> None:
     assert "0 of all 6 trials differ: none was left to chance" in text
 
 
+@pytest.mark.slow
 def test_two_workers_say_the_same_as_one_process(clean: StoredStudy) -> None:
     engine = Loky(2)
     try:

@@ -1,6 +1,7 @@
 """The ODD description says all that a model says of itself, and what it does not."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -90,11 +91,18 @@ def test_every_gap_is_listed_at_the_end(name: str) -> None:
     assert "None" not in text
 
 
-def test_the_order_of_updates_is_told_where_a_setting_says_it() -> None:
+def test_the_order_of_updates_is_told_where_a_setting_or_the_model_says_it() -> None:
+    gap, of_vortex = "- whether boids are updated", described("vortex")
     said = odd(described("nguyen2024"))
     assert "Order of updates (update): synchronous. sequential: boid" in said
-    assert "- whether boids are updated" not in said
-    assert "- whether boids are updated" in odd(described("vortex"))
+    assert gap not in said
+    said = odd(of_vortex)
+    assert (
+        "Order of updates: all boids at once, from the flock as it was before" in said
+    )
+    assert gap not in said
+    silent = replace(of_vortex, model=of_vortex.model._replace(update_order=""))
+    assert gap in odd(silent)
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,13 @@ from sweep.sharing.content import content_hash
 from sweep.sharing.packed_file import Member, write_packed
 from sweep.sharing.packing import pack
 from sweep.sharing.unpacking import unpack
+from sweep.spec.study_folder import launched_studies
 from sweep.store.folders import Folder
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
 from sweep.store.store import Store
 from sweep.store.whole_studies import rename_study
-from sweep.tables.stored_study import StoredStudy, launched_studies
+from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep
 from tests.store.test_whole_studies import Crashed, files, in_memory
 from tests.studies import COVERING, OWN_SMALL, SMALL, launched, relaunch

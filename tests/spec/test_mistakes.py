@@ -65,9 +65,11 @@ def test_all_mistakes_are_said_at_once_in_the_order_of_lines() -> None:
 
 
 def test_what_is_missing_is_said_with_what_is_wrong() -> None:
-    wrong, *missing = mistakes("drag: 1\nfixed: {n: 5}\n")
+    wrong, *missing = mistakes("drag: 1\nreplicates: 1\nfixed: {n: 5}\n")
     assert wrong.startswith('1: unknown key "drag"')
     assert missing == ['1: missing key "study"', '1: missing key "model"']
+    *_, last = mistakes("study: many\nfixed: {n: 5}\n")
+    assert last.startswith('1: needs either "replicates"')
 
 
 def test_a_search_says_all_that_is_wrong_with_it() -> None:
@@ -94,16 +96,44 @@ replicates: 3
     ]
 
 
-def test_one_mistake_hides_what_depends_on_it_and_nothing_else() -> None:
-    """A setting of an unknown model cannot be judged."""
-    model, every = mistakes("""
+def test_of_an_unknown_model_all_is_said_that_is_wrong_with_any_model() -> None:
+    """And no more: some have a perception_range, and others a potential."""
+    said = mistakes("""
 study: many
 model: nguyen2042
-fixed: {n: fifty}
+preset: as_runn
+fixed: {n: fifty, perception_range: 3, flok_range: 2}
+sweep: {seperation_weight: [0.5, 1], cohesion_weight: [0.5, 0.5]}
+replicates: 0
+record:
+  metrics: [sped, potential, foo]
+  derive: {gain: "sped / n"}
 checkpoint: 0
 """)
-    assert model.startswith('2: unknown model "nguyen2042"; did you mean "nguyen2024"?')
-    assert every.startswith('4: "checkpoint" must be a number of seconds above 0')
+    expected = """
+2: unknown model "nguyen2042"; did you mean "nguyen2024"?
+3: unknown preset of nguyen2024 "as_runn"; did you mean "as_run"?
+4: 'fifty' is not allowed for n: it is a whole number
+4: unknown setting "flok_range"; did you mean "flock_range"?
+5: unknown setting "seperation_weight"; did you mean "separation_weight"?
+5: 0.5 stands twice in "cohesion_weight"
+6: "replicates" must be a whole number
+8: unknown metric "sped"; did you mean "speed"?
+8: unknown metric "foo"
+9: gain: unknown name "sped"; did you mean "speed"?
+10: "checkpoint" must be a number of seconds above 0
+"""
+    assert len(said) == len(expected.strip().splitlines())
+    for line, beginning in zip(said, expected.strip().splitlines(), strict=True):
+        assert line.startswith(beginning)
+
+
+def test_without_a_model_the_rest_is_read_too() -> None:
+    missing, wrong = mistakes("study: many\nreplicates: 1\nfixed: {nn: 3}\n")
+    assert (missing, wrong[:24]) == (
+        '1: missing key "model"',
+        '3: unknown setting "nn";',
+    )
 
 
 def test_very_many_mistakes_are_counted() -> None:

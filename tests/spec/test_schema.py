@@ -19,7 +19,7 @@ from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.schema import json_schema
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
-from sweep.spec.study_folder import why_no_name
+from sweep.spec.study_folder import MOST_NAME, OWN, why_no_name
 from tests import ROOT
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 
@@ -62,6 +62,9 @@ LAB = "maps: {lab: {image: lab.png, resolution: 0.05}, floor: {ros: floor.yaml}}
         (LAB, "sweep: {map: [lab, empty]}"),
         (LAB, "sweep: {z: {zip: {map: [lab, floor], n: [1, 2]}}}"),
         ("sweep: {detail: {ablate: as_written, when: n > 1}}",),
+        ("record: {last_states: true}", "streams: {noise: lasting}"),
+        ("record: {last_states: true}", "streams: {start: lasting, noise: common}"),
+        ("record: {last_states: false}", "streams: {start: independent}"),
         ("record: {trajectories: true}",),
         (
             (
@@ -99,6 +102,10 @@ def test_missing_keys_are_invalid(key: str) -> None:
     "line",
     [
         "sweeep: {n: [1]}",
+        "record: {last_states: true}",
+        "record: {last_states: true}\nstreams: {noise: independent}",
+        "record: {last_states: true}\nstreams: {start: common}",
+        "record: {last_states: true}\nstreams: {start: independent, noise: common}",
         "fixed: {nn: 1}",
         "fixed: {perception_range: 1}",
         "fixed: {n: 0}",
@@ -156,6 +163,7 @@ def test_missing_keys_are_invalid(key: str) -> None:
         "record: {metrics: [polarisation]}",
         "record: {every: 0}",
         "time_limit: 0",
+        "threads: 0",
         "checkpoint: 0",
         "checkpoint: true",
     ],
@@ -179,6 +187,28 @@ def test_study_names_are_those_of_folders_on_every_system(name: str) -> None:
     allowed = not why_no_name(name)
     assert allowed == (name in ("com", "my/console"))
     assert VALIDATOR.is_valid(content(SHORT) | {"study": name}) == allowed
+
+
+@pytest.mark.parametrize("name", [*OWN, f"code-{'0a' * 32}.json"])
+def test_no_study_has_a_name_that_results_use(name: str) -> None:
+    """In small or capital letters, and as any part of a name; the schema, the reader,
+    `sweep rename` and `sweep load --as` refuse the same.
+    """
+    other = name if name.startswith("code-") else name.title()
+    for study in (name, f"my/{name}", f"{name}/x", f"my/{other}/x"):
+        assert "is a name that results use themselves" in why_no_name(study)
+        assert not VALIDATOR.is_valid(content(SHORT) | {"study": study})
+    for study in (f"{name}s", f"my/a{name}"):
+        assert not why_no_name(study)
+        assert VALIDATOR.is_valid(content(SHORT) | {"study": study})
+
+
+@pytest.mark.parametrize("length", [MOST_NAME, MOST_NAME + 1])
+def test_names_of_studies_are_as_long_as_the_reader_allows(length: int) -> None:
+    study = "x" * length
+    allowed = not why_no_name(study)
+    assert allowed == (length == MOST_NAME)
+    assert VALIDATOR.is_valid(content(SHORT) | {"study": study}) == allowed
 
 
 def test_fields_are_described_with_unit_and_presets() -> None:

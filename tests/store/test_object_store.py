@@ -17,6 +17,7 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
+from sweep.campaigns.measure import measure
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import StoreError, UnreachableError
 from sweep.store import buckets, locations
@@ -29,6 +30,7 @@ from sweep.store.manifest import MANIFEST
 from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import Serial
 from tests import ROOT
 from tests.commands import sweep as command
 from tests.faults import campaign
@@ -36,7 +38,7 @@ from tests.faults.campaign import tables
 from tests.lines import Line
 from tests.object_stores import Crashed, Memory, ObjectStore, object_store
 from tests.store.test_store import append, sorted_tables
-from tests.studies import SMALL, launched, relaunch
+from tests.studies import SMALL, launched, relaunch, same
 
 SPEC = campaign.SPEC.replace("replicates: 30", "replicates: 12")
 
@@ -145,6 +147,18 @@ def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
         "the page and its figures are written to a folder on this machine"
         in page.stderr
     )
+
+
+def test_metrics_are_measured_in_an_object_store(
+    tmp_path: Path, results: ObjectPath
+) -> None:
+    kept = "record: {series: [speed], every: 2}"
+    spec = SMALL.replace(kept, "record: {metrics: [speed], trajectories: true}")
+    launched(spec, results)
+    assert measure("small", ["polarization"], results, Serial()).measured == 6
+    further = spec.replace("[speed]", "[speed, polarization]")
+    assert relaunch(further, results).missing == 0
+    assert same(StoredStudy("small", results), launched(further, tmp_path))
 
 
 @pytest.mark.parametrize(

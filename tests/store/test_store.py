@@ -577,17 +577,20 @@ def test_a_plan_that_is_gone_is_told_from_a_study_never_launched(store: Store) -
 def test_the_plan_is_replaced_whole(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    with pytest.raises(StoreError, match="model: no such folder of results"):
+        store.read_plan()
+    store.folder.parent.mkdir()
     with pytest.raises(StoreError, match="no study has been launched here"):
         store.read_plan()
     first = pa.table({"trial_id": ["b", "a"], "point": [0, 1]}).replace_schema_metadata(
         PROVENANCE
     )
-    store.write_plan(first)
+    store.write_plan(first.to_reader())
     assert store.read_plan().equals(first, check_metadata=True)
     with full_disk(monkeypatch, "replace"), pytest.raises(StoreError):
-        store.write_plan(first.slice(1))
+        store.write_plan(first.slice(1).to_reader())
     assert store.read_plan().equals(first, check_metadata=True)
-    store.write_plan(first.slice(1))
+    store.write_plan(first.slice(1).to_reader())
     assert store.read_plan().num_rows == 1
     (store.folder / "plan.parquet").write_bytes(b"PAR1")
     with pytest.raises(

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import ChoiceError, StoreError, UserError
+from sweep.spec.study_folder import launched_studies
 from sweep.store import folders
 from sweep.store.buckets import Bucket
 from sweep.store.locations import Location, ObjectPath, ObjectServer
@@ -15,7 +16,7 @@ from sweep.store.lock import Lock
 from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.store.whole_studies import remove_study, rename_study
-from sweep.tables.stored_study import StoredStudy, launched_studies
+from sweep.tables.stored_study import StoredStudy
 from tests.object_stores import Crashed, Memory
 from tests.studies import OWN_SMALL, SMALL, launched, relaunch
 
@@ -302,3 +303,19 @@ def test_a_folder_that_cannot_be_renamed_stays_where_it_is(
             rename_study("small", "group/other", results)
     assert files(results) == before
     assert launched(OWN_SMALL, results).statuses() == {"done": 6}
+
+
+def test_what_is_not_in_an_object_store_is_said_with_what_is(results: Path) -> None:
+    _, bucket = in_memory(results)
+    said = (
+        "s3://bucket/results/smal: no study has been launched here; did you mean"
+        ' "small"? Stored: small'
+    )
+    for act in (
+        StoredStudy,
+        remove_study,
+        lambda *of: rename_study(*of[:1], "x", of[1]),
+    ):
+        with pytest.raises(StoreError) as raised:
+            act("smal", bucket)
+        assert str(raised.value) == said

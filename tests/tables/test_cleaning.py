@@ -138,7 +138,7 @@ def test_bytes_are_exact_where_whole_parts_go(tmp_path: Path) -> None:
     assert waste.size_bytes.total() == clean(study, waste)
 
 
-@pytest.mark.parametrize("stride", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("stride", [6, pytest.param(1, marks=pytest.mark.slow)])
 def test_being_killed_at_any_step_loses_no_trial_that_stays(
     dirty: Path, tmp_path: Path, stride: int
 ) -> None:
@@ -200,7 +200,14 @@ clean(study, waste)
 
 
 @pytest.mark.parametrize(
-    ("call", "after"), [("replace", 0), ("rename", 0), ("rename", 1), ("replace", 1)]
+    ("call", "after"),
+    [
+        ("replace", 0),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (("rename", 0), ("rename", 1), ("replace", 1))
+        ),
+    ],
 )
 def test_a_real_kill_loses_no_trial_that_stays(
     study: StoredStudy, call: str, after: int
@@ -246,7 +253,7 @@ def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(
 ) -> None:
     """As those of a search or of sequential stopping that was interrupted."""
     study = launched(COVERING.replace("heatmaps: true", "every: 10"), tmp_path)
-    study.store.write_plan(study.plan.slice(0, 3))
+    study.store.write_plan(study.plan.slice(0, 3).to_reader())
     shorter = StoredStudy("covering", tmp_path)
     waste = find_waste(shorter)
     assert (waste.rows, waste.unlisted) == ({}, 1)
@@ -316,7 +323,10 @@ def test_the_command_asks_and_without_a_terminal_refuses(study: StoredStudy) -> 
     assert len(study.store.trial_ids()) == 6
 
 
-@pytest.mark.parametrize(("answer", "left"), [("\n", 18), ("n\n", 18), ("y\n", 6)])
+@pytest.mark.parametrize(
+    ("answer", "left"),
+    [("\n", 18), pytest.param("n\n", 18, marks=pytest.mark.slow), ("y\n", 6)],
+)
 def test_in_a_terminal_the_default_is_no(
     study: StoredStudy, answer: str, left: int
 ) -> None:

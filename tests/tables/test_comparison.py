@@ -538,7 +538,7 @@ def test_json_has_no_number_that_json_lacks() -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("small smal", 'unknown study "smal"; did you mean "small"?'),
+        ("small smal", 'launched here; did you mean "small"?'),
         (
             "small:speration_weight=1 small",
             'unknown setting "speration_weight"; did you mean "separation_weight"?',

@@ -2,6 +2,7 @@
 and the rule `until` make of them.
 """
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -46,13 +47,16 @@ def half_known(results: Path) -> StoredStudy:
 
 
 def test_columns_have_the_distribution_of_their_metric(results: Path) -> None:
-    found = StoredStudy("rare", results).distributions
+    declared = StoredStudy("rare", results).distributions
+    found = {name: one.distribution for name, one in declared.items()}
     assert (found["speed"], found["speed_mean"]) == ("normal", "normal")
     assert (found["escapes"], found["escapes_mean"]) == ("count", "count")
     assert (found["hits"], found["gain_mean"]) == ("count", "skewed")
-    assert (
-        StoredStudy("rare", results).where(separation_weight=1).distributions == found
-    )
+    ranges = {name: tuple(one.support) for name, one in declared.items()}
+    assert ranges["speed"] == ranges["speed_mean"] == ranges["hits"] == (0.0, math.inf)
+    assert ranges["gain"] == (-math.inf, math.inf)
+    restricted = StoredStudy("rare", results).where(separation_weight=1)
+    assert restricted.distributions == declared
 
 
 def test_means_have_the_interval_of_the_distribution(results: Path) -> None:
@@ -76,6 +80,9 @@ def test_means_have_the_interval_of_the_distribution(results: Path) -> None:
 def test_the_table_of_metrics_says_it() -> None:
     columns = {column.header: list(column.cells) for column in metric_table().columns}
     said = dict(zip(columns["metric"], columns["distribution"], strict=True))
+    ranges = dict(zip(columns["metric"], columns["range"], strict=True))
+    assert (ranges["polarization"], ranges["share_arrived"]) == ("0 to 1", "0 to 100")
+    assert (ranges["flock_count"], ranges["clearance"]) == ("from 1", "any")
     assert (said["escapes"], said["speed"]) == ("count", "normal")
     assert (said["share_arrived"], said["potential"]) == ("percentage", "skewed")
 
@@ -123,7 +130,7 @@ def test_undefined_values_are_told_beside_a_mean(
     table_text(half_known, found)
     assert capsys.readouterr().out.count("33 % undefined") == 1
     note = select(half_known).about("{n} trials", [2, 3], "", ["flock_radius"])
-    assert note.endswith("; flock_radius undefined in 17 % of trials")
+    assert note.splitlines()[0].endswith("; flock_radius undefined in 17 % of trials")
     assert "undefined" not in select(half_known).about("{n} trials", [3], "", ["speed"])
 
 
@@ -139,6 +146,47 @@ def test_a_comparison_tells_undefined_values(
     comparison_text(compared)
     said = "flock_radius is undefined in 33 % of the done trials of A and 0 % of B"
     assert said in capsys.readouterr().out
+
+
+FEW = (
+    "flock_radius: 2 to 5 skewed values cannot show a long tail, so their intervals may"
+    " cover the mean with less than 95 %"
+)
+
+
+def test_few_skewed_values_are_said(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = StoredStudy("rare", results)
+    table_text(study, point_means(study, ["speed", "flock_radius"]))
+    printed = capsys.readouterr().out
+    assert printed.splitlines()[-2:-1] == [FEW]
+    table_text(study, point_means(study, ["speed", "escapes"]))
+    assert "skewed" not in capsys.readouterr().out
+    drawn = "mean with 95 % interval"
+    note = select(study).about("{n} trials", [3], drawn, ["flock_radius"])
+    assert note.splitlines()[-1] == FEW
+    for counts, kind in (([6], drawn), ([1], drawn), ([3], "")):
+        note = select(study).about("{n} trials", counts, kind, ["flock_radius"])
+        assert "skewed" not in note
+    sides = [read_side(f"rare:separation_weight={w}", results) for w in (0.5, 1)]
+    comparison_text(compare_sides(*sides, ["flock_radius", "speed"]))
+    assert FEW in capsys.readouterr().out.splitlines()
+
+
+def test_a_table_has_no_value_that_cannot_be(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Three speeds whose interval by Student's has negative ones: both ends stand
+    there, as no half width says them.
+    """
+    study = StoredStudy("rare", results)
+    first = study.trials["point"] == study.trials["point"].iloc[0]
+    study.trials.loc[first, "speed"] = [0.1, 0.2, 1.6]
+    row = study.means(["speed"]).iloc[0]
+    assert (row["speed_low"], row["speed_high"] > 2.0) == (0.0, True)
+    table_text(study, point_means(study, ["speed"]))
+    assert "0.6 (0.0 to 2.7)" in capsys.readouterr().out
 
 
 def test_until_does_not_stop_because_nothing_was_seen(tmp_path: Path) -> None:

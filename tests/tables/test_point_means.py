@@ -81,24 +81,25 @@ def test_trials_that_share_their_start_are_not_taken_for_independent() -> None:
     variance, 95 % intervals cover the mean in 361 to 393, but for a chance of 0.1 %;
     those of trials taken for independent cover far too few.
     """
-    rng, covered, naive = np.random.default_rng(11), 0, 0
+    rng = np.random.default_rng(11)
+    drawn = [np.tile(rng.normal(size=8), 6) + rng.normal(size=48) for _ in range(400)]
     trials = pd.DataFrame(
         {
-            "point": np.repeat([f"p{k}" for k in range(6)], 8),
-            "replicate": np.tile(np.arange(8), 6),
+            "table": np.repeat(np.arange(400), 48),
+            "point": np.tile(np.repeat([f"p{k}" for k in range(6)], 8), 400),
+            "replicate": np.tile(np.arange(8), 6 * 400),
             "seed": 5,
             "seed_listed": False,
             "status": "done",
-            "trial_id": [f"{k}" for k in range(48)],
+            "trial_id": [f"{k}" for k in range(48 * 400)],
+            "speed": np.concatenate(drawn),
         }
     )
-    for _ in range(400):
-        values = np.tile(rng.normal(size=8), 6) + rng.normal(size=48)
-        table = trials.assign(speed=values)
-        row = by_point(pooled(table, [], ["speed"]), [], ["speed"]).iloc[0]
-        covered += bool(row["speed_low"] <= 0.0 <= row["speed_high"])
-        low, high = mean_interval(values)[1:3]
-        naive += low <= 0.0 <= high
+    rows = by_point(pooled(trials, ["table"], ["speed"]), ["table"], ["speed"])
+    assert len(rows) == 400
+    covered = ((rows["speed_low"] <= 0.0) & (rows["speed_high"] >= 0.0)).sum()
+    bounds = [mean_interval(values)[1:3] for values in drawn]
+    naive = sum(low <= 0.0 <= high for low, high in bounds)
     assert 361 <= covered <= 393
     assert naive < 330
 

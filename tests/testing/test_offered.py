@@ -113,6 +113,13 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
     ),
     (
         "metric gain",
+        "values",
+        GAIN,
+        "and up to -1 is declared",
+        ('kinds=("a", "b")', 'kinds=("a", "b"), high=-1.0'),
+    ),
+    (
+        "metric gain",
         "interpreter",
         GAIN,
         "in plain Python",
@@ -177,6 +184,16 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         ROWS,
         "a position or a velocity is not finite",
         ("= settings.start_speed", "= math.nan"),
+    ),
+    (
+        "start rows",
+        "repeats",
+        ROWS,
+        "something else the second time",
+        (
+            "    return flock",
+            "    SEEN.append(0)\n    flock.y[:] = 1 / len(SEEN)\n    return flock",
+        ),
     ),
     (
         "start rows",

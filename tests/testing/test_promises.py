@@ -20,6 +20,7 @@ from tests.testing.models import LINE, doing, inside, written
 DEF = "def advance(flock, world, params, work, record, rng, steps):"
 SIGHT, REACH = "def sight(params):", "def obstacle_reach(params):"
 SYMMETRIES = 'symmetries={"translation": {}, "quarter_turn": {}, "permutation": {}},'
+AT_ONCE = (SYMMETRIES, f'{SYMMETRIES} at_once={{"update": "synchronous"}},')
 GAIN = 'gain: Annotated[float, About("strength of the pull", "1/time^2", low=0)]'
 
 
@@ -189,6 +190,25 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
         (marked(DEF), doing("vx += 0.01 * step")),
     ),
     (
+        "restart",
+        "the last one of a shorter trial",
+        (marked(DEF), doing("vx += 0.01 / record.last")),
+    ),
+    (
+        "threads",
+        "cannot be divided among threads: it leaves a loop over boids (line 82)",
+        (marked(DEF), AT_ONCE, doing("if i > 99: break")),
+    ),
+    (
+        "threads",
+        "a loop over boids may write only what belongs to its boid",
+        (
+            marked(DEF),
+            AT_ONCE,
+            doing("work.near.dx[-1] += vx; vx += 1e-3 * work.near.dx[-1]"),
+        ),
+    ),
+    (
         "workers",
         "draw only from rng",
         (marked(DEF), doing("vx += 0.1 * np.random.random()")),
@@ -277,9 +297,21 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
 ]
 
 
-@pytest.mark.parametrize("promise", PROMISES)
+IN_OTHER_PROCESSES = ("interpreter", "workers")
+"""These take long. The command tries them too, with all others."""
+
+
+@pytest.mark.parametrize(
+    "promise",
+    [
+        pytest.param(
+            promise, marks=[pytest.mark.slow] if promise in IN_OTHER_PROCESSES else []
+        )
+        for promise in PROMISES
+    ],
+)
 def test_a_good_model_keeps_it(promise: str, tmp_path: Path) -> None:
-    assert_keeps(written(tmp_path)[0], promise)
+    assert_keeps(written(tmp_path, AT_ONCE)[0], promise)
 
 
 @pytest.mark.parametrize(("promise", "words", "edits"), BAD)
@@ -329,6 +361,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
                 ),
             ),
         ),
+        ("threads", "it does not say that it updates all boids at once", ()),
         ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
             "grid",
@@ -352,7 +385,7 @@ def test_what_does_not_apply_is_skipped_with_the_reason(
         assert_keeps(written(tmp_path, *edits)[0], promise)
 
 
-@pytest.mark.parametrize("promise", ["interpreter", "workers"])
+@pytest.mark.parametrize("promise", IN_OTHER_PROCESSES)
 def test_a_model_that_other_processes_cannot_find_is_skipped(promise: str) -> None:
     model = MODELS["nanobot"]._replace(name="mine")
     with pytest.raises(SkipTest, match="file"):
@@ -400,7 +433,9 @@ def test_the_command_ends_with_0_where_nothing_is_broken(tmp_path: Path) -> None
     path, _ = written(tmp_path)
     done = sweep(tmp_path, "check", f"{path.name}:MODEL", "--json")
     assert done.returncode == 0
-    assert {one["status"] for one in json.loads(done.stdout)} == {KEPT}
+    found = {one["promise"]: one["status"] for one in json.loads(done.stdout)}
+    assert found.pop("threads") == ELSEWHERE
+    assert set(found.values()) == {KEPT}
 
 
 def test_the_command_refuses_what_is_no_model(tmp_path: Path) -> None:

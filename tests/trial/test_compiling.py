@@ -12,7 +12,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.trial import simulation
 from sweep.trial.simulation import compiling_seconds, warm
-from sweep.web.running import _compile
+from sweep.web.compiling import prepare
 from tests.commands import python
 from tests.studies import OWN_SMALL, SMALL, read
 
@@ -42,7 +42,7 @@ def test_it_is_said_too_where_an_own_model_is_tried_and_where_one_is_shown(
     plan_of(read(OWN_SMALL), 2)
     assert {one.split(",")[0] for one in caplog.messages} == {"compiling drawn"}
     caplog.clear()
-    _compile.__wrapped__("nguyen2024", "as_run", BUILT_IN)
+    prepare.__wrapped__("nguyen2024", "as_run", BUILT_IN)
     assert [one.split(",")[0] for one in caplog.messages] == ["compiling nguyen2024"]
 
 
@@ -52,7 +52,7 @@ def test_a_plan_has_the_time_where_the_model_is_not_compiled(
     study = read(SMALL)
     warm(Jobs(study, expand(study))[0])
     assert "to compile the model" not in plan_of(study, 2).as_text()
-    monkeypatch.setattr(planning, "compiling_seconds", lambda _model: 15.0)
+    monkeypatch.setattr(planning, "compiling_seconds", lambda _model, _threads: 15.0)
     plan = plan_of(study, 2)
     assert plan.compiling_seconds == 15.0
     assert "workers, and once about 15.0 s to compile the model" in plan.as_text()

@@ -166,6 +166,6 @@ def test_a_model_in_a_file_beside_the_spec_is_probed(tmp_path: Path) -> None:
     assert sweep.plan(spec).probe_steps == 2 * 9
     wrong = VORTEX.replace("range2 = ", "range2 + ")
     (tmp_path / "vortex.py").write_text(wrong)
-    with pytest.raises(SpecError, match=r"^spec.yaml:3: no trial can be run: .*range2"):
+    with pytest.raises(SpecError, match=r"^spec.yaml:3: vortex.py, line \d+, .*range2"):
         sweep.run(spec, tmp_path / "results")
     assert not list(tmp_path.glob("results/**/*.parquet"))

@@ -122,6 +122,16 @@ export function troubles(wanted) {
         `${one.className || one.tagName}: ${one.scrollWidth} in ${one.clientWidth}`
       );
     },
+    // What cannot be brought to where a pointer reaches it.
+    hidden_away() {
+      return controls.filter((one) => {
+        if (one.matches(":disabled") || one.closest(".picture")) return false;
+        one.scrollIntoView({ block: "center", inline: "nearest" });
+        const { left, top, width, height } = box(one);
+        const met = document.elementFromPoint(left + width / 2, top + height / 2);
+        return !(met && (one.contains(met) || met.closest("label")?.contains(one)));
+      }).map(short);
+    },
     small() {
       /** @param {HTMLElement} one */
       const target = (one) => {

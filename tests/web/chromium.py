@@ -31,7 +31,7 @@ BEGIN_ANEW = """() => {
     one.open = usual.includes(one.dataset.group);
   });
   document.activeElement.blur();
-  Object.assign(view.hand, { past: [], drag: null });
+  view.hand.drag = null;
   view.hand.use("select");
   view.hand.mark(null);
   view.fit("world");
@@ -40,6 +40,10 @@ BEGIN_ANEW = """() => {
   view.stage.edited = null;
   view.stage.forget();
   view.groups.accept();
+  view.toasts.element.replaceChildren();
+  view.presentation.end();
+  view.root.classList.remove("without-settings", "without-watch");
+  view.panels.choose("settings");
   for (const name of Object.keys(view.state.sweeps)) {
     view.send({ type: "sweep", name, off: true });
   }

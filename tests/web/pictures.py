@@ -7,12 +7,11 @@ page.png is the page as a browser shows it, and flight.gif the run that is on it
 import sys
 from pathlib import Path
 
-from sweep.web.export import animate
-from sweep.web.flight import fly
+from sweep.replays.animation import write_animation
 from sweep.web.live import Live
 from tests.web.chromium import Opened, running_browser, running_server
 
-STEPS = 240
+STEPS, EVERY = 240, 3
 WIDTH, HEIGHT = 1280, 720
 
 
@@ -30,8 +29,8 @@ def main(folder: Path) -> None:
         show = opened.show
         assert isinstance(show, Live)
         state = show.state.with_settings({"steps": STEPS})
-    flight = fly(str(state.as_spec()["study"]), state.job, every=2)
-    (folder / "flight.gif").write_bytes(animate(flight, "gif").content)
+    name, gif = str(state.as_spec()["study"]), folder / "flight.gif"
+    write_animation(name, state.job, gif, EVERY, lambda _done, _all: None)
 
 
 if __name__ == "__main__":

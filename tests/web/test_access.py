@@ -46,6 +46,7 @@ def test_everything_has_a_name_a_visible_focus_and_enough_contrast(
     page = opened()
     page.page.emulate_media(color_scheme=scheme)
     everything_open(page)
+    assert page.page.get_by_role("heading", level=1).all_inner_texts() == ["boidsweep"]
     assert not troubles(
         page, "nameless", "doubled", "disordered", "unmarked", "faint", "faintly_drawn"
     )
@@ -60,6 +61,19 @@ def test_there_is_room_for_everything(opened: Open) -> None:
     everything_open(page)
     assert not troubles(page, "overflowing")
     assert min(np.subtract(picture(page), (600, 500))) >= 0
+
+
+def test_all_is_reached_on_a_phone_and_at_four_hundred_per_cent(
+    opened: Open,
+) -> None:
+    """320 by 256 pixels are left of 1280 by 1024 then."""
+    page = opened()
+    everything_open(page)
+    page.ask("boidsweep.view.status.say('')")
+    for width, height in ((390, 844), (640, 360), (844, 390), (320, 480), (320, 256)):
+        page.page.set_viewport_size({"width": width, "height": height})
+        assert not troubles(page, "overflowing", "hidden_away"), (width, height)
+        assert picture(page)[1] >= 180
 
 
 def picture(page: Opened) -> tuple[float, float]:
@@ -98,7 +112,8 @@ def test_a_menu_is_used_by_keyboard(opened: Open) -> None:
     page.page.get_by_role("button", name="Export").press("Enter")
     focused = "document.activeElement.textContent"
     assert page.ask(focused).startswith("PNG")
-    page.page.keyboard.press("ArrowDown")
+    for _ in range(2):
+        page.page.keyboard.press("ArrowDown")
     assert page.ask(focused).startswith("SVG")
     page.page.keyboard.press("Escape")
     assert page.ask(focused) == "Export"

@@ -12,11 +12,12 @@ from examples import vortex
 from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.spec.settings import settings_of
+from sweep.spec.settings import preset_settings, settings_of
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
 from sweep.web import encoding, overlays
-from sweep.web.controls import EXPERIMENTS, controls, published
+from sweep.web.claimed import published
+from sweep.web.controls import EXPERIMENTS, controls
 from sweep.web.running import simulation_of
 from sweep.web.state import begin
 from tests import ROOT, builders, oscillators
@@ -291,5 +292,27 @@ def test_published_numbers_come_with_the_settings_that_they_hold_for() -> None:
         about for name, about in numbers if name == "speed" and about["frame"] == 0
     ]
     assert starts[0]["value"] == 0.765
-    assert starts[0]["settings"] == {"n": 200, "steps": 500, "separation_weight": 1}
+    preset = preset_settings("nguyen2024", "as_run", BUILT_IN)
+    assert starts[0]["settings"] == preset | {"n": 200, "steps": 500}
     assert published("nguyen2024", "as_run", ROOT / "nowhere") == ()
+
+
+def test_a_number_over_points_or_on_a_drawn_map_is_of_no_one_setting(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "one").mkdir()
+    (tmp_path / "one" / "a.yaml").write_text(
+        "study: a\nmodel: nguyen2024\nreplicates: 1\nfixed: {map: lab, n: 20}\n"
+        "maps: {lab: {size: [90, 90], shapes: []}}\n"
+        "sweep: {separation_weight: [1, 2], alignment_weight: [1, 2]}\n"
+    )
+    (tmp_path / "one" / "published.yaml").write_text(
+        "claims:\n  - {where: Table 1, says: fast, spec: a, expect: {value: 3},\n"
+        "     measure: {mean: speed, for: {separation_weight: 2}}}\n"
+    )
+    ((metric, number),) = published("nguyen2024", "as_run", tmp_path)
+    assert (metric, number["value"]) == ("speed", 3)
+    settings = number["settings"]
+    nothing = {name for name, value in settings.items() if value is None}
+    assert nothing == {"alignment_weight", "map"}
+    assert (settings["separation_weight"], settings["n"]) == (2, 20)

@@ -10,6 +10,7 @@ from pathlib import Path
 from playwright.sync_api import Browser
 
 from sweep.own_code.reading import load_spec
+from sweep.web.filing import untold
 from sweep.web.live import Live
 from sweep.web.state import from_study
 from tests import ROOT
@@ -104,7 +105,7 @@ def test_texts_of_own_files_never_become_elements(
         assert page.ask("window.hacked") is None
         page.send(type="step", count=5)
         page.until("boidsweep.view.stage.frame.step === 5")
-        saved = page.show.export("html")()
+        saved = page.show.export("html")(untold)
         path = tmp_path / "flight.html"
         path.write_bytes(base64.b64decode(saved["data"]))
         offline = browser.new_page()

@@ -17,7 +17,7 @@ from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.errors import SpecError
-from sweep.spec.settings import settings_of
+from sweep.spec.settings import preset_settings, settings_of
 from sweep.spec.study import parse_spec
 from sweep.trial.simulation import simulate
 from sweep.web.live import Live
@@ -277,6 +277,7 @@ def test_obstacles_are_moved_resized_removed_and_brought_back(opened: Open) -> N
         assert [round(value) for value in obstacles(page)[0]] == row
 
     page.page.keyboard.press("v")
+    page.ask("boidsweep.view.hand.mark(0)")  # a boid may be there, too
     page.drag((300, 300), (500, 200))
     now([500, 200, 50, 30, 0])
     page.drag((550, 230), (600, 300))  # its corner, while the opposite one stays
@@ -311,6 +312,7 @@ def test_what_a_drag_still_had_to_say_is_not_said_in_the_next_one(opened: Open) 
     disc = {"x": 300, "y": 300, "radius": 50}
     page.send(type="shapes", shapes=[{"disc": disc}])
     until_obstacles(page, 1)
+    page.ask("boidsweep.view.hand.mark(0)")  # a boid may be there, too
     page.ask(HOLD_TIMERS)
     page.drag((300, 300), (500, 200))
     page.until("!boidsweep.view.stage.edited && !boidsweep.view.asked")
@@ -460,7 +462,7 @@ def test_kinds_of_boids_have_colours_of_their_own_and_a_legend(
         until_set(page, "pacemakers", n // 2)
         bodies = go_to(page, 5)
         _, pixels = page.page.evaluate(PIXELS, bodies[:2].T.tolist())
-        kinds = page.ask("boidsweep.view.stage.rules.slice(0, 2)")
+        kinds = page.ask("boidsweep.view.stage.hues.slice(0, 2)")
         wanted = [kinds[0]] * (n // 2) + [kinds[1]] * (n - n // 2)
         same = sum(one == other for one, other in zip(pixels, wanted, strict=True))
         # A boid may lie on another one.
@@ -494,25 +496,68 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
     plotted = "boidsweep.view.charts.plots.get('polarization').series"
     page.until(f"{plotted}.steps.length === 26")
     history = live(page).history
-    row = history.names.index("polarization")
-    assert page.ask(f"{plotted}.values") == [values[row] for values in history.rows]
+    assert page.ask(f"{plotted}.values") == history.columns["polarization"]
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")
 
 
+def test_what_presets_differ_in_is_listed_with_a_switch_for_each(
+    opened: Open,
+) -> None:
+    """All switches make the other preset; what was changed stays in another preset."""
+    page = opened()
+    page.send(type="model", model="nguyen2024", preset="as_run")
+    until_model(page, "nguyen2024")
+    page.page.get_by_text("against as_written").click()
+    usual = preset_settings("nguyen2024", "as_run", BUILT_IN)
+    other = preset_settings("nguyen2024", "as_written", BUILT_IN)
+    differ = {name for name in usual if usual[name] != other[name]}
+    switches = page.page.locator(".presets .switch")
+    assert differ
+    assert switches.count() == len(differ)
+    for place in range(switches.count()):
+        switches.nth(place).click()
+        page.until("!boidsweep.view.asked")
+        assert switches.nth(place).is_checked()
+    assert live(page).state.settings == other
+    assert set(live(page).state.fixed) == differ
+    switches.first.click()
+    page.until("!boidsweep.view.asked")
+    assert len(live(page).state.fixed) == len(differ) - 1
+    page.send(type="model", model="nguyen2024", preset="as_run")
+    page.until("!boidsweep.view.asked")
+    page.send(type="set", name="n", value=77)
+    page.page.get_by_label("preset", exact=True).select_option("as_written")
+    page.until("boidsweep.view.state.preset === 'as_written'")
+    assert live(page).state.settings == other | {"n": 77}
+
+
 def test_published_values_stand_beside_the_plots_of_the_very_settings(
     opened: Open,
 ) -> None:
+    """Any other setting makes them those of another run, which is said."""
     page = opened()
     page.send(type="model", model="nguyen2024", preset="as_run")
-    page.until("boidsweep.view.charts.plots.get('speed')?.published.length > 0")
-    assert "0.765 at step 0" in page.ask(
-        "boidsweep.view.charts.plots.get('speed').line.textContent"
-    )
-    page.send(type="set", name="separation_weight", value=0.7)
-    page.until("boidsweep.view.charts.plots.get('speed').published.length === 0")
-    assert page.ask("boidsweep.view.charts.plots.get('speed').line.textContent") == ""
+    speed = "boidsweep.view.charts.plots.get('speed')"
+    for name, value in (("separation_weight", 0.7), ("max_force", 5)):
+        page.until(f"{speed}?.published.length > 0")
+        usual = page.ask("boidsweep.view.state.settings")[name]
+        assert "published: 0.765 at step 0" in page.ask(f"{speed}.line.textContent")
+        page.send(type="set", name=name, value=value)
+        page.until(f"{speed}.published.length === 0")
+        assert page.ask(f"{speed}.line.textContent") == (
+            "0.765 at step 0 is published for other settings: " + name.replace("_", " ")
+        )
+        page.send(type="set", name=name, value=usual)
+    page.until(f"{speed}.published.length > 0")
+    go_to(page, 2)
+    page.send(type="set", name="max_force", value=5)
+    go_to(page, 3)
+    page.send(type="set", name="max_force", value=0.5)
+    page.until("!boidsweep.view.asked && !boidsweep.view.state.exact")
+    assert page.ask(f"{speed}.published") == []
+    assert "a run without changes on the way" in page.ask(f"{speed}.line.textContent")
 
 
 def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
@@ -526,16 +571,15 @@ def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
     page.page.get_by_label("fov, sweep: points").fill("4")
     page.page.get_by_label("fov, sweep: points").press("Enter")
     page.until("boidsweep.view.state.sweeps.fov?.points === 4")
+    sweeps = page.ask("boidsweep.view.state.sweeps")
     page.page.get_by_role("button", name="Copy as spec").click()
     page.page.get_by_text("Without its sweep").wait_for()
     spec = parse_spec(page.page.get_by_label("spec.yaml").input_value())
     points = expand(spec)
-    assert [points.settings(i)["fov"] for i in range(points.n_points)] == [
-        60,
-        160,
-        260,
-        360,
-    ]
+    found = [points.settings(i)["fov"] for i in range(points.n_points)]
+    low, high = (sweeps["fov"][end] for end in ("low", "high"))
+    assert low == 60
+    assert found == np.linspace(low, high, 4).tolist()
 
 
 def test_a_map_a_preset_and_a_seed_are_picked(opened: Open) -> None:
@@ -567,6 +611,7 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
     assert page.ask("document.querySelectorAll('[aria-invalid]').length") == 2
     page.send(type="set", name="fov", value=200)
     page.until("document.querySelectorAll('[aria-invalid]').length === 0")
+    assert page.ask("boidsweep.view.status.words.textContent") == ""
     page.send(type="set", name="fov", value=150)
     for text in (
         '{"type": "set", "name": "<img src=x onerror=alert(1)>", "value": 1}',
@@ -727,7 +772,7 @@ def test_the_page_is_one_text_too_that_does_nothing_before_it_is_mounted(
     page = browser.new_page()
     page.set_content("<body></body>")
     page.add_script_tag(
-        content=f"{script('view')}globalThis.mount = mount;", type="module"
+        content=f"{script('mount')}globalThis.mount = mount;", type="module"
     )
     assert page.evaluate("document.body.children.length") == 0
     said = page.evaluate("""() => {

@@ -52,9 +52,34 @@ RIGHT: list[tuple[dict[str, Any], Message]] = [
     ),
     ({"type": "sweep", "name": "n", "off": True}, messages.Sweep("n", off=True)),
     ({"type": "spec"}, messages.Spec()),
+    ({"type": "keep"}, messages.Keep()),
+    (
+        {"type": "trial", "point": 2, "replicate": 3},
+        messages.ShowTrial(2, 3),
+    ),
+    (
+        {"type": "value", "name": "n", "value": 3},
+        messages.ShowValue("n", 3),
+    ),
+    (
+        {
+            "type": "hello",
+            "page": "a",
+            "yaml": "a" * 300,
+            "point": "b",
+            "replicate": 4,
+        },
+        messages.Hello("a", "a" * 300, "b", 4),
+    ),
     ({"type": "export", "kind": "png"}, messages.Export("png")),
+    ({"type": "stop"}, messages.StopExport()),
+    ({"type": "origin"}, messages.Origin()),
     ({"type": "ready"}, messages.Ready()),
     ({"type": "seek", "frame": 7}, messages.Seek(7)),
+    ({"type": "undo"}, messages.Undo()),
+    ({"type": "redo"}, messages.Redo()),
+    ({"type": "beside", "preset": "as_run"}, messages.Beside("as_run")),
+    ({"type": "alone", "side": 1}, messages.Alone(side=1)),
 ]
 WRONG = [
     ("", "a message must be JSON"),

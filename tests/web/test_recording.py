@@ -19,6 +19,7 @@ import sweep.web.recording as recording
 from kernels.identity import kernels_sha
 from sweep.cli.replay_files import Wanted, check, show
 from sweep.errors import ChoiceError
+from sweep.sharing.stranger import NO_LICENCE
 from sweep.web.export import File
 from sweep.web.flight import KeptFlight, fly
 from sweep.web.live import Live
@@ -47,15 +48,21 @@ def file(flight: KeptFlight) -> File:
     return recording.recording_of(flight, Live(STATE).greeting(), STATE.as_text())
 
 
-def content_of(page: bytes) -> dict[str, Any]:
+def data_of(page: bytes) -> dict[str, Any]:
     """What the script of the page reads."""
     found = re.search(
-        r'<script type="application/json" id="recording">(.*?)</script>',
+        r'<script type="application/json" id="data">(.*?)</script>',
         page.decode(),
         re.DOTALL,
     )
     assert found
-    content: dict[str, Any] = json.loads(found[1])
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def content_of(page: bytes) -> dict[str, Any]:
+    """The run in a page."""
+    content: dict[str, Any] = data_of(page)["recording"]
     return content
 
 
@@ -89,7 +96,7 @@ def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     assert content["about"]["Trial"] == STATE.job.trial_id
     assert content["about"]["kernels_sha"] == kernels_sha()
     assert content["spec"] == STATE.as_text()
-    assert content["metrics"]["speed"] == flight.values["speed"].tolist()
+    assert content["values"]["speed"] == flight.values["speed"].tolist()
     assert content["state"]["replay"]["frames"] == [0, 60, 1]
     assert content["state"]["replay"]["recorded"] is True
     assert (
@@ -98,7 +105,19 @@ def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     )
     assert (content["state"]["step"], content["state"]["running"]) == (0, False)
     text = file.content.decode()
-    assert f"<title>{STUDY}, trial {STATE.job.trial_id}</title>" in text
+    assert "<title>nguyen2024, as_run, seed 3</title>" in text
+    front = data_of(file.content)["front"]
+    assert front["title"] == "nguyen2024, as_run, seed 3"
+    assert front["caption"] == (
+        "40 boids of the model nguyen2024, preset as_run, on the map random_obstacles:"
+        " 60 steps, dt = 1 step."
+    )
+    assert [work.split(":")[0] for work in front["cite"]] == [
+        "The boidsweep authors (2026)",
+        "Q. C. Nguyen (2024)",
+        f"Trial {STATE.job.trial_id} of the study {STUDY}, kernels {kernels_sha()}.",
+    ]
+    assert front["licence"] == NO_LICENCE
 
 
 def test_a_stored_trial_is_written_as_a_page_that_compares_it(tmp_path: Path) -> None:
@@ -142,7 +161,8 @@ def test_a_recording_may_load_nothing_and_run_its_own_script_only(file: File) ->
             in policy[1]
         )
     assert "http" not in policy[1]
-    assert not re.search(r'(src|href)="', text)
+    elements = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    assert not re.search(r'(src|href)="', elements)
 
 
 def test_no_text_in_a_recording_becomes_an_element(flight: KeptFlight) -> None:
@@ -168,7 +188,7 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(
     monkeypatch.setattr(recording, "MOST_BYTES", 25 * bytes_a_frame)
     content = content_of(recording.recording_of(flight, greeting, "").content)
     assert content["steps"] == list(range(0, 61, 3))
-    assert len(content["metrics"]["speed"]) == 21
+    assert len(content["values"]["speed"]) == 21
     assert content["state"]["replay"]["frames"] == [0, 60, 3]
     monkeypatch.setattr(recording, "MOST_BYTES", 9 * bytes_a_frame)
     with pytest.raises(
@@ -225,7 +245,7 @@ def test_a_browser_plays_a_recording_from_disk_to_its_end(played: Page) -> None:
     clock(played, r"step 0 of 60")
     played.get_by_role("button", name=re.compile("^Run")).click()
     clock(played, r"step 60 of 60")
-    played.get_by_role("button", name=re.compile("^Run")).wait_for()
+    played.get_by_role("button", name=re.compile("^Run")).first.wait_for()
     assert STATE.job.trial_id in played.locator("main").inner_text()
 
 
@@ -250,3 +270,91 @@ def test_a_recording_hands_out_its_spec(played: Page) -> None:
         "element => element.value ?? element.textContent"
     )
     assert shown.strip() == STATE.as_text().strip()
+
+
+def test_nothing_in_a_recorded_page_is_dead(played: Page) -> None:
+    """No control is disabled, and each does something."""
+    clock(played, r"step 0 of 60")
+    inputs = "button, select, input, textarea"
+    assert played.locator(f":is({inputs}):disabled").count() == 0
+    names = played.locator("main").get_by_role("combobox").all()
+    assert [one.get_attribute("aria-label") for one in names] == ["speed"]
+    shown = [one.get_attribute("aria-label") for one in played.locator("aside").all()]
+    assert shown == ["about the run"]
+
+
+def test_a_boid_that_is_clicked_shows_whom_it_sees(played: Page) -> None:
+    clock(played, r"step 0 of 60")
+    facts = played.get_by_label("the boid that is looked at").locator("p")
+    assert facts.inner_text() == "Click a boid to see whom it sees."
+    played.get_by_label("index of the boid that is looked at").fill("7")
+    played.keyboard.press("Enter")
+    words = re.compile(r"^at [-\d.]+, [-\d.]+ .*; \d+ neighbours? within ")
+    assert words.match(facts.inner_text())
+    at_first = facts.inner_text()
+    played.get_by_role("slider", name="step", exact=True).fill("44")
+    clock(played, r"step 44 of 60")
+    assert words.match(facts.inner_text())
+    assert facts.inner_text() != at_first
+    played.keyboard.press("Escape")
+    played.locator("canvas[role=application]").press("Escape")
+    assert facts.inner_text() == "Click a boid to see whom it sees."
+
+
+def test_flocks_and_visits_of_a_recording_are_drawn(played: Page) -> None:
+    clock(played, r"step 0 of 60")
+    played.get_by_role("slider", name="step", exact=True).fill("44")
+    played.get_by_label("flocks", exact=True).check()
+    played.get_by_label("coverage", exact=True).check()
+    played.get_by_text(re.compile(r"of two or more; grey boids are alone")).wait_for()
+    played.get_by_text(re.compile(r"^1 to \d+ visits of a pixel")).wait_for()
+
+
+def test_a_recorded_page_says_how_to_cite_it_and_its_settings(played: Page) -> None:
+    clock(played, r"step 0 of 60")
+    text = played.locator("main").inner_text()
+    for words in ("How to cite", "Licence", "Q. C. Nguyen (2024)", NO_LICENCE):
+        assert words in text
+    assert played.locator("h1").inner_text() == "nguyen2024, as_run, seed 3"
+    played.get_by_text("settings", exact=True).click()
+    changed = played.locator(".values .changed").all_inner_texts()
+    assert [one.split() for one in changed] == [["n", "40"], ["steps", "60"]]
+
+
+def test_an_embedded_recording_is_the_picture_and_its_bar(
+    browser: Browser, file: File, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.html"
+    path.write_bytes(file.content)
+    page = browser.new_page(viewport={"width": 600, "height": 400})
+    page.goto(path.as_uri() + "?embed")
+    clock(page, r"step 0 of 60")
+    assert page.locator(".front, details").count() == 0
+    assert not page.get_by_label("about the run").is_visible()
+    sides = page.locator(".player").bounding_box()
+    assert sides == {"x": 0, "y": 0, "width": 600, "height": 400}
+    page.close()
+
+
+def test_a_printed_recording_is_light_and_whole(
+    browser: Browser, file: File, tmp_path: Path
+) -> None:
+    """On paper nothing is dark or folded, and no button is left."""
+    path = tmp_path / "run.html"
+    path.write_bytes(file.content)
+    page = browser.new_page(color_scheme="dark")
+    page.goto(path.as_uri())
+    clock(page, r"step 0 of 60")
+    corner = """() => Array.from(document.querySelector("canvas[role=application]")
+      .getContext("2d").getImageData(2, 2, 1, 1).data)"""
+    assert max(page.evaluate(corner)[:3]) < 60
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.emulate_media(media="print")
+    assert min(page.evaluate(corner)[:3]) > 200
+    assert page.locator("details:not([open])").count() == 0
+    buttons = page.get_by_role("button").all()
+    assert [one.get_attribute("title") for one in buttons if one.is_visible()] == []
+    page.emulate_media(media="screen")
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert max(page.evaluate(corner)[:3]) < 60
+    page.close()

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import sweep.web.track as track
-from sweep.cli.listing import point_rows, table_text
+from sweep.cli.listing import table_text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.study import RecordSpec
+from sweep.tables.means_text import point_rows
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
@@ -22,6 +23,7 @@ from sweep.trial import looking
 from sweep.trial.simulation import Simulation, simulate
 from sweep.web import messages
 from sweep.web.export import draw_frame
+from sweep.web.filing import untold
 from sweep.web.history import Cursor
 from sweep.web.replaying import Replay
 from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched
@@ -85,6 +87,8 @@ def test_every_number_is_the_stored_one(spec: str, index: int, tmp_path: Path) -
     show = Replay(study, trial)
     told = show.status()["replay"]
     assert (told["study"], told["trial"], told["equal"]) == (study.name, trial, True)
+    assert told["which"].endswith(f"replicate {show.job.replicate + 1}")
+    assert all(name.replace("_", " ") in told["which"] for name in study.varied)
     assert told["words"] == "Every number equals the stored one, bit for bit."
     series = study.series[study.series["trial_id"] == trial]
     steps = series["frame"].to_numpy()
@@ -293,13 +297,13 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, flown: StoredStudy) -> Non
 
 def test_a_file_of_it_is_of_the_stored_trial(show: Replay) -> None:
     show.seek(5)
-    picture = show.export("png")()
+    picture = show.export("png")(untold)
     assert picture["name"] == f"small-{show.job.trial_id[:8]}-step-5.png"
     assert (
         base64.b64decode(picture["data"])
-        == draw_frame("small", show.job, 5, show.bodies, "png").content
+        == draw_frame("small", show.job, 5, show.bodies, "png", show.spec()).content
     )
-    page = base64.b64decode(show.export("html")()["data"]).decode()
+    page = base64.b64decode(show.export("html")(untold)["data"]).decode()
     assert show.job.trial_id in page
     assert '"steps":[0,1,2,3,4,5,6,7,8,9]' in page
     with pytest.raises(

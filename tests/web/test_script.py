@@ -67,7 +67,7 @@ def test_a_module_stands_after_what_it_needs_and_without_its_types(
     assert page.script("entry") == TEXT
 
 
-@pytest.mark.parametrize("name", ["view", "widget", "recording"])
+@pytest.mark.parametrize("name", ["view", "widget", "recording", "supplement"])
 def test_neither_an_import_nor_a_type_is_left_in_the_text(name: str) -> None:
     lines = page.script(name).splitlines()
     assert [line for line in lines if line.startswith(("import ", "} from "))] == []

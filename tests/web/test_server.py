@@ -5,6 +5,7 @@ import http.client
 import json
 import random
 import socket
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -20,9 +21,12 @@ from uvicorn.protocols.websockets import websockets_sansio_impl
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from kernels.catalogue import BUILT_IN
+from kernels.models import MODELS
+from sweep.design.jobs import Job
 from sweep.errors import SpecError
 from sweep.trial.state import Taken
-from sweep.web import playing
+from sweep.web import compiling, playing
 from sweep.web import server as serving
 from sweep.web.encoding import HEAD
 from sweep.web.live import Live
@@ -173,6 +177,63 @@ def test_who_waits_for_the_compiler_is_told(
         assert "takes up to a minute" in page.last["info"]["message"]
         told.set()
         assert page.hear() == "controls"
+
+
+def test_other_pages_go_on_while_a_model_or_a_metric_is_compiled(
+    server: PageServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The compiler works until it is told to end, and the page that waits for it is
+    told so at once.
+    """
+    ended, begun = threading.Event(), list[str]()
+
+    def compiler(job: Job) -> None:
+        begun.append(f"{job.model} {' '.join(job.record.metrics)}")
+        assert ended.wait(DEADLINE)
+
+    with Page(server, "one") as one, Page(server, "two") as two:
+        one.wait("frame")
+        two.wait("frame")
+        two.go(3)
+        compiling.prepare.cache_clear()
+        monkeypatch.setattr(compiling, "_apart", compiler)
+        monkeypatch.setattr(compiling, "is_compiled", lambda _: False)
+        two.say("metrics", names=["elongation"])
+        assert two.wait("info")["message"] == "compiling elongation, once: some seconds"
+        assert one.go(5)["step"] == 5
+        ended.set()
+        assert two.wait("state")["plots"] == ["elongation"]
+        ended.clear()
+        monkeypatch.setattr(compiling, "compiling_seconds", lambda _: 15.0)
+        two.say("model", model="patel2023", preset="as_run")
+        assert two.wait("info")["message"] == (
+            "compiling patel2023, once: about 15 s on an idle core"
+        )
+        one.say("step", count=4)
+        assert one.wait("state", lambda state: state["step"] == 9)
+        ended.set()
+        assert two.wait("state")["model"] == "patel2023"
+    assert [name for name in begun if name.startswith("nguyen")] == [
+        "nguyen2024 elongation"
+    ]
+    assert begun[1].startswith("patel2023")
+
+
+def test_the_compiler_of_a_page_works_in_a_process_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ended = []
+    run = subprocess.run
+
+    def noted(*given: Any, **about: Any) -> object:
+        ended.append(run(*given, **about))
+        return ended[-1]
+
+    monkeypatch.setattr(subprocess, "run", noted)
+    monkeypatch.setattr(compiling, "is_compiled", lambda _: False)
+    compiling.prepare.cache_clear()
+    compiling.prepare("nguyen2024", "as_run", BUILT_IN, ("speed",))
+    assert [(one.returncode, one.stderr) for one in ended] == [(0, b"")]
 
 
 def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(
@@ -348,7 +409,8 @@ def test_a_session_that_another_page_takes_is_closed_for_the_first(
         ("{", "a message must be JSON"),
         (b"\x00\x01", "a message must be JSON"),
         ('{"type": "rnu"}', 'unknown message "rnu"; did you mean "run"'),
-        ('{"type": "seek", "frame": 3}', "only a stored trial can be scrubbed"),
+        ('{"type": "undo"}', "there is nothing to undo"),
+        ('{"type": "run", "side": 1}', "there is no second run beside this one"),
         (
             '{"type": "set", "name": "darg", "value": 1}',
             'unknown setting "darg"; did you mean "drag"',
@@ -617,3 +679,32 @@ def test_pings_leave_python_s_generator_alone() -> None:
     websockets_sansio_impl.WebSocketsSansIOProtocol.send_keepalive_ping(connection)
     assert connection.conn.send_ping.called
     assert random.getstate() == state
+
+
+class Slow(Watched):
+    """A run whose first step ends when another page has been answered."""
+
+    answered = threading.Event()
+
+    def advance(self, steps: int) -> Taken:
+        if self.state.seed == 2:
+            assert self.answered.wait(DEADLINE)
+        return super().advance(steps)
+
+
+def test_a_long_step_of_one_page_makes_no_other_wait(
+    server: PageServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kernels hold no lock of Python."""
+    for model in MODELS.values():
+        assert model.advance.targetoptions["nogil"]  # type: ignore[attr-defined]
+    state = begin("nguyen2024", "as_run").with_settings({"n": 20, "steps": 200})
+    monkeypatch.setattr(server.rooms, "begin", lambda: Slow(state))
+    with Page(server, "slow") as slow, Page(server, "other") as other:
+        slow.wait("state")
+        slow.ask("set", name="seed", value=2)
+        slow.say("step", count=1)
+        other.wait("state")
+        assert other.go(3)["step"] == 3
+        Slow.answered.set()
+        assert slow.wait("state", lambda state: state["step"] == 1)

@@ -350,8 +350,12 @@ def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
     session.advance(2)
     message, _ = session.history.since(Cursor())
     assert message is not None
-    assert (message["steps"], message["reset"]) == ([4, 5], True)
-    assert set(message["values"]) == set(names)  # type: ignore[call-overload]
+    assert (message["steps"], message["reset"]) == ([0, 1, 2, 3, 4, 5], True)
+    values: dict[str, list[float | None]] = message["values"]
+    assert values.keys() == set(names)
+    for name, column in values.items():
+        known = name in begin(model, "as_run").plots
+        assert (column[:4] == [None] * 4) is not known
 
 
 def test_a_long_history_is_thinned_evenly_and_told_once() -> None:
@@ -374,3 +378,16 @@ def test_a_long_history_is_thinned_evenly_and_told_once() -> None:
         "values": {"speed": [2.0 * step for step in history.steps]},
         "reset": True,
     }
+
+
+def test_another_preset_keeps_what_was_changed_and_the_same_one_begins_anew() -> None:
+    session = short_run(cohesion_weight=0.3)
+    session.place([DISC])
+    session.follow(("speed",))
+    before = dict(session.state.fixed)
+    session.choose("nguyen2024", "as_written")
+    assert session.state.settings["cohesion_weight"] == 0.3
+    assert session.state.fixed == before
+    assert (len(session.state.shapes or ()), session.state.plots) == (1, ("speed",))
+    session.choose("nguyen2024", "as_written")
+    assert (session.state.fixed, session.state.shapes) == ({}, None)

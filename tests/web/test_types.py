@@ -15,7 +15,9 @@ from typing import Any
 from deno import find_deno_bin
 
 from kernels.models import MODELS
+from sweep.spec.study import parse_spec
 from sweep.web import messages
+from sweep.web.filing import untold
 from sweep.web.flight import fly
 from sweep.web.history import Cursor
 from sweep.web.live import Live
@@ -24,25 +26,30 @@ from sweep.web.page import STATIC
 from sweep.web.protocol import OVERLAYS, Reply
 from sweep.web.recording import recording_of
 from sweep.web.replaying import Replay
-from sweep.web.state import begin
+from sweep.web.state import begin, from_study
+from sweep.web.twin import Twin
 from tests import ROOT
+from tests.specs import GAINS
 from tests.studies import SMALL, launched
 from tests.web.test_protocol import DISC, RIGHT
-from tests.web.test_recording import content_of
+from tests.web.test_recording import data_of
 
 CONFIG = ROOT / "deno.jsonc"
 SCRIPT = Template("""
-import type { Message, Recording, Reply } from "$types";
+import type { Message, RecordedPage, Reply } from "$types";
 export const messages: Message[] = $messages;
 export const every_message: Record<Message["type"], true> = $every_message;
 export const replies: Reply[] = $replies;
 export const every_reply: Record<Reply["type"], true> = $every_reply;
-export const recording: Recording = $recording;
+export const recording: RecordedPage = $recording;
 """)
 UNASKED: list[Reply] = [
     {"type": "error", "message": "no", "answers": "1"},
     {"type": "error", "message": "a message must be JSON"},
     {"type": "info", "message": "well"},
+    {"type": "progress", "kind": "gif", "doing": "drawn", "share": 0.25},
+    {"type": "progress", "kind": None, "doing": "", "share": 1.0},
+    {"type": "anew"},
 ]
 """What sweep.web.playing says by itself."""
 
@@ -57,12 +64,16 @@ def replies(results: Path) -> Iterator[Reply]:
         yield from show.handle(messages.Sweep("n", 10, 20, 3))
         yield from show.handle(messages.Shapes([DISC]))
         yield from show.handle(messages.Spec())
+        yield from show.handle(messages.Keep())
+        yield from show.handle(messages.Origin())
         yield from show.news(Cursor())[0]
         yield show.selection()
-    yield show.export("png")()
+    yield show.export("png")(untold)
+    yield from Live(from_study(parse_spec(GAINS))).greeting()
     study = launched(SMALL, results)
     trial = str(study.trials["trial_id"][0])
     yield from Replay(study, trial).greeting()
+    yield from Twin(show, show.beside("as_run")).greeting()
     yield show.status() | {"answers": "1"}
     yield from UNASKED
 
@@ -71,7 +82,7 @@ def recording() -> dict[str, Any]:
     """What a page that plays a run from disk reads."""
     state = begin("nguyen2024", "as_run").with_settings({"n": 5, "steps": 3})
     flight = fly("study", state.job, state.plots)
-    return content_of(
+    return data_of(
         recording_of(flight, Live(state).greeting(), state.as_text()).content
     )
 

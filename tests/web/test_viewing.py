@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sweep.cli import app
+from sweep.errors import SpecError
 from sweep.web.server import PageServer
 from tests.own_models import OTHER_RULE, edited, written
 from tests.studies import SMALL, launched
@@ -20,8 +21,17 @@ def told() -> list[str]:
 
 
 @pytest.fixture
+def addresses() -> list[str]:
+    """The addresses that the command has printed."""
+    return []
+
+
+@pytest.fixture
 def viewed(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, told: list[str]
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    told: list[str],
+    addresses: list[str],
 ) -> Callable[..., Any]:
     """Runs `sweep view` up to the point where it would serve, and returns what it
     shows.
@@ -42,6 +52,7 @@ def viewed(
         if done.exception:
             raise done.exception
         assert done.stdout.startswith("http://127.0.0.1:")
+        addresses.append(done.stdout.strip())
         assert [one for one in shown if isinstance(one, str)] == (
             [] if "--no-open" in arguments else [done.stdout.strip()]
         )
@@ -73,6 +84,36 @@ def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(
         )
         assert show.state.job.seed == 5
     assert show.status()["replay"]["equal"]
+
+
+def test_without_an_argument_the_command_opens_the_demos(
+    viewed: Callable[..., Any], addresses: list[str]
+) -> None:
+    viewed("--no-open")
+    assert addresses[-1].endswith("/start.html")
+    viewed("--model", "nanobot", "--no-open")
+    assert addresses[-1].endswith("/")
+
+
+def test_settings_are_given_on_the_command_line(
+    viewed: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    for first in ("--model=nguyen2024", str(tmp_path / "spec.yaml")):
+        show = viewed(first, "--set", "n=7", "--set", "borders=open", "--no-open")
+        assert show.state.settings["n"] == 7
+        assert show.state.settings["borders"] == "open"
+        assert "n: 7" in show.state.as_text()
+    for wrong, words in (
+        ("nn=7", 'unknown setting "nn"'),
+        ("n=many", "n"),
+        ("n=[", "--set"),
+    ):
+        with pytest.raises(SpecError, match=words):
+            viewed("--set", wrong)
+    for arguments in (("--set", "n"), ("small", "05d7", "--set", "n=7")):
+        with pytest.raises(SystemExit):
+            viewed(*arguments)
 
 
 def test_the_command_shows_an_own_model_and_an_old_trial_by_the_code_of_then(

@@ -297,12 +297,10 @@ def test_a_trial_goes_on_in_another_process(
     assert [path.name for path in tmp_path.glob("*.state")] == [f"{TRIAL}.state"]
 
 
-def test_lists_that_had_to_grow_are_as_long_again(
+def test_a_gathered_flock_goes_on_with_lists_of_several_blocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A flock too large for lists of everyone, which gathers until those it has
-    overflow.
-    """
+    """A flock too large for blocks with room for everyone."""
     a_job = named(
         builders.job(
             "aziel_chen2025",
@@ -313,13 +311,15 @@ def test_lists_that_had_to_grow_are_as_long_again(
             fov=360,
         )
     )
-    rooms = []
+    blocks = []
 
     def gathered(self: Simulation, *arguments: Any) -> Result:
         x, y = (400 + (place - 400) * 0.1 for place in (self.flock.x, self.flock.y))
         if self.step == 0:
             builders.place(self, x, y, self.flock.vx, self.flock.vy)
-        rooms.append(self.flight.work.grid.members.shape[1])
+        grid = self.flight.work.grid
+        lengths = grid.blocks[: grid.columns * grid.rows, 0]
+        blocks.append(lengths.max() / (grid.blocks.shape[1] - 1))
         return result_of(self, *arguments)
 
     result_of = Simulation.result
@@ -327,7 +327,7 @@ def test_lists_that_had_to_grow_are_as_long_again(
     monkeypatch.setattr(Simulation, "result", gathered)
     killed_after(3, a_job, tmp_path, monkeypatch)
     assert numbers(resumed(a_job, tmp_path, monkeypatch)) == numbers(run(a_job))
-    assert rooms[1] > rooms[0] == rooms[2]
+    assert min(blocks) > 1
 
 
 def test_a_trial_of_one_call_is_run_without_a_look_at_files(
@@ -459,7 +459,6 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda path: change(path, generator={"bit_generator": "MT19937"}),
         "begins anew",
     ),
-    "room below zero": (lambda path: change(path, room=-5), "begins anew"),
     "a list": (lambda path: change(path, code=[1]), "begins anew"),
     "not finite": (
         lambda path: put(path, "flock.x", NAN),

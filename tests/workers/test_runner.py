@@ -263,12 +263,12 @@ def test_a_second_interrupt_is_raised_on_the_spot() -> None:
 
 
 def deal(
-    costs: list[float], workers: int, seconds: float, pace: float
+    costs: list[float], workers: int, seconds: float, pace: float, at_once: int = 1
 ) -> list[list[int]]:
     """Take every chunk, each taking `pace` times its estimate and seen before the next
     is dealt.
     """
-    chunks = Chunks(costs, seconds=seconds)
+    chunks = Chunks(costs, seconds=seconds, at_once=at_once)
     dealt = []
     while chunk := chunks.take(workers):
         dealt.append(chunk)
@@ -284,14 +284,39 @@ def deal(
     workers=st.integers(1, 64),
     seconds=st.floats(1e-3, 1e3),
     pace=st.floats(1e-3, 1e3),
+    at_once=st.sampled_from([1, 8]),
 )
 def test_every_job_is_dealt_once_longest_first(
-    costs: list[float], workers: int, seconds: float, pace: float
+    costs: list[float], workers: int, seconds: float, pace: float, at_once: int
 ) -> None:
-    order = [index for chunk in deal(costs, workers, seconds, pace) for index in chunk]
+    dealt = deal(costs, workers, seconds, pace, at_once)
+    left = len(costs)
+    for chunk in dealt:
+        assert len(chunk) % at_once == 0 or left <= at_once * workers
+        left -= len(chunk)
+    order = [index for chunk in dealt for index in chunk]
     assert sorted(order) == list(range(len(costs)))
     clipped = [min(max(costs[index], 1e-6), 1e9) for index in order]
     assert clipped == sorted(clipped, reverse=True)
+
+
+def test_jobs_that_run_together_are_dealt_together() -> None:
+    """Two long ones would otherwise make a chunk, and the first goes singly."""
+    sizes = [len(chunk) for chunk in deal([0.5] * 803, 2, 1.0, 1.0, at_once=8)]
+    assert sizes == [8] * 99 + [6, 3, 1, 1]
+    assert len(deal([0.5] * 803, 2, 1.0, 1.0)[1]) == 2
+
+
+@pytest.mark.parametrize(
+    ("jobs", "workers", "most"), [(16, 4, 4), (8, 2, 4), (5, 8, 1)]
+)
+def test_few_jobs_that_run_together_keep_all_workers_busy(
+    jobs: int, workers: int, most: int
+) -> None:
+    chunks = Chunks([1.0] * jobs, seconds=1.0, at_once=8)
+    first = [len(chunks.take(workers)) for _ in range(min(jobs, workers))]
+    assert first[0] == most
+    assert min(first) >= 1
 
 
 @pytest.mark.parametrize("pace", [0.1, 1.0, 10.0])

@@ -21,7 +21,7 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
-from sweep.analysis import Distribution
+from sweep.analysis import Declared
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.objectives import Objective
@@ -73,7 +73,7 @@ class AskedTrials:
 
     table: pd.DataFrame
     about: dict[str, Any]
-    distributions: Mapping[str, Distribution]
+    distributions: Mapping[str, Declared]
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:

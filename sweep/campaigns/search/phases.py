@@ -66,7 +66,7 @@ def plan_tables(
     }
     columns["trial_id"] = [row.job.trial_id for row in rows]
     asked = pa.table(columns, COLUMNS.with_metadata({ABOUT: json.dumps(about)}))
-    return _plan(study, jobs.values(), origin), asked
+    return _plan(study, jobs.values(), origin).to_reader(), asked
 
 
 def known_trials(

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from sweep.campaigns.search.candidates import check_candidates, references, section_of
 from sweep.design.cost import study_cost
 from sweep.design.design import expand
-from sweep.design.plan import compiled, duration, probed, size
+from sweep.design.plan import compiled, duration, probed, size, workforce
 from sweep.spec.study import Study
 from sweep.trial.probe import measured_pace
 
@@ -15,7 +15,7 @@ from sweep.trial.probe import measured_pace
 class SearchPlan:
     """Counts and estimates for a search that spends its budget, without repetitions.
 
-    `probe_steps` and `compiling_seconds` are those of a `Plan`.
+    `probe_steps`, `compiling_seconds` and `threads` are those of a `Plan`.
     """
 
     study: str
@@ -37,6 +37,7 @@ class SearchPlan:
     on_error: str
     probe_steps: int
     compiling_seconds: float = 0.0
+    threads: int = 1
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -67,7 +68,8 @@ class SearchPlan:
             ),
             (
                 f"wall time  at most about {duration(self.wall_seconds)} with"
-                f" {self.workers} workers{compiled(self.compiling_seconds)}"
+                f" {workforce(self.workers, self.threads)}"
+                f"{compiled(self.compiling_seconds)}"
             ),
             f"results    at most about {size(self.result_bytes)}",
         ]
@@ -85,7 +87,7 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
     references(study)
     scenarios = replace(study, axes=search.over, require=(), replicates=1, seeds=None)
     pace = measured_pace(scenarios)
-    seconds, size_bytes = study_cost(scenarios, expand(scenarios), pace)
+    cost = study_cost(scenarios, expand(scenarios), pace)
     held_out = search.held_out_trials(0)
     trials = search.budget + held_out
     share = trials / search.scenarios
@@ -102,10 +104,11 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
         budget=search.budget,
         held_out_trials=held_out,
         trials=trials,
-        cpu_seconds=seconds * share,
-        wall_seconds=seconds * share / workers,
+        cpu_seconds=cost.seconds * share,
+        wall_seconds=cost.seconds * share / (workers * study.threads),
         workers=workers,
-        result_bytes=size_bytes * share,
+        threads=study.threads,
+        result_bytes=cost.size_bytes * share,
         on_error=study.policy.in_words(trials),
         probe_steps=pace.steps,
     )

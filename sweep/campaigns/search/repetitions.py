@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import Distribution, MeanEstimate, mean_estimate
+from sweep.analysis import Declared, MeanEstimate, mean_estimate
 from sweep.campaigns.search.fronts import hypervolume
 from sweep.campaigns.search.held_out import held_out_values, shown
 from sweep.campaigns.search.outcome import (
@@ -46,7 +46,7 @@ class AgainstRandom:
     search: Floats
     random: Floats
     without: tuple[int, int]
-    distribution: Distribution = "normal"
+    distribution: Declared = "normal"
 
     @property
     def estimate(self) -> MeanEstimate:

@@ -4,8 +4,6 @@ with, and the held-out trials of each.
 
 from collections.abc import Iterator, Mapping
 
-import pyarrow as pa
-
 from sweep.campaigns.progress import SearchProgress
 from sweep.campaigns.search.candidates import (
     RANDOM,
@@ -34,6 +32,7 @@ from sweep.campaigns.search.phases import (
 from sweep.campaigns.search.run import AskedCandidate, Run, RunSetup
 from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
 from sweep.design.jobs import Job
+from sweep.design.trial_ids import packed
 from sweep.spec.search_checks import check_trials
 from sweep.spec.search_samplers import PLAIN
 from sweep.spec.study import Study
@@ -131,7 +130,7 @@ class SearchStrategy:
                 self.known.enter(list(new), look())
 
     def _round(self, jobs: list[Job]) -> Round:
-        ids = pa.chunked_array([[job.trial_id for job in jobs]], pa.string())
+        ids = packed(job.trial_id for job in jobs)
         return Round(ids, lambda some: [jobs[place] for place in some], self._plan)
 
     def _plan(self, origin: Origin) -> PlanTables:

@@ -14,9 +14,10 @@ settings stand first. Its last columns count: blocks, blocks_left_out, trials,
 trials_without_value. `attrs` names the study, metric, unit and confidence, and how
 many blocks are the `fewest` that say something.
 
-    sampled        means of the points of a sample
-    screening      Morris, rank correlations
-    sobol_indices  shares of variance
+    sampled          means of the points of a sample
+    screening        Morris
+    resampled_ranks  rank correlations
+    sobol_indices    shares of variance
 """
 
 from collections.abc import Callable, Mapping
@@ -33,6 +34,7 @@ from sweep.spec.samplers import SAMPLERS, made_for
 from sweep.spec.sampling import Analyses
 from sweep.spec.search_samplers import SEARCH_SAMPLERS
 from sweep.spec.whole_samples import SALIB
+from sweep.tables.sensitivity.resampled_ranks import rank_analysis
 from sweep.tables.sensitivity.sampled import (
     Analysis,
     Floats,
@@ -40,7 +42,7 @@ from sweep.tables.sensitivity.sampled import (
     sampled_axis,
     samples,
 )
-from sweep.tables.sensitivity.screening import effect_analysis, rank_analysis
+from sweep.tables.sensitivity.screening import effect_analysis
 from sweep.tables.sensitivity.sobol_indices import index_analysis
 from sweep.tables.stored_study import StoredStudy
 

@@ -196,6 +196,14 @@ def _split(values: Floats) -> tuple[Floats, Floats]:
     return means, adjusted - means[:, None]
 
 
+def numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
+    """A setting as numbers: for `texts` any that tell them apart, else NaN."""
+    if pd.api.types.is_numeric_dtype(column):
+        return np.asarray(column, np.float64)
+    codes: Floats = pd.factorize(column)[0].astype(np.float64)
+    return codes if texts else np.full_like(codes, np.nan)
+
+
 def known_means(values: Floats, dimension: int) -> Floats:
     """Means along a dimension of what is not NaN; NaN where nothing is."""
     known = np.isfinite(values)

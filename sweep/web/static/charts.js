@@ -54,7 +54,7 @@ export class Charts {
   }
 
   // Another model has other metrics.
-  /** @param {Controls} controls */
+  /** @param {Pick<Controls, "metrics">} controls */
   offer({ metrics }) {
     this.metrics = metrics;
     for (const plot of this.plots.values()) plot.element.remove();
@@ -66,7 +66,7 @@ export class Charts {
     this.state = state;
     this.choice.follow(state.plots);
     for (const [name, plot] of this.plots) {
-      if (state.plots.includes(name)) plot.publish(state.settings);
+      if (state.plots.includes(name)) plot.publish(state);
       else this.remove(name, plot);
     }
     const shown = state.plots.map((name) => this.plot(name, state).element);
@@ -81,15 +81,15 @@ export class Charts {
     this.plots.delete(name);
   }
 
-  /** @param {string} name @param {State} state */
-  plot(name, { settings }) {
+  /** @param {string} name @param {State} shown */
+  plot(name, shown) {
     const there = this.plots.get(name);
     if (there) return there;
     const known = this.metrics.find((one) => one.name === name);
     const metric = known ?? { name, text: "", unit: "", published: [] };
     const remove = () =>
       this.choose((this.state?.plots ?? []).filter((one) => one !== name));
-    const plot = new Plot(metric, this.seriesOf(name), settings, remove);
+    const plot = new Plot(metric, this.seriesOf(name), shown, remove);
     this.plots.set(name, plot);
     return plot;
   }

@@ -1,21 +1,11 @@
 // Dialogs: the copied spec, the menu of files, the keys, and the choice of metrics.
 
 import { button, make, spaced } from "./dom.js";
+import { download } from "./files.js";
 import { KEYS } from "./keys.js";
 
 /** @import { Picture } from "./dom.js" */
 /** @import { Metric, Spec } from "./protocol.d.ts" */
-
-/** @param {string} name @param {string} mime @param {BlobPart} bytes */
-export function download(name, mime, bytes) {
-  const address = URL.createObjectURL(new Blob([bytes], { type: mime }));
-  make("a", { href: address, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 10000);
-}
-
-/** @param {string} base64 */
-export const bytesOf = (base64) =>
-  Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
 /** @param {HTMLElement} root @param {string} title @param {HTMLElement[]} children */
 function dialog(root, title, ...children) {
@@ -34,9 +24,11 @@ function dialog(root, title, ...children) {
   return box;
 }
 
+const COMMAND = "sweep launch spec.yaml";
+
 export class SpecDialog {
-  /** @param {HTMLElement} root */
-  constructor(root) {
+  /** @param {HTMLElement} root @param {(() => string) | undefined} address */
+  constructor(root, address) {
     this.words = "";
     this.text = make("textarea", {
       readOnly: true,
@@ -59,14 +51,25 @@ export class SpecDialog {
       "This state as a spec",
       this.note,
       this.text,
-      make("footer", {}, copy, save),
+      make("p", {}, "In the folder of the saved file: ", make("code", {}, COMMAND)),
+      make("footer", {}, copy, save, ...(address ? [this.link(address)] : [])),
     );
   }
 
+  // An address that opens this state again, while a server is at this port.
+  /** @param {() => string} address */
+  link(address) {
+    const copied = async () => {
+      await navigator.clipboard.writeText(address());
+      this.note.textContent = "The address of this state is in the clipboard.";
+    };
+    return button("copy", "Copy as link", copied, "Copy as link");
+  }
+
   /** @param {Spec} spec @param {boolean} sweeps */
-  show({ yaml, exact, note }, sweeps) {
+  show({ yaml, trial, exact, note }, sweeps) {
     this.text.value = yaml;
-    const given = sweeps ? "Without its sweep, it" : "Launched, it";
+    const given = sweeps ? "Without its sweep, it" : `Launched, ${trial || "it"}`;
     this.words = exact ? `${given} gives the very frames that you see.` : note;
     if (!this.box.open) this.box.showModal();
     this.text.scrollTop = 0;
@@ -156,6 +159,7 @@ export class Menu {
         make("small", { textContent: hint }),
       );
       item.addEventListener("click", () => {
+        if (item.getAttribute("aria-disabled") === "true") return;
         this.toggle(false);
         act();
       });

@@ -16,6 +16,8 @@ const PICTURES = {
   world: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
   flock: "M12 3v4M12 17v4M3 12h4M17 12h4M12 8.5a3.5 3.5 0 1 0 .01 0z",
   undo: "M9 5L4 10l5 5M4 10h10a5.5 5.5 0 0 1 0 11h-3",
+  redo: "M15 5l5 5-5 5M20 10H10a5.5 5.5 0 0 0 0 11h3",
+  beside: "M4 5h6.5v14H4zM13.5 5H20v14h-6.5z",
   remove: "M6 6l12 12M18 6L6 18",
   range: "M4 7v10M20 7v10M4 12h16",
   plus: "M12 5v14M5 12h14",
@@ -25,6 +27,9 @@ const PICTURES = {
   chart: "M4 4v16h16M7.5 15l4-5 3.5 3 4.5-7",
   before: "M15 5l-7 7 7 7",
   after: "M9 5l7 7-7 7",
+  settings: "M4 5h16v14H4zM15 5v14",
+  watch: "M4 5h16v14H4zM9 5v14",
+  present: "M3 4h18M5 4v11h14V4M12 15v5M8 20h8",
 };
 /** @typedef {keyof typeof PICTURES} Picture */
 const FILLED = ["play", "pause", "step", "forward"];
@@ -165,6 +170,17 @@ export function paced(act, wait) {
 /** @param {string} colour */
 export const partsOf = (colour) =>
   Array.from(colour.matchAll(/[\d.]+/g), ([part]) => Number(part));
+
+// A colour of the style sheet as a canvas takes it, which knows no light-dark().
+/** @param {HTMLElement} near @param {string} name as --line */
+export function named(near, name) {
+  const probe = make("i", { hidden: true });
+  probe.style.color = `var(${name})`;
+  near.parentElement?.append(probe);
+  const found = getComputedStyle(probe).color;
+  probe.remove();
+  return found;
+}
 
 // The context with which a script draws in a canvas.
 /**

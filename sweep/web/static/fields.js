@@ -56,6 +56,20 @@ export class Slide {
   }
 }
 
+// A range within the slider's in which `value` is one of SWEEP_POINTS points: the
+// middle one, or an end where the middle would not have the very same bits.
+/** @param {number} value @param {{ low: number, high: number }} slide */
+export function rangeAbout(value, { low, high }) {
+  if (!Number.isFinite(value) || value === low || value === high) return { low, high };
+  if (value < low) return { low: value, high };
+  const half = Math.min(value - low, high - value);
+  const [first, last] = [value - half, value + half];
+  const gap = (last - first) / (SWEEP_POINTS - 1);
+  const middle = first + ((SWEEP_POINTS - 1) / 2) * gap;
+  const fits = half > 0 && middle === value && first >= low && last <= high;
+  return fits ? { low: first, high: last } : { low, high: value };
+}
+
 // The range over which the copied spec sweeps a setting: `button` says whether it does.
 class Sweeper {
   /**
@@ -63,14 +77,16 @@ class Sweeper {
    * @param {Slide} slide
    * @param {(message: Message) => void} send
    */
-  constructor({ name }, { low, high }, send) {
+  constructor({ name }, slide, send) {
     this.name = name;
     this.send = send;
+    this.slide = slide;
+    this.value = NaN;
     const words = spaced(name);
     this.button = button(
       "range",
       `Sweep ${words} in the copied spec`,
-      () => this.toggle(low, high),
+      () => this.toggle(),
       "",
       { className: "quiet sweeps", "aria-pressed": "false" },
     );
@@ -99,9 +115,9 @@ class Sweeper {
     );
   }
 
-  /** @param {number} low @param {number} high */
-  toggle(low, high) {
+  toggle() {
     const { name } = this;
+    const { low, high } = rangeAbout(this.value, this.slide);
     if (this.button.getAttribute("aria-pressed") === "true") {
       this.send({ type: "sweep", name, off: true });
     } else this.send({ type: "sweep", name, low, high, points: SWEEP_POINTS });
@@ -114,8 +130,9 @@ class Sweeper {
     this.send({ type: "sweep", name: this.name, low, high, points });
   }
 
-  /** @param {Sweep | undefined} sweep */
-  show(sweep) {
+  /** @param {Value} value @param {Sweep | undefined} sweep */
+  show(value, sweep) {
+    this.value = asNumber(value);
     this.button.setAttribute("aria-pressed", String(Boolean(sweep)));
     this.element.hidden = !sweep;
     for (const part of /** @type {const} */ (["low", "high", "points"])) {
@@ -141,7 +158,11 @@ export class Field {
     this.typing = false;
     this.id = `${prefix}-${about.name}`;
     this.slide = about.slider ? new Slide(about.slider, about) : null;
-    this.sendPaced = paced((/** @type {Value} */ value) => this.set(value), SEND_EVERY);
+    this.sendPaced = paced(
+      (/** @type {Value} */ value, /** @type {boolean} */ part) =>
+        this.set(value, part),
+      SEND_EVERY,
+    );
     this.input = this.entry();
     this.slider = this.slide ? this.sliding() : null;
     this.sweeper = this.slide
@@ -184,9 +205,9 @@ export class Field {
   }
 
   /** @param {Value} value */
-  set(value) {
+  set(value, part = false) {
     this.accept();
-    this.ask({ type: "set", name: this.about.name, value });
+    this.ask({ type: "set", name: this.about.name, value, part });
   }
 
   // The answer must be shown, whether the value was taken or refused.
@@ -227,17 +248,19 @@ export class Field {
       max: String(NOTCHES),
       step: "1",
       "aria-label": `${spaced(this.about.name)}, slider`,
-      on: { input: () => this.slid(), change: () => this.slid() },
+      on: { input: () => this.slid(true), change: () => this.slid(false) },
     });
     slider.addEventListener("keydown", (event) => this.nudge(event));
     return slider;
   }
 
-  slid() {
+  // A drag of the slider is one edit, however many values it has on the way.
+  /** @param {boolean} part */
+  slid(part) {
     if (!this.slide || !this.slider) return;
     const value = this.slide.value(Number(this.slider.value));
     this.input.value = String(value);
-    this.sendPaced(value);
+    this.sendPaced(value, part);
   }
 
   /** @param {KeyboardEvent} event */
@@ -258,7 +281,7 @@ export class Field {
     const next = this.slide.beside(asNumber(this.value), direction);
     this.value = next;
     this.show();
-    this.sendPaced(next);
+    this.sendPaced(next, false);
     return next;
   }
 
@@ -291,7 +314,7 @@ export class Field {
     this.element.classList.toggle("changed", changed);
     this.back.hidden = !changed;
     this.show();
-    this.sweeper?.show(sweep);
+    this.sweeper?.show(value, sweep);
   }
 
   show() {

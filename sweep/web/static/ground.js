@@ -9,6 +9,7 @@ import { contextOf, partsOf, short } from "./dom.js";
 
 // Room for the tools and for the scale.
 export const MARGIN = { side: 18, top: 56, bottom: 34 };
+const FLAG = [[-1, 0], [-1, -18], [11, -18], [8, -14], [11, -10], [1, -10], [1, 0]];
 
 /** @param {Stage} stage @param {Scene} scene */
 export function drawGround(stage, scene) {
@@ -98,17 +99,32 @@ export function drawGoal(stage, scene) {
   context.arc(at.x, at.y, radius * stage.camera.scale, 0, 2 * Math.PI);
   context.stroke();
   context.setLineDash([]);
-  context.fill(new Path2D(`M${at.x - 1} ${at.y}v-18h12l-3 4 3 4h-10v10z`));
+  context.beginPath();
+  for (const [across, along] of FLAG) context.lineTo(at.x + across, at.y + along);
+  context.closePath();
+  context.fill();
   context.beginPath();
   context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
   context.fill();
 }
 
+// A ring about a goal that is selected: a drag moves it.
+/** @param {Stage} stage @param {[x: number, y: number, radius: number]} goal */
+function markGoal(stage, [x, y]) {
+  const { context } = stage;
+  const at = stage.toScreen({ x, y });
+  context.strokeStyle = stage.colours.chosen;
+  context.lineWidth = 2;
+  context.beginPath();
+  context.arc(at.x, at.y, 9, 0, 2 * Math.PI);
+  context.stroke();
+}
+
 /** @param {Stage} stage */
 export function drawHandles(stage) {
-  const { chosen } = stage;
+  const { chosen, context } = stage;
+  if (stage.goalMarked && stage.scene?.goal) markGoal(stage, stage.scene.goal);
   if (!chosen) return;
-  const { context } = stage;
   context.strokeStyle = stage.colours.chosen;
   context.fillStyle = stage.colours.ground;
   context.lineWidth = 2;

@@ -15,13 +15,15 @@ export const KEYS = [
   ["Click, [ or ]", "select a boid, or the one before or after"],
   [
     "Arrow keys",
-    "move the selected obstacle; with Shift, resize it; without one, move the view",
+    "move the selected obstacle or goal; with Shift, resize; else move the view",
   ],
   ["Delete", "remove the selected obstacle"],
-  ["Ctrl Z", "undo a change of the obstacles"],
+  ["Ctrl Z, Ctrl Shift Z", "undo an edit, or make it again"],
   ["Wheel, Page Up, Page Down", "zoom; F shows the whole world"],
   ["C", "copy as spec"],
-  ["Esc", "let go of what is selected"],
+  ["S, M", "hide or show the settings, the overlays and metrics"],
+  ["P", "present: only the picture, one slider and one plot"],
+  ["Esc", "let go of what is selected, or end the presentation"],
 ];
 
 // The shortcuts of a view, for keys pressed in the element `from`.
@@ -47,13 +49,18 @@ export class Keys {
     const { view } = this;
     if (event.key === "Tab") view.pointed = false;
     const target = event.target instanceof HTMLElement ? event.target : null;
+    // Of two runs side by side each has its own keys.
+    const side = target?.closest(".side");
+    if (side && !side.contains(view.root)) return;
     const typing = target?.closest(
       "input:not([type=range]):not([type=checkbox]), select, textarea, dialog[open]",
     );
     if (typing || !view.state) return;
-    const undoing = event.key === "z" && (event.ctrlKey || event.metaKey);
-    if (undoing) view.hand.undo();
-    if ((event.ctrlKey || event.metaKey || event.altKey) && !undoing) return;
+    if (view.away && event.key.toLowerCase() !== "c") return;
+    const held = event.ctrlKey || event.metaKey;
+    const undoing = held && event.key.toLowerCase() === "z";
+    if (undoing) view.undo(event.shiftKey ? "redo" : "undo");
+    if ((held || event.altKey) && !undoing) return;
     if (event.key === " " && target?.closest("button, summary, [type=checkbox]")) {
       if (!view.pointed) return;
       // The button was clicked, not reached by Tab: the key is meant for the run.
@@ -72,7 +79,7 @@ export class Keys {
       ".": () => view.send({ type: "step", count: 1 }),
       r: () => view.send({ type: "reset" }),
       f: () => view.fit("world"),
-      c: () => view.send({ type: "spec" }),
+      c: () => view.copySpec(),
       v: () => view.hand.use("select"),
       d: () => view.hand.use("disc"),
       b: () => view.hand.use("rectangle"),
@@ -84,7 +91,13 @@ export class Keys {
       "=": () => this.weigh(1),
       "-": () => this.weigh(-1),
       Delete: () => view.hand.remove(),
-      Escape: () => view.hand.release(),
+      s: () => view.panels.hide("settings"),
+      m: () => view.panels.hide("watch"),
+      p: () => view.present(),
+      Escape: () => {
+        view.presentation.end();
+        view.hand.release();
+      },
     };
     const act = /^[1-9]$/.test(key)
       ? () => this.weigh(0, Number(key) - 1)
@@ -99,13 +112,21 @@ export class Keys {
     const { view } = this;
     const field = view.groups.weights[index];
     if (!field || view.hand.frozen) return;
+    const other = this.weight !== index;
     this.weight = index;
+    if (other) view.presentWeight();
     const value = direction ? field.step(direction) : field.value;
-    view.hint.textContent = `${index + 1}  ${spaced(field.about.name)} ${
-      short(value, 6)
-    }  (+ or −)`;
-    view.hint.hidden = false;
+    const weight = `${spaced(field.about.name)} ${short(value, 6)}`;
+    this.hint(`${index + 1}  ${weight}  (+ or −)`);
+  }
+
+  // Says something over the picture, for a moment.
+  /** @param {string} words */
+  hint(words) {
+    const { hint } = this.view;
+    hint.textContent = words;
+    hint.hidden = false;
     clearTimeout(this.hinted);
-    this.hinted = setTimeout(() => (view.hint.hidden = true), HINTED_FOR);
+    this.hinted = setTimeout(() => (hint.hidden = true), HINTED_FOR);
   }
 }

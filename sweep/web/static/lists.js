@@ -1,7 +1,7 @@
 // The lists beside the picture: obstacles, the selected boid, and overlays.
 
 import { button, make, short, spaced } from "./dom.js";
-import { ARROW } from "./swarm.js";
+import { ARROW, sampled } from "./swarm.js";
 
 /** @import { Picture } from "./dom.js" */
 /** @import { Hand } from "./pointer.js" */
@@ -36,18 +36,11 @@ export class ObstacleList {
         () => this.add(kind),
         words,
       );
-    this.undo = button(
-      "undo",
-      "Undo the last change of the obstacles",
-      () => hand.undo(),
-      "undo",
-    );
     this.actions = make(
       "div",
       { className: "row" },
       add("disc", "disc"),
       add("rectangle", "box"),
-      this.undo,
     );
     const summary = make(
       "summary",
@@ -71,9 +64,8 @@ export class ObstacleList {
   }
 
   show() {
-    const { stage, frozen, past } = this.hand;
+    const { stage, frozen } = this.hand;
     const { obstacles, marked } = stage;
-    this.undo.disabled = past.length === 0;
     this.actions.hidden = frozen;
     this.count.textContent = String(obstacles.length);
     const now = JSON.stringify([obstacles, marked, frozen]);
@@ -317,6 +309,7 @@ export class Overlays {
           } ${unit}`
           : "",
       }),
+      make("small", { textContent: this.sample() }),
     ]);
     const most = this.stage.heatMost;
     this.legend("coverage", on("coverage") && most > 0, () => [
@@ -332,7 +325,7 @@ export class Overlays {
       () =>
         kinds.map(([name, boids], i) =>
           this.swatch(
-            this.stage.rules[i % this.stage.rules.length],
+            this.stage.hues[i % this.stage.hues.length],
             `${boids} ${spaced(name)}`,
           )
         ),
@@ -346,6 +339,11 @@ export class Overlays {
       on("flocks") && Boolean(this.stage.frame?.flocks),
       () => [make("small", { textContent: words })],
     );
+  }
+
+  sample() {
+    const every = sampled(this.stage.frame?.n ?? 0);
+    return every > 1 && !this.stage.selection ? `; of one boid in ${every}` : "";
   }
 
   /** @param {string} name @param {boolean} wanted @param {() => HTMLElement[]} parts */

@@ -1,83 +1,53 @@
-// The served page: a socket to the server that started it, opened again whenever it was
-// dropped.
+// The page of the simulator, as it is served.
 
-import { randomName } from "./dom.js";
-import { mount } from "./view.js";
+import { hashOf, openingIn, stateIn } from "./address.js";
+import { mount } from "./mount.js";
+import { PAGE, pageId, Socket } from "./socket.js";
 
-/** @import { Listener, Message } from "./protocol.d.ts" */
+/** @import { Kept } from "./protocol.d.ts" */
 
-const FIRST_WAIT = 300; // ms
-const LONGEST_WAIT = 8000;
-/** @type {Record<number, string>} */
-const OVER = {
-  4001: "This run went on in another window.",
-  4002: "The server has no run for this page.",
+const [KEPT, OPENED] = ["boidsweep-kept", "boidsweep-opened"];
+const MOST_KEPT = 500_000; // characters, far less than a message may have
+
+// A window that comes to another address begins anew there. Whether it has.
+function beginsAnew() {
+  if ((sessionStorage.getItem(OPENED) ?? "") === location.hash) return false;
+  for (const name of [PAGE, KEPT]) sessionStorage.removeItem(name);
+  sessionStorage.setItem(OPENED, location.hash);
+  return true;
+}
+
+// Outlives the server, as long as the window is open.
+const memory = {
+  /** @returns {Kept | null} */
+  read: () =>
+    JSON.parse(sessionStorage.getItem(KEPT) ?? "null") ?? stateIn(location.hash),
+  // The address of what is shown.
+  address() {
+    const kept = memory.read() ?? { yaml: "", point: "", replicate: 0 };
+    return location.href.split("#")[0] + hashOf(kept);
+  },
+  /** @param {Kept} kept */
+  write({ yaml, point, replicate }) {
+    if (yaml.length > MOST_KEPT) return sessionStorage.removeItem(KEPT);
+    sessionStorage.setItem(KEPT, JSON.stringify({ yaml, point, replicate }));
+  },
 };
-
-function pageId() {
-  const known = sessionStorage.getItem("boidsweep-page") ?? randomName();
-  sessionStorage.setItem("boidsweep-page", known);
-  return known;
-}
-
-class Socket {
-  // The view sets these, to listen.
-  /** @type {Listener["onopen"]} */
-  onopen = () => {};
-  /** @type {Listener["onmessage"]} */
-  onmessage = () => {};
-  /** @type {Listener["onclose"]} */
-  onclose = () => {};
-  /** @type {WebSocket | null} */
-  socket = null;
-
-  constructor() {
-    this.address = new URL("socket", location.href);
-    this.address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-    this.wait = FIRST_WAIT;
-    this.closed = false;
-  }
-
-  start() {
-    const socket = new WebSocket(this.address);
-    this.socket = socket;
-    socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      this.wait = FIRST_WAIT;
-      this.onopen();
-    };
-    socket.onmessage = ({ data }) =>
-      this.onmessage(typeof data === "string" ? JSON.parse(data) : data);
-    socket.onclose = ({ code }) => {
-      if (OVER[code]) this.onclose(OVER[code]);
-      else this.again();
-    };
-  }
-
-  again() {
-    if (this.closed) return;
-    const wait = `Trying again in ${Math.ceil(this.wait / 1000)} s`;
-    this.onclose(`The connection is lost. ${wait}; is sweep view still running?`);
-    setTimeout(() => this.start(), this.wait);
-    this.wait = Math.min(2 * this.wait, LONGEST_WAIT);
-  }
-
-  /** @param {Message} message */
-  send(message) {
-    if (this.socket?.readyState === WebSocket.OPEN) {
-      this.socket.send(JSON.stringify(message));
-    }
-  }
-
-  close() {
-    this.closed = true;
-    this.socket?.close();
-  }
-}
+/** @param {string} words */
+const entitle = (words) => (document.title = `${words} · boidsweep`);
 
 const main = document.querySelector("main");
 if (main) {
   const socket = new Socket();
-  const mounted = mount(main, socket, { page: pageId(), shortcuts: document });
-  window.boidsweep = { ...mounted, socket };
+  const opening = beginsAnew() ? openingIn(location.hash) : undefined;
+  const mounted = mount(main, socket, {
+    page: pageId(),
+    shortcuts: document,
+    memory,
+    entitle,
+    opening,
+    demos: "start.html",
+  });
+  addEventListener("hashchange", () => location.reload());
+  window.boidsweep = Object.assign(mounted, { socket });
 }

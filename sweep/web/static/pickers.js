@@ -4,6 +4,7 @@
 import { make, short, spaced } from "./dom.js";
 
 /** @import { Controls, Message, Replay, State } from "./protocol.d.ts" */
+/** @import { Trial, Trials } from "./protocol.d.ts" */
 
 export class Pickers {
   /** @param {string} prefix @param {(message: Message) => void} send */
@@ -20,8 +21,11 @@ export class Pickers {
   }
 
   /** @param {Controls} controls @param {State} state */
-  show(controls, { model, preset, settings, replay }) {
-    const shown = JSON.stringify([model, preset, settings.map, Boolean(replay)]);
+  show(controls, { model, preset, settings, trial, replay }) {
+    const shown = JSON.stringify([
+      [model, preset, settings.map, Boolean(replay)],
+      [trial, controls.trials],
+    ]);
     if (shown === this.shown) return;
     this.shown = shown;
     /** @param {string} name */
@@ -30,6 +34,7 @@ export class Pickers {
     /** @param {string} name */
     const own = (name) =>
       presets(name).includes(preset) ? preset : presets(name).at(-1) ?? preset;
+    const texts = controls.models.find((one) => one.name === model)?.texts ?? {};
     const models = controls.models.map(({ name, source }) => ({ name, text: source }));
     const maps = controls.maps.map(({ name, text }) => ({ name, text }));
     const map = String(settings.map);
@@ -44,7 +49,7 @@ export class Pickers {
       this.picker(
         "preset",
         preset,
-        presets(model).map((name) => ({ name, text: "" })),
+        presets(model).map((name) => ({ name, text: texts[name] ?? "" })),
         (name) => this.send({ type: "model", model, preset: name }),
       ),
       this.picker(
@@ -53,10 +58,72 @@ export class Pickers {
         maps,
         (name) => this.send({ type: "set", name: "map", value: name }),
       ),
+      ...(controls.trials && trial ? this.trials(controls.trials, trial) : []),
     );
     for (const select of this.element.querySelectorAll("select")) {
       select.disabled = Boolean(replay);
     }
+  }
+
+  // Which trial of the opened spec: the values of what varies, or the number of the
+  // point where there are too many of them; and the replicate.
+  /** @param {Trials} trials @param {Trial} trial */
+  trials({ points, replicates, axes }, { point, replicate, values }) {
+    const many = axes.some((axis) => !axis.values.length);
+    const byValue = many ? [] : axes.map(({ name, values: known }) =>
+      this.picker(
+        spaced(name),
+        String(values[name]),
+        known.map((one) => ({ name: String(one), text: "" })),
+        (chosen) => {
+          const value = known.find((one) => String(one) === chosen) ?? chosen;
+          this.send({ type: "value", name, value });
+        },
+        "axis",
+      )
+    );
+    /** @param {number} number */
+    const to = (number) => this.send({ type: "trial", point: number, replicate });
+    /** @param {number} number */
+    const again = (number) => this.send({ type: "trial", point, replicate: number });
+    return [
+      ...byValue,
+      ...(many ? [this.number("point", point, points, to)] : []),
+      ...(replicates > 1
+        ? [this.number("replicate", replicate, replicates, again)]
+        : []),
+    ];
+  }
+
+  // One of `count` things, which people count from 1.
+  /**
+   * @param {string} label
+   * @param {number} index
+   * @param {number} count
+   * @param {(index: number) => void} act
+   */
+  number(label, index, count, act) {
+    const id = `${this.prefix}-${label}`;
+    const input = make("input", {
+      id,
+      type: "number",
+      min: "1",
+      max: String(count),
+      value: String(index + 1),
+      on: {
+        change: () => {
+          if (input.reportValidity() && input.value) act(Number(input.value) - 1);
+        },
+      },
+    });
+    const words = make("span", { className: "unit", textContent: `of ${count}` });
+    return make(
+      "div",
+      { className: "trial" },
+      make("label", { htmlFor: id, textContent: label }),
+      input,
+      words,
+    );
   }
 
   // A labelled list of names, whose texts are hints.
@@ -65,9 +132,10 @@ export class Pickers {
    * @param {string} value
    * @param {{ name: string, text: string }[]} options
    * @param {(name: string) => void} act
+   * @param {string} kind
    */
-  picker(label, value, options, act) {
-    const id = `${this.prefix}-${label}`;
+  picker(label, value, options, act, kind = "choice") {
+    const id = `${this.prefix}-${kind}-${label}`;
     const choices = options.map(({ name, text }) =>
       make("option", { value: name, textContent: name, title: text })
     );
@@ -77,7 +145,8 @@ export class Pickers {
       ...choices,
     );
     select.value = value;
-    return make("div", {}, make("label", { htmlFor: id, textContent: label }), select);
+    const title = make("label", { htmlFor: id, textContent: label });
+    return make("div", { className: kind }, title, select);
   }
 }
 
@@ -101,7 +170,8 @@ export class ReplayCard {
     });
     const trial = make("p", {
       className: "facts",
-      textContent: `${replay.study}, trial ${replay.trial}`,
+      textContent: [replay.study, replay.which, `trial ${replay.trial}`].filter(Boolean)
+        .join(", "),
     });
     const verdict = make("p", {
       className: replay.equal ? "exact" : "exact not",

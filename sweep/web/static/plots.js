@@ -3,13 +3,14 @@
 
 import { button, contextOf, make, short, spaced, unitText, write } from "./dom.js";
 
-/** @import { Metric, Published, Value } from "./protocol.d.ts" */
+/** @import { Metric, Published, State } from "./protocol.d.ts" */
 /** @import { Colours } from "./stage.js" */
 
 /** @typedef {{ left: number, right: number, top: number, bottom: number }} Area */
 
 const MOST = 3000;
 const MOST_WORDS = 3;
+const MOST_NAMES = 3;
 const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
 // The values of one metric by step, thinned where there are too many of them for a
@@ -52,14 +53,34 @@ export class Series {
   }
 }
 
+/** @typedef {Pick<State, "settings" | "exact">} Shown */
+
+/** @param {Published} one */
+const numberOf = ({ value, frame }) =>
+  short(value) + (frame === null ? "" : ` at step ${frame}`);
+
+// What is said of a number that is not about this run.
+/** @param {Published} one @param {string[]} others */
+function elsewhere(one, others) {
+  const number = `${numberOf(one)} is published for`;
+  if (!others.length) return `${number} a run without changes on the way`;
+  const names = others.slice(0, MOST_NAMES).map(spaced).join(", ");
+  const more = others.length - MOST_NAMES;
+  return `${number} other settings: ${names}${more > 0 ? ` and ${more} more` : ""}`;
+}
+
 export class Plot {
+  // That of the same metric in a run beside, which is drawn on the same axes.
+  /** @type {Plot | null} */
+  peer = null;
+
   /**
    * @param {Metric} metric
    * @param {Series} series
-   * @param {Record<string, Value>} settings
+   * @param {Shown} shown
    * @param {() => void} remove
    */
-  constructor(metric, series, settings, remove) {
+  constructor(metric, series, shown, remove) {
     this.metric = metric;
     this.series = series;
     /** @type {Published[]} */
@@ -85,32 +106,37 @@ export class Plot {
       make("header", {}, title, this.value, unit, close),
     );
     this.element.append(this.canvas, this.line);
-    this.publish(settings);
+    this.publish(shown);
   }
 
-  // The published numbers for exactly the settings on the screen. They are of a whole
-  // run, or of one of its frames.
-  /** @param {Record<string, Value>} settings */
-  publish(settings) {
+  // The published numbers are shown where no setting differs and none was changed on
+  // the way. Else the line names what differs from the number that is nearest.
+  /** @param {Shown} shown */
+  publish({ settings, exact }) {
     /** @param {Published} one */
-    const suits = (one) =>
-      Object.entries(one.settings).every(([name, value]) => settings[name] === value);
-    /** @type {Map<string, Published>} */
-    const known = new Map();
-    for (const one of this.metric.published) {
-      if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
-    }
+    const others = (one) =>
+      Object.keys(one.settings).filter((name) => settings[name] !== one.settings[name]);
+    const rows = this.metric.published.map((one) => ({ one, others: others(one) }))
+      .sort((first, second) => first.others.length - second.others.length);
+    const same = rows.filter((row) => exact && !row.others.length);
+    const known = new Map(same.map(({ one }) => [`${one.value} ${one.frame}`, one]));
     this.published = [...known.values()];
-    /** @param {number | null} frame */
-    const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
-    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) =>
-      short(value) + at(frame)
-    ).join(", ");
-    const more = this.published.length > MOST_WORDS ? " ..." : "";
-    write(this.line, words && `published: ${words}${more}`);
-    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join(
-      "\n",
+    const [nearest] = rows;
+    const told = this.published.length ? this.published : nearest ? [nearest.one] : [];
+    write(
+      this.line,
+      this.published.length || !nearest
+        ? this.words()
+        : elsewhere(nearest.one, nearest.others),
     );
+    this.line.classList.toggle("elsewhere", !this.published.length);
+    this.line.title = told.map(({ where, says }) => `${where}: ${says}`).join("\n");
+  }
+
+  words() {
+    const words = this.published.slice(0, MOST_WORDS).map(numberOf).join(", ");
+    const more = this.published.length > MOST_WORDS ? " ..." : "";
+    return words && `published: ${words}${more}`;
   }
 
   /** @param {number} step @param {Colours} colours */
@@ -146,9 +172,7 @@ export class Plot {
    */
   drawIn(context, area, step, colours) {
     const { low, high } = this.bounds();
-    const { steps } = this.series;
-    const first = steps[0] ?? 0;
-    const last = Math.max(steps.at(-1) ?? 1, first + 1);
+    const { first, last } = this.span();
     /** @param {number} one */
     const across = (one) =>
       area.left + ((one - first) / (last - first)) * (area.right - area.left);
@@ -230,11 +254,28 @@ export class Plot {
     context.stroke();
   }
 
-  bounds() {
-    const known = [
+  // The first and the last step of both axes.
+  span() {
+    const all = this.peer ? [this, this.peer] : [this];
+    const firsts = all.map(({ series }) => series.steps[0] ?? Infinity);
+    const first = Math.min(...firsts);
+    const from = Number.isFinite(first) ? first : 0;
+    const last = Math.max(
+      from + 1,
+      ...all.map(({ series }) => series.steps.at(-1) ?? 1),
+    );
+    return { first: from, last };
+  }
+
+  known() {
+    return [
       ...this.series.values.filter((value) => value !== null),
       ...[...this.lasting, ...this.passing].map(({ value }) => value),
     ];
+  }
+
+  bounds() {
+    const known = [...this.known(), ...(this.peer?.known() ?? [])];
     if (!known.length) return { low: 0, high: 1 };
     const [least, most] = known.reduce(
       ([a, b], value) => [Math.min(a, value), Math.max(b, value)],

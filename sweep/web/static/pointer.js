@@ -1,5 +1,6 @@
 // The hand: with pointer or keyboard it places, moves and resizes obstacles, sets the
-// goal, and selects boids.
+// goal, and selects boids. A click selects what a drag may change then: a drag over
+// something else moves the view.
 
 import { paced } from "./dom.js";
 
@@ -9,7 +10,7 @@ import { paced } from "./dom.js";
 /** @typedef {"select" | "goal" | Kind} Tool */
 
 /**
- * What the pointer has taken hold of; `boid` is what a click means.
+ * What the pointer has taken hold of; `boid` or `thing` is what a click selects.
  *
  * @typedef {{ kind: Kind, boid: null }} Drawing
  * @typedef {{
@@ -26,7 +27,7 @@ import { paced } from "./dom.js";
  *   signs: number[],
  * }} Sizing
  * @typedef {{ kind: "goal", boid: number | null }} Aiming
- * @typedef {{ kind: "pan", boid: number | null }} Panning
+ * @typedef {{ kind: "pan", boid: number | null, thing?: number | "goal" }} Panning
  */
 
 /** @typedef {{ place: Place, at: Place, moved: boolean, base?: Obstacle[] }} Way */
@@ -89,11 +90,11 @@ export class Hand {
     this.drag = null;
     /** @type {Map<number, Place>} */
     this.fingers = new Map();
-    /** @type {Obstacle[][]} */
-    this.past = [];
     this.waiting = 0;
-    this.sendPaced = paced(() => this.drag && this.sendShapes(), DRAG_SEND_EVERY);
-    this.goalPaced = paced(send, DRAG_SEND_EVERY);
+    this.sendPaced = paced(() => this.drag && this.sendShapes(true), DRAG_SEND_EVERY);
+    this.goalPaced = paced((/** @type {Place} */ at) => {
+      if (this.drag) this.sendGoal(at, true);
+    }, DRAG_SEND_EVERY);
     const { canvas } = stage;
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
@@ -130,35 +131,38 @@ export class Hand {
   }
 
   /** @param {number | null} index */
-  mark(index) {
+  mark(index, goal = false) {
     this.stage.marked = index;
+    this.stage.goalMarked = goal;
     this.stage.redraw();
     this.changed();
   }
 
-  // Sends the whole list of obstacles. If `lasting`, undo returns to the list before.
-  /** @param {Obstacle[]} obstacles @param {boolean} lasting */
-  replace(obstacles, lasting = true) {
+  // Sends the whole list of obstacles.
+  /** @param {Obstacle[]} obstacles */
+  replace(obstacles) {
     const { stage } = this;
-    if (lasting) this.past.push(stage.obstacles);
     stage.edited = obstacles;
     if (stage.marked !== null && stage.marked >= obstacles.length) stage.marked = null;
-    this.sendShapes();
+    this.sendShapes(false);
     stage.redraw();
     this.changed();
   }
 
   // The paced call may come when the next drag has begun and has changed nothing yet.
-  sendShapes() {
+  /** @param {boolean} part of a drag that goes on */
+  sendShapes(part) {
     const { edited } = this.stage;
     if (!edited) return;
     this.waiting = performance.now();
-    this.send({ type: "shapes", shapes: edited.map(shapeOf) });
+    this.send({ type: "shapes", shapes: edited.map(shapeOf), part });
   }
 
-  undo() {
-    const before = this.past.pop();
-    if (before) this.replace(before, false);
+  // What was edited here is not to come back: the world of before is asked for.
+  forget() {
+    this.drag = null;
+    this.stage.edited = null;
+    this.stage.redraw();
   }
 
   /** @param {Kind} kind @param {number} x @param {number} y */
@@ -213,7 +217,6 @@ export class Hand {
     const place = this.where(event);
     const grip = this.grip(place, NEAR[event.pointerType] ?? 9);
     this.drag = { place, at: this.stage.toWorld(place), moved: false, ...grip };
-    if (grip.kind === "shape" && grip.boid === null) this.mark(grip.index);
   }
 
   // The thing under the pointer, which a drag moves. A click selects a boid there.
@@ -232,7 +235,10 @@ export class Hand {
     if (this.frozen) return { kind: "pan", boid };
     const [x, y] = stage.scene?.goal ?? [0, 0];
     const far = x || y ? apart(stage.toScreen({ x, y }), place) : Infinity;
-    if (far <= near + 3) return { kind: "goal", boid };
+    if (far <= near + 3) {
+      if (stage.goalMarked) return { kind: "goal", boid };
+      return { kind: "pan", boid, thing: "goal" };
+    }
     return this.gripWorld(place, boid);
   }
 
@@ -240,9 +246,9 @@ export class Hand {
   gripWorld(place, boid) {
     const { stage } = this;
     const index = this.shapeAt(stage.toWorld(place));
-    return index < 0
-      ? { kind: "pan", boid }
-      : { kind: "shape", boid, index, row: stage.obstacles[index] };
+    if (index < 0) return { kind: "pan", boid };
+    if (index !== stage.marked) return { kind: "pan", boid, thing: index };
+    return { kind: "shape", boid, index, row: stage.obstacles[index] };
   }
 
   /** @param {Place} place */
@@ -273,8 +279,9 @@ export class Hand {
   hover(place) {
     const { canvas } = this.stage;
     if (!this.stage.scene || !this.stage.frame) return;
-    const { kind, boid } = this.grip(place, NEAR.mouse);
-    canvas.dataset.over = boid === null ? kind : "boid";
+    const { boid, kind, ...grip } = this.grip(place, NEAR.mouse);
+    const clicked = boid !== null || ("thing" in grip && grip.thing !== undefined);
+    canvas.dataset.over = clicked ? "boid" : kind;
   }
 
   /** @param {number} id @param {Place} place */
@@ -367,7 +374,18 @@ export class Hand {
     const [x, y] = [this.tidy(place.x), this.tidy(place.y)];
     scene.goal = [x, y, scene.goal[2]];
     this.stage.redraw();
-    this.goalPaced({ type: "goal", x, y });
+    this.goalPaced({ x, y });
+  }
+
+  /** @param {Place} at @param {boolean} part of a drag that goes on */
+  sendGoal({ x, y }, part) {
+    this.send({ type: "goal", x, y, part });
+  }
+
+  // The last place of a goal that was dragged or put.
+  putGoal() {
+    const [x, y] = this.stage.scene?.goal ?? [0, 0];
+    this.sendGoal({ x, y }, false);
   }
 
   /** @param {PointerEvent} event */
@@ -378,10 +396,9 @@ export class Hand {
     this.drag = null;
     if (drag.kind === "pinch") return;
     if (event.type === "pointercancel") return this.refuse();
-    if (drag.base) {
-      this.past.push(drag.base);
-      this.sendShapes();
-    } else if (!drag.moved) this.click(drag);
+    if (drag.base) this.sendShapes(false);
+    else if (drag.kind === "goal" && drag.moved) this.putGoal();
+    else if (!drag.moved) this.click(drag);
     if (this.tool !== "select") this.use("select");
     this.changed();
     stage.redraw();
@@ -391,9 +408,19 @@ export class Hand {
   click(drag) {
     const { x, y } = this.within(drag.at);
     if (drag.kind === "disc" || drag.kind === "rectangle") this.add(drag.kind, x, y);
-    else if (drag.kind === "goal" && this.tool === "goal") this.setGoal(drag.at);
-    else if (drag.boid !== null) this.send({ type: "select", boid: drag.boid });
-    else if (drag.kind === "pan") this.release();
+    else if (drag.kind === "goal" && this.tool === "goal") {
+      this.setGoal(drag.at);
+      this.putGoal();
+      this.mark(null, true);
+    } else if (drag.boid !== null) this.send({ type: "select", boid: drag.boid });
+    else if (drag.kind === "pan") this.clickThing(drag.thing);
+  }
+
+  /** @param {number | "goal" | undefined} thing */
+  clickThing(thing) {
+    if (thing === undefined) this.release();
+    else if (thing === "goal") this.mark(null, true);
+    else this.mark(thing);
   }
 
   release() {
@@ -431,7 +458,12 @@ export class Hand {
   arrow([across, along], sizing) {
     const { stage } = this;
     const step = Math.max(stage.world.width, stage.world.height) / 100;
-    const { chosen, marked } = stage;
+    const { chosen, marked, scene } = stage;
+    if (stage.goalMarked && scene?.goal && !this.frozen) {
+      const [x, y] = scene.goal;
+      this.setGoal({ x: x + step * across, y: y + step * along * stage.upright });
+      return this.putGoal();
+    }
     if (!chosen || marked === null || this.frozen) {
       return stage.pan(5 * step * across, 5 * step * along * stage.upright);
     }

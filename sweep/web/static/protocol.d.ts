@@ -1,7 +1,7 @@
 // What the page and the session behind it say to each other, as types. The module
 // sweep.web.protocol has the same conversation in words, and sends and reads it.
 
-import type { View } from "./view.js";
+import type { mount } from "./mount.js";
 
 /** A setting; an infinite number is the text "inf". */
 export type Value = number | string | boolean;
@@ -24,26 +24,35 @@ export type Shape =
 
 /** From the page, with an `id` that its answer repeats. */
 export type Message =
-  & { id?: string }
+  & { id?: string; side?: number }
   & (
-    | { type: "hello"; page: string }
-    | { type: "set"; name: string; value: Value }
+    | { type: "hello"; page: string } & Partial<Kept> & Partial<StoredName>
+    | { type: "set"; name: string; value: Value; part?: boolean }
     | { type: "model"; model: string; preset: string }
-    | { type: "run" | "pause" | "reset" | "continue" | "spec" | "ready" }
+    | { type: "trial"; point: number; replicate: number }
+    | { type: "value"; name: string; value: Value }
+    | { type: "run" | "pause" | "reset" | "continue" | "spec" | "keep" | "ready" }
+    | { type: "stop" | "origin" }
     | { type: "step"; count?: number }
     | { type: "speed"; steps_per_second: number }
-    | { type: "shapes"; shapes: Shape[] }
-    | { type: "goal"; x: number; y: number }
+    | { type: "shapes"; shapes: Shape[]; part?: boolean }
+    | { type: "goal"; x: number; y: number; part?: boolean }
     | { type: "select"; boid: number | null }
     | { type: "overlays" | "metrics"; names: string[] }
     | { type: "sweep"; name: string; low: number; high: number; points: number }
     | { type: "sweep"; name: string; off: true }
     | { type: "export"; kind: string }
     | { type: "seek"; frame: number }
+    | { type: "undo" | "redo" | "alone" }
+    | { type: "beside"; preset?: string }
   );
 
-/** To the page. */
+/** To the page; `side` is 1 in what is about the second of two runs. */
 export type Reply =
+  & { side?: number }
+  & Said;
+
+export type Said =
   | Controls
   | State
   | Scene
@@ -51,19 +60,61 @@ export type Reply =
   | Selection
   | { type: "rules"; names: string[] }
   | Spec
+  | { type: "kept" } & Kept
   | File
+  | OriginOf
+  | Progress
   | Refusal
-  | { type: "info"; message: string };
+  | { type: "info"; message: string }
+  | { type: "anew" };
 
 export interface Controls {
   type: "controls";
-  models: { name: string; source: string; presets: string[] }[];
+  /** `texts` says what presets stand for. */
+  models: {
+    name: string;
+    source: string;
+    presets: string[];
+    texts: Record<string, string>;
+  }[];
   model: string;
   preset: string;
+  /** The values in which each other preset of the model differs. */
+  others: Record<string, Record<string, Value>>;
   groups: Group[];
   maps: { name: string; text: string; size: [number, number] | null }[];
   metrics: Metric[];
   overlays: string[];
+  trials: Trials | null;
+}
+
+/** A stored trial: its study and its id. */
+export interface StoredName {
+  study: string;
+  trial: string;
+}
+
+/** What a page needs to go on when its session is gone. */
+export interface Kept {
+  yaml: string;
+  /** The id of the point. */
+  point: string;
+  replicate: number;
+}
+
+/** The trials of an opened spec. An axis of many values has none here. */
+export interface Trials {
+  study: string;
+  points: number;
+  replicates: number;
+  axes: { name: string; values: Value[] }[];
+}
+
+/** Which of them is shown. */
+export interface Trial {
+  point: number;
+  replicate: number;
+  values: Record<string, Value>;
 }
 
 export interface Group {
@@ -95,13 +146,16 @@ export interface Metric {
   published: Published[];
 }
 
-/** What a document says of a metric: of a whole run, or of the frame at a step. */
+/**
+ * What a document says of a metric: of a whole run, or of the frame at a step. A
+ * setting for which no value stands is null.
+ */
 export interface Published {
   value: number;
   where: string;
   says: string;
   frame: number | null;
-  settings: Record<string, Value>;
+  settings: Record<string, Value | null>;
 }
 
 export interface State {
@@ -116,12 +170,22 @@ export interface State {
   speed: number;
   step: number;
   steps: number;
+  /** The steps that can be gone to. */
+  past: [first: number, last: number];
+  /** What would be undone, in words, or empty. */
+  undo: string;
+  redo: string;
+  /** Of one of two runs: why it goes no further, or empty. */
+  ended?: string;
   exact: boolean;
   note: string;
   sweeps: Record<string, Sweep>;
   selected: number | null;
   overlays: string[];
   plots: string[];
+  trial: Trial | null;
+  /** The kinds that cannot be made, and why. */
+  files: Record<string, string>;
   replay: Replay | null;
   answers?: string;
 }
@@ -136,6 +200,8 @@ export interface Sweep {
 export interface Replay {
   study: string;
   trial: string;
+  /** Of a stored one: the values of what varies, and the replicate. */
+  which?: string;
   frames: [first: number, last: number, every: number];
   equal: boolean;
   words: string;
@@ -181,6 +247,8 @@ export interface Seen {
 export interface Spec {
   type: "spec";
   yaml: string;
+  /** Which trial of it is shown, or empty. */
+  trial: string;
   exact: boolean;
   note: string;
 }
@@ -191,6 +259,21 @@ export interface File {
   name: string;
   mime: string;
   data: string;
+}
+
+/** What a picture of the frame says of itself; its name has no ending. */
+export interface OriginOf {
+  type: "origin";
+  name: string;
+  about: Record<string, string>;
+}
+
+/** Of the file that is being made; `kind` is null when there is none any more. */
+export interface Progress {
+  type: "progress";
+  kind: string | null;
+  doing: string;
+  share: number;
 }
 
 export interface Refusal {
@@ -221,16 +304,55 @@ export interface Transport extends Partial<Listener> {
   close(): void;
 }
 
-/** What an export to disk has in it; `frames` are in base64, as many bytes each. */
+/** What a page that plays from disk reads. */
+export interface RecordedPage {
+  front: FrontMatter;
+  recording: Recording;
+}
+
+export interface FrontMatter {
+  title: string;
+  caption: string;
+  /** A line a work. */
+  cite: string[];
+  licence: string;
+}
+
+/** A run on a page; `frames` are in base64, as many bytes each, at `steps`. */
 export interface Recording {
-  controls: Controls;
+  groups: Group[];
+  metrics: Metric[];
   state: State;
   scene: Scene;
+  senses: SensesOf;
   spec: string;
   steps: number[];
-  metrics: Record<string, (number | null)[]>;
+  values: Record<string, (number | null)[]>;
   about: Record<string, string>;
   frames: string;
+}
+
+/**
+ * What tells from places whom a boid sees. `resting` has in base64 a bit for each boid
+ * of each frame: whether it sees all round, because it rests.
+ */
+export interface SensesOf {
+  range: number | "inf";
+  fov: number;
+  inclusive: boolean;
+  shortest_way: boolean;
+  flock_range: number;
+  resting: string;
+  pixels: Pixels | null;
+}
+
+/** Those that are visited, `per_length` of them a length, within `radius` pixels. */
+export interface Pixels {
+  rows: number;
+  columns: number;
+  per_length: number;
+  radius: number;
+  truncated: boolean;
 }
 
 /** The model of a widget as anywidget gives it, as far as it is used here. */
@@ -244,5 +366,5 @@ export interface Model {
 
 declare global {
   /** What the served page shows, for whoever looks at it from outside. */
-  var boidsweep: { view: View; unmount(): void; socket: Transport };
+  var boidsweep: ReturnType<typeof mount> & { socket: Transport };
 }

@@ -1,136 +1,95 @@
-// A recorded run as a transport. It answers the page as a server does, from the data in
-// the file.
+// A recorded run as a page that opens from disk: what it is, the run, its settings, and
+// how to cite it. An address that ends in ?embed shows the picture and its bar alone.
 
-import { bytesOf } from "./dialogs.js";
-import { mount } from "./view.js";
+import { button, make, short, spaced, unitText } from "./dom.js";
+import { Player } from "./player.js";
 
-/** @import { Heard, Message, Recording, Transport } from "./protocol.d.ts" */
+/** @import { FrontMatter, Recording, RecordedPage, Setting } from "./protocol.d.ts" */
 
-const FIXED = "this is a recording: it can be played, and nothing in it changed";
-const TICK = 16; // ms between two checks of the clock
+/** @param {FrontMatter} front @param {() => void} copy */
+const above = ({ title, caption }, copy) =>
+  make(
+    "header",
+    { className: "front" },
+    make("h1", { textContent: title }),
+    make("p", { textContent: caption }),
+    button("copy", "Copy as spec", copy, "Copy as spec"),
+  );
 
-// `recording` has the messages controls, state and scene, the steps of its frames and
-// the metrics in them, the spec, and the frames: as many bytes each, one after the
-// other, in base64.
-/** @param {Recording} recording @returns {Transport} */
-function recorded(recording) {
-  const { steps, metrics, state } = recording;
-  const bytes = bytesOf(recording.frames);
-  const size = bytes.length / steps.length;
-  const last = steps.length - 1;
-  let place = 0; // index of the frame on the screen
-  let sent = -1;
-  let ready = true;
-  let clock = 0; // steps, a fraction of one included
-  let seen = 0;
-  /** @type {string | undefined} */
-  let answered; // the id of the last message
+/** @param {FrontMatter} front @param {Recording} recording */
+const below = ({ cite, licence }, { about }) =>
+  make(
+    "footer",
+    { className: "front" },
+    make("h2", { textContent: "How to cite" }),
+    make("ul", {}, ...cite.map((textContent) => make("li", { textContent }))),
+    make("h2", { textContent: "Licence" }),
+    make("p", { textContent: `Of these data: ${licence}.` }),
+    make("h2", { textContent: "Origin" }),
+    make("p", {
+      className: "facts",
+      textContent: Object.entries(about).map(([key, value]) => `${key}: ${value}`)
+        .join("; "),
+    }),
+  );
 
-  /** @param {Heard} heard */
-  const say = (heard) => {
-    setTimeout(() => transport.onmessage?.(heard));
-  };
-  const sayState = () => say({ ...state, step: steps[place], answers: answered });
-  const frame = () => {
-    if (!ready || sent === place) return;
-    ready = false;
-    sent = place;
-    say(bytes.buffer.slice(place * size, (place + 1) * size));
-  };
-  /** @param {number} to */
-  const go = (to) => {
-    place = Math.min(Math.max(to, 0), last);
-    clock = steps[place];
-    frame();
-  };
-  /** @param {number} step */
-  const at = (step) => {
-    let found = 0;
-    while (found < last && steps[found + 1] <= step) found++;
-    return found;
-  };
-  const look = () => {
-    const now = performance.now();
-    const passed = (now - seen) / 1000;
-    seen = now;
-    if (!state.running) return;
-    if (state.speed > 0) {
-      clock = Math.min(clock + passed * state.speed, steps[last]);
-      place = at(clock);
-    } else if (ready) place = Math.min(place + 1, last);
-    frame();
-    if (place < last) return;
-    state.running = false;
-    sayState();
-  };
-  /** @param {string[]} names */
-  const plotted = (names) => {
-    const known = names.filter((name) => name in metrics);
-    const values = Object.fromEntries(known.map((name) => [name, metrics[name]]));
-    say({ type: "metrics", steps, values, reset: true });
-  };
+// All settings with their values; those that differ from the preset are marked.
+/** @param {Recording} recording */
+function settings({ groups, state }) {
+  /** @param {Setting} setting */
+  const row = ({ name, text, unit }) =>
+    make(
+      "div",
+      { className: state.changed.includes(name) ? "changed" : "" },
+      make("dt", { textContent: spaced(name), title: text }),
+      make("dd", {
+        textContent: `${short(state.settings[name], 6)} ${unitText(unit)}`.trim(),
+      }),
+    );
+  const rows = groups.flatMap(({ fields }) => fields.map(row));
+  return make(
+    "details",
+    { className: "group values" },
+    make("summary", {}, make("span", { textContent: "settings" })),
+    make("dl", {}, ...rows),
+  );
+}
 
-  const greet = () => {
-    say(recording.controls);
-    say(recording.scene);
-    sayState();
-    plotted(state.plots);
-    sent = -1;
-    ready = true;
-    frame();
+// On paper colours are those of a light page, and everything is open.
+/** @param {HTMLElement} root @param {Player} player */
+function print(root, player) {
+  /** @param {string} scheme */
+  const dress = (scheme) => {
+    root.style.colorScheme = scheme;
+    document.documentElement.style.colorScheme = scheme;
+    player.stage.readColours();
+    player.stage.draw();
+    player.charts.draw(player.step);
   };
-  const run = () => {
-    if (place === last) go(0);
-    [state.running, seen, clock] = [true, performance.now(), steps[place]];
-  };
-  /** @param {Message} message */
-  const answer = (message) => {
-    switch (message.type) {
-      case "hello":
-        return greet();
-      case "ready":
-        ready = true;
-        return frame();
-      case "run":
-        return run();
-      case "pause":
-        state.running = false;
-        return;
-      case "step":
-        state.running = false;
-        return go(place + (message.count ?? 1));
-      case "reset":
-        return go(0);
-      case "seek":
-        return go(at(message.frame));
-      case "speed":
-        state.speed = message.steps_per_second;
-        return;
-      case "metrics":
-        state.plots = message.names.filter((name) => name in metrics);
-        return plotted(state.plots);
-      case "spec":
-        return say({ type: "spec", yaml: recording.spec, exact: true, note: "" });
-      default:
-        return say({ type: "error", message: FIXED });
-    }
-  };
-  const timer = setInterval(look, TICK);
-  /** @type {Transport} */
-  const transport = {
-    send(message) {
-      answer(message);
-      if (!message.id) return;
-      answered = message.id;
-      sayState();
-    },
-    close: () => clearInterval(timer),
-  };
-  return transport;
+  addEventListener("beforeprint", () => {
+    dress("light");
+    for (const one of root.querySelectorAll("details")) one.open = true;
+  });
+  addEventListener("afterprint", () => dress(""));
+}
+
+/** @param {HTMLElement} main @param {RecordedPage} page */
+function show(main, { front, recording }) {
+  const embedded = new URLSearchParams(location.search).has("embed");
+  const root = make("div", { className: "boidsweep recorded" });
+  const room = make("div");
+  main.append(root);
+  root.classList.toggle("embedded", embedded);
+  root.append(room);
+  const player = new Player(root, room);
+  player.play(recording);
+  document.addEventListener("keydown", (event) => player.key(event));
+  if (embedded) return;
+  room.before(above(front, () => player.copySpec()));
+  room.after(settings(recording), below(front, recording));
+  print(root, player);
 }
 
 const main = document.querySelector("main");
-const content = document.getElementById("recording")?.textContent;
-if (main && content) {
-  mount(main, recorded(JSON.parse(content)), { shortcuts: document });
-}
+const content = document.getElementById("data")?.textContent;
+if (main && content) show(main, JSON.parse(content));

@@ -1,11 +1,12 @@
 // The bar below the picture. It runs and pauses, takes single steps, resets, and goes
-// to any step of a stored trial.
+// to any step that was run before, or of a stored trial.
 
-import { button, make, setIcon, short, write } from "./dom.js";
+import { button, make, paced, setIcon, short, write } from "./dom.js";
 
 /** @import { Picture } from "./dom.js" */
 /** @import { Message, State } from "./protocol.d.ts" */
 
+const SEEK_EVERY = 40; // ms
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000, 0];
 
 /** @param {State} state */
@@ -44,12 +45,13 @@ export class RunBar {
     this.going = button("play", "Run (Space)", () => this.toggle(), "Run", {
       className: "primary going",
     });
-    this.bar = make("progress", { "aria-label": "steps done", max: 1, value: 0 });
-    this.scrub = make("input", { type: "range", hidden: true, "aria-label": "step" });
-    this.scrub.addEventListener(
-      "input",
+    this.scrub = make("input", { type: "range", "aria-label": "step" });
+    const seek = paced(
       () => send({ type: "seek", frame: Number(this.scrub.value) }),
+      SEEK_EVERY,
     );
+    this.scrub.addEventListener("input", seek);
+    this.words = make("p", { className: "past", role: "status", hidden: true });
     this.clock = make("output", { className: "clock" });
     const options = SPEEDS.map((speed) =>
       make("option", {
@@ -68,10 +70,10 @@ export class RunBar {
       back,
       this.going,
       single,
-      this.bar,
       this.scrub,
       this.clock,
       this.speed,
+      this.words,
     );
   }
 
@@ -112,28 +114,43 @@ export class RunBar {
   showStep(step) {
     if (!this.state) return;
     this.step = step;
-    const { steps, replay } = this.state;
-    const last = replay ? replay.frames[1] : steps;
+    const { past, replay, steps } = this.state;
+    const [first, last, every] = replay?.frames ?? [past[0], steps, 1];
+    const known = replay ? last : Math.max(past[1], step);
     write(this.clock, `step ${step} of ${last}`);
-    this.bar.hidden = Boolean(replay);
-    this.scrub.hidden = !replay;
-    this.bar.max = Math.max(1, last);
-    this.bar.value = step;
-    if (!replay) return;
-    this.seekable(replay.frames, step);
+    this.seekable([first, last, every], step, known);
+    this.explain(step, known);
   }
 
   /**
    * @param {[first: number, last: number, every: number]} frames
    * @param {number} step
+   * @param {number} known
    */
-  seekable([first, last, every], step) {
+  seekable([first, last, every], step, known) {
     const { scrub } = this;
     if (!scrub.matches(":active")) {
       [scrub.min, scrub.max, scrub.step] = [first, last, every].map(String);
       scrub.value = String(step);
     }
-    const part = (Number(scrub.value) - first) / Math.max(1, last - first);
-    scrub.style.setProperty("--part", `${100 * part}%`);
+    /** @param {number} one */
+    const part = (one) => `${100 * (one - first) / Math.max(1, last - first)}%`;
+    scrub.style.setProperty("--part", part(Number(scrub.value)));
+    scrub.style.setProperty("--known", part(known));
+  }
+
+  // What going on from the past means.
+  /** @param {number} step @param {number} known */
+  explain(step, known) {
+    const { running = false, replay = null, past = [0, 0] } = this.state ?? {};
+    this.words.hidden = Boolean(replay) || running || step >= known;
+    const gone = past[0] > 0
+      ? ` Steps before ${past[0]} are gone: very many changes were made.`
+      : "";
+    write(
+      this.words,
+      `${known} steps were run. Run goes on from here as it did, with its changes;` +
+        ` a change made here replaces what came after.${gone}`,
+    );
   }
 }

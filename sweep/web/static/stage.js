@@ -3,6 +3,7 @@
 
 import { decode, FlockColours, placeX, placeY } from "./frames.js";
 import { contextOf, make } from "./dom.js";
+import { SvgPen } from "./pen.js";
 import { Stamps } from "./stamps.js";
 import {
   drawGoal,
@@ -18,13 +19,14 @@ import {
   drawBoids,
   drawPerception,
   drawTrails,
-  RULES,
+  HUES,
 } from "./swarm.js";
 
 /** @import { Coverage, Frame } from "./frames.js" */
 /** @import { Bytes, Obstacle, Scene, Seen } from "./protocol.d.ts" */
 
 /** @typedef {{ x: number, y: number }} Place */
+/** @typedef {CanvasRenderingContext2D | SvgPen} Pen */
 /** @typedef {{ scale: number, x: number, y: number }} Camera */
 /** @typedef {"world" | "boids" | "free"} Fit */
 /** @typedef {Omit<Seen, "range"> & { range: number }} Selected */
@@ -47,10 +49,11 @@ const COLOURS = /** @type {const} */ ([
 const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
 
-// The colours of the style sheet by name, and those of the rules.
+// The colours of the style sheet by name, those of the rules, whose arrows are drawn,
+// and the hues of boids.
 /**
  * @param {HTMLElement} element
- * @returns {[Colours, string[]]}
+ * @returns {[Colours, string[], string[]]}
  */
 function coloursBeside(element) {
   const probe = make("span");
@@ -61,16 +64,19 @@ function coloursBeside(element) {
     return getComputedStyle(probe).color;
   };
   const named = COLOURS.map((name) => [name, resolve(name)]);
-  const rules = Array.from({ length: RULES }, (_, i) => resolve(`rule-${i}`));
+  /** @param {string} kind */
+  const palette = (kind) =>
+    Array.from({ length: HUES }, (_, i) => resolve(`${kind}-${i}`));
+  const [rules, hues] = [palette("rule"), palette("hue")];
   probe.remove();
-  return [/** @type {Colours} */ (Object.fromEntries(named)), rules];
+  return [/** @type {Colours} */ (Object.fromEntries(named)), rules, hues];
 }
 
 /** @param {Scene} scene */
 function coloursOfKinds({ kinds }) {
   if (!kinds.length) return null;
   return Int16Array.from(
-    kinds.flatMap(([, boids], kind) => Array(boids).fill(kind % RULES)),
+    kinds.flatMap(([, boids], kind) => Array(boids).fill(kind % HUES)),
   );
 }
 
@@ -88,15 +94,18 @@ function around(frame, scene) {
 }
 
 // `taken` is called with each frame that is drawn, `renewed` when colours or size have
-// changed.
+// changed. `room` is left around the world.
 export class Stage {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {(frame: Frame) => void} taken
    * @param {() => void} renewed
+   * @param {typeof MARGIN} room
    */
-  constructor(canvas, taken, renewed) {
+  constructor(canvas, taken, renewed, room = MARGIN) {
     this.canvas = canvas;
+    this.room = room;
+    /** @type {Pen} */
     this.context = contextOf(canvas, { alpha: false });
     this.taken = taken;
     this.renewed = renewed;
@@ -107,7 +116,7 @@ export class Stage {
     this.scene = null;
     /** @type {Frame | null} */
     this.frame = null;
-    /** @type {Bytes | null} */
+    /** @type {Bytes | Frame | null} */
     this.pending = null;
     /** @type {Selected | null} */
     this.selection = null;
@@ -117,6 +126,7 @@ export class Stage {
     this.edited = null;
     /** @type {number | null} */
     this.marked = null;
+    this.goalMarked = false;
     this.arrowScale = 0;
     /** @type {Fit} */
     this.fit = "world";
@@ -126,7 +136,7 @@ export class Stage {
     this.trail = [];
     this.screenX = new Float32Array(0);
     this.screenY = new Float32Array(0);
-    this.flocks = new FlockColours(RULES);
+    this.flocks = new FlockColours(HUES);
     /** @type {Int16Array | null} */
     this.kinds = null; // the colour of each boid, where there are kinds
     this.stamps = new Stamps();
@@ -140,9 +150,10 @@ export class Stage {
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.recolour = () => this.readColours();
     this.scheme.addEventListener("change", this.recolour);
-    const [colours, rules] = coloursBeside(canvas);
+    const [colours, rules, hues] = coloursBeside(canvas);
     this.colours = colours;
     this.rules = rules;
+    this.hues = hues;
   }
 
   stop() {
@@ -152,7 +163,7 @@ export class Stage {
   }
 
   readColours() {
-    [this.colours, this.rules] = coloursBeside(this.canvas);
+    [this.colours, this.rules, this.hues] = coloursBeside(this.canvas);
     paintHeat(this);
     this.redraw();
     // JupyterLab hides everything while it changes its theme.
@@ -183,7 +194,7 @@ export class Stage {
     this.redraw();
   }
 
-  /** @param {Bytes} data */
+  /** @param {Bytes | Frame} data */
   take(data) {
     this.pending = data;
     this.redraw();
@@ -201,6 +212,16 @@ export class Stage {
     this.redraw();
   }
 
+  // Without a frame: another run comes.
+  clear() {
+    this.frame =
+      this.pending =
+      this.coverage =
+      this.selection =
+        null;
+    this.forget();
+  }
+
   // The camera: the world, all boids, or where the user has put it.
   look() {
     if (!this.scene || !this.width) return;
@@ -208,8 +229,8 @@ export class Stage {
     if (this.fit === "boids" && this.frame?.n) box = around(this.frame, this.scene);
     if (this.fit === "free") return;
     const [left, top, right, bottom] = box;
-    const across = (this.width - 2 * MARGIN.side) / Math.max(right - left, 1e-9);
-    const along = (this.height - MARGIN.top - MARGIN.bottom) /
+    const across = (this.width - 2 * this.room.side) / Math.max(right - left, 1e-9);
+    const along = (this.height - this.room.top - this.room.bottom) /
       Math.max(bottom - top, 1e-9);
     this.camera = {
       scale: Math.min(across, along),
@@ -246,7 +267,10 @@ export class Stage {
   }
 
   get middle() {
-    return { x: this.width / 2, y: (this.height + MARGIN.top - MARGIN.bottom) / 2 };
+    return {
+      x: this.width / 2,
+      y: (this.height + this.room.top - this.room.bottom) / 2,
+    };
   }
 
   /** @param {Place} place @returns {Place} */
@@ -283,12 +307,18 @@ export class Stage {
   draw() {
     if (!this.scene || !this.width) return;
     if (this.pending) {
-      const fresh = decode(this.pending);
+      const fresh = "step" in this.pending ? this.pending : decode(this.pending);
       this.accept(fresh);
       this.pending = null;
       this.taken(fresh); // the next one is made and sent while this one is drawn
     }
-    const { context, frame, overlays, ratio, scene } = this;
+    this.paint(this.scene);
+  }
+
+  // Draws all layers, from the ground up.
+  /** @param {Scene} scene */
+  paint(scene) {
+    const { context, frame, overlays, ratio } = this;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = this.colours.stage;
     context.fillRect(0, 0, this.width, this.height);
@@ -303,7 +333,34 @@ export class Stage {
       if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);
-    drawScale(this, scene);
+    if (this.room === MARGIN) drawScale(this, scene);
+  }
+
+  // Draws the picture as it is with another pen, so many times as fine as the screen.
+  /** @param {Pen} pen @param {number} finer */
+  paintWith(pen, finer) {
+    const { context, ratio } = this;
+    [this.context, this.ratio] = [pen, finer];
+    if (this.scene) this.paint(this.scene);
+    [this.context, this.ratio] = [context, ratio];
+  }
+
+  // The picture as it is in a canvas of its own.
+  /** @param {number} finer */
+  pixels(finer) {
+    const canvas = make("canvas", {
+      width: Math.round(this.width * finer),
+      height: Math.round(this.height * finer),
+    });
+    this.paintWith(contextOf(canvas, { alpha: false }), finer);
+    return canvas;
+  }
+
+  // The picture as it is, as lines.
+  lines() {
+    const pen = new SvgPen(this.width, this.height);
+    this.paintWith(pen, 1);
+    return pen;
   }
 
   /** @param {Frame} frame */

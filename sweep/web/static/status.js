@@ -5,7 +5,7 @@ import { make, write } from "./dom.js";
 
 /** @import { State } from "./protocol.d.ts" */
 
-const [SAID_FOR, WRONG_FOR] = [6000, 15000]; // ms
+const SAID_FOR = 6000; // ms
 
 export class StatusLine {
   saying = 0;
@@ -21,16 +21,20 @@ export class StatusLine {
     this.rates,
   );
 
+  // What was refused is no longer so.
+  accept() {
+    if (this.words.classList.contains("wrong")) this.say("");
+  }
+
+  // What is wrong is said until something else is.
   /** @param {string} words */
   say(words, wrong = false) {
     this.words.textContent = words;
     this.words.classList.toggle("wrong", wrong);
     this.words.setAttribute("role", wrong ? "alert" : "status");
     clearTimeout(this.saying);
-    this.saying = setTimeout(
-      () => (this.words.textContent = ""),
-      wrong ? WRONG_FOR : SAID_FOR,
-    );
+    if (wrong) return;
+    this.saying = setTimeout(() => (this.words.textContent = ""), SAID_FOR);
   }
 
   /** @param {State} state */
@@ -38,8 +42,8 @@ export class StatusLine {
     const count = Object.keys(sweeps).length;
     const settings = count === 1 ? "1 setting" : `${count} settings`;
     const swept = count ? ` · the spec sweeps ${settings}` : "";
-    const words = exact ? "exact: the spec gives these very frames" : note;
-    write(this.exact, words + swept);
+    const words = exact ? "exact: the spec gives these very frames, bit for bit" : "";
+    write(this.exact, [words, note].filter(Boolean).join(" · ") + swept);
     this.exact.classList.toggle("not", !exact);
   }
 

@@ -8,12 +8,17 @@ import { CORNERS } from "./stamps.js";
 /** @import { Scene } from "./protocol.d.ts" */
 /** @import { Camera, Stage } from "./stage.js" */
 
-export const RULES = 7; // colours of rules, flocks and kinds: --rule-0 to --rule-6
+export const HUES = 7; // colours of rules, --rule-0 ..., and of boids, --hue-0 ...
 // Two frames that are so many steps apart are not joined: a straight line would
 // mislead.
 const TRAIL_GAP = 10;
 const MANY = 300; // boids, from which on they are stamps
 export const ARROW = 26; // CSS pixels, a usual acceleration
+const MOST_ARROWS = 500; // boids; of more, a sample has arrows
+
+// Of how many boids one has arrows, if none is selected.
+/** @param {number} n */
+export const sampled = (n) => Math.ceil(n / MOST_ARROWS);
 
 /** @param {Stage} stage @param {Scene} scene */
 export function drawTrails(stage, scene) {
@@ -90,8 +95,9 @@ export function drawBoids(stage, scene, frame) {
   const { context } = stage;
   const size = boidLength(scene, frame, stage.camera);
   const of = boidColours(stage, frame);
-  if (frame.n > MANY) stampBoids(stage, frame, size, of);
-  else {
+  if (frame.n > MANY && context instanceof CanvasRenderingContext2D) {
+    stampBoids(stage, context, frame, size, of);
+  } else {
     for (let i = 0; i < frame.n; i++) {
       drawBoid(stage, frame, i, size, boidColour(stage, of, i));
     }
@@ -116,7 +122,7 @@ function boidColours({ overlays, flocks, kinds }, frame) {
 /** @param {Stage} stage @param {Int16Array | null} colours @param {number} i */
 function boidColour(stage, colours, i) {
   if (!colours) return stage.colours.boid;
-  return colours[i] < 0 ? stage.colours.edge : stage.rules[colours[i]];
+  return colours[i] < 0 ? stage.colours.edge : stage.hues[colours[i]];
 }
 
 /**
@@ -143,16 +149,18 @@ function drawBoid(stage, frame, i, size, colour) {
 
 /**
  * @param {Stage} stage
+ * @param {CanvasRenderingContext2D} context
  * @param {Frame} frame
  * @param {number} size
  * @param {Int16Array | null} ofBoid
  */
-function stampBoids(stage, frame, size, ofBoid) {
-  const { context, canvas, ratio } = stage;
+function stampBoids(stage, context, frame, size, ofBoid) {
+  const { ratio } = stage;
+  const { canvas } = context;
   /** @param {string} colour */
   const packed = (colour) =>
     partsOf(colour).reduce((sum, part, place) => sum + (part << (8 * place)), 0);
-  const colours = [stage.colours.edge, ...stage.rules].map(packed);
+  const colours = [stage.colours.edge, ...stage.hues].map(packed);
   const plain = packed(stage.colours.boid);
   stage.stamps.begin(
     canvas.width,
@@ -179,7 +187,7 @@ export function drawAccelerations(stage, { accelerations, rules, n }) {
   if (!accelerations) return;
   const chosen = stage.selection
     ? [stage.selection.boid]
-    : Array.from({ length: n }, (_, i) => i);
+    : Array.from({ length: Math.ceil(n / sampled(n)) }, (_, i) => i * sampled(n));
   let [sum, count] = [0, 0];
   for (const length of lengths(accelerations, n, chosen)) {
     if (length > 0) [sum, count] = [sum + length * length, count + 1];
@@ -213,9 +221,9 @@ function* lengths(accelerations, n, boids) {
  */
 function drawRule(stage, accelerations, n, rule, boids) {
   const { context, screenX, screenY } = stage;
-  context.strokeStyle = stage.rules[rule % RULES];
+  context.strokeStyle = stage.rules[rule % HUES];
   context.lineWidth = 1.5;
-  context.setLineDash(rule < RULES ? [] : [3, 2]);
+  context.setLineDash(rule < HUES ? [] : [3, 2]);
   context.beginPath();
   for (const i of boids) {
     let dx = accelerations[2 * rule * n + i] * stage.arrowScale;

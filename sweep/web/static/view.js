@@ -1,19 +1,27 @@
 // The whole view. It builds its parts once in an element. Then it sends what they ask
 // for to the other side of a transport, and shows in them what comes back.
 
-import { asNumber, button, make, randomName, short, unitText } from "./dom.js";
+import { asNumber, button, make, randomName, short, spaced, unitText } from "./dom.js";
 import { Charts } from "./charts.js";
 import { SettingGroups } from "./groups.js";
 import { Stage } from "./stage.js";
 import { StatusLine } from "./status.js";
 import { Toolbar } from "./toolbar.js";
+import { About } from "./about.js";
+import { Outside } from "./outside.js";
+import { Panels, Presentation } from "./panels.js";
 import { Hand } from "./pointer.js";
 import { Tip } from "./fields.js";
 import { Keys } from "./keys.js";
+import { Toasts } from "./toasts.js";
 import { Pickers, ReplayCard } from "./pickers.js";
+import { PresetList } from "./presets.js";
 import { RunBar } from "./run.js";
 import { BoidCard, ObstacleList, Overlays } from "./lists.js";
-import { bytesOf, download, keysDialog, Menu, SpecDialog } from "./dialogs.js";
+import { EditBar } from "./edits.js";
+import { keysDialog, SpecDialog } from "./dialogs.js";
+import { Exports } from "./exports.js";
+import { bytesOf, download } from "./files.js";
 
 /** @import { Frame } from "./frames.js" */
 /**
@@ -21,6 +29,7 @@ import { bytesOf, download, keysDialog, Menu, SpecDialog } from "./dialogs.js";
  *   Controls,
  *   File,
  *   Heard,
+ *   Kept,
  *   Message,
  *   Metrics,
  *   Refusal,
@@ -28,20 +37,32 @@ import { bytesOf, download, keysDialog, Menu, SpecDialog } from "./dialogs.js";
  *   Selection,
  *   Spec,
  *   State,
+ *   StoredName,
  *   Transport,
  * } from "./protocol.d.ts"
  */
 /** @import { Fit } from "./stage.js" */
+/** @import { Opening } from "./address.js" */
 
-/** @typedef {{ page?: string, shortcuts?: Document | HTMLElement }} Options */
+/**
+ * `memory` keeps what a page goes on with when its session is gone, and has an address
+ * of it; `entitle` is told what is shown, in a few words; `stored` names the stored
+ * trial that is played, `opening` says how the first state is shown, and `demos` is the
+ * address of the start page.
+ *
+ * @typedef {{
+ *   page?: string,
+ *   stored?: StoredName,
+ *   shortcuts?: Document | HTMLElement,
+ *   memory?: { read(): Kept | null, write(kept: Kept): void, address(): string },
+ *   entitle?: (words: string) => void,
+ *   opening?: Opening,
+ *   demos?: string,
+ * }} Options
+ */
 
-const FILES = [
-  ["png", "PNG", "this frame as pixels"],
-  ["svg", "SVG", "this frame as lines"],
-  ["gif", "GIF", "the run so far, plays anywhere"],
-  ["mp4", "MP4", "the run so far, as a film"],
-  ["html", "HTML", "the run so far, to open from disk"],
-];
+const KEEP_AFTER = 400; // ms after the last change
+
 let mounts = 0;
 
 export class View {
@@ -62,6 +83,9 @@ export class View {
   asking = null; // that message
   /** @type {string | undefined} */
   refused; // the id of the latest one that was refused
+  edited = ""; // the state that is kept
+  keeping = 0;
+  away = false;
 
   root = make("div", {
     className: "boidsweep",
@@ -79,16 +103,25 @@ export class View {
   /** @param {Message} message */
   send = (message) => this.ask(message);
   pickers = new Pickers(this.prefix, this.send);
+  presets = new PresetList(this.send);
   run = new RunBar(this.send);
-  files = new Menu(
-    "Export",
-    "save",
-    FILES.map(([kind, name, hint]) => [name, hint, () => this.export(kind)]),
-  );
+  toasts = new Toasts();
+  edits = new EditBar((type) => this.undo(type));
+  actions = make("div", { className: "row" });
   record = new ReplayCard();
+  about = new About();
+  panels = new Panels(this.root);
+  presentation = new Presentation(this.root, (words) => this.keys.hint(words));
+  outside = new Outside(() => this.fit("boids"));
 
   /** @param {Element} element @param {Transport} transport @param {Options} options */
-  constructor(element, transport, { page, shortcuts }) {
+  constructor(element, transport, options) {
+    const { page, stored, shortcuts, memory, entitle, opening, demos } = options;
+    this.stored = stored;
+    this.beginning = opening;
+    this.demos = demos;
+    this.memory = memory;
+    this.entitle = entitle;
     this.transport = transport;
     this.page = page ?? randomName();
     const picture = make(
@@ -96,6 +129,7 @@ export class View {
       { className: "picture", "aria-label": "picture" },
       this.canvas,
     );
+    this.picture = picture;
     const left = make("aside", {
       className: "watch",
       "aria-label": "overlays and metrics",
@@ -108,10 +142,13 @@ export class View {
         this.top(),
         picture,
         this.run.element,
+        this.presentation.stand,
+        this.panels.bar,
         right,
         left,
         this.status.element,
       ),
+      this.toasts.element,
     );
     element.append(this.root); // without a document there are no colours to draw with
     this.stage = new Stage(
@@ -119,9 +156,21 @@ export class View {
       (frame) => this.taken(frame),
       () => this.state && this.charts.draw(this.shown),
     );
+    this.files = new Exports(this.stage, this.send);
+    this.actions.insertBefore(this.files.element, this.actions.lastChild);
     this.hand = new Hand(this.stage, this.send, () => this.showHand());
     this.toolbar = new Toolbar(this.hand, this.stage, (how) => this.fit(how));
-    picture.append(this.toolbar.tools, this.toolbar.views, this.banner, this.hint);
+    this.toolbar.views.append(
+      ...this.panels.toggles.values(),
+      button("present", "Present (P)", () => this.present()),
+    );
+    picture.append(
+      this.toolbar.tools,
+      this.toolbar.views,
+      this.outside.element,
+      this.banner,
+      this.hint,
+    );
     this.overlays = new Overlays(this.stage, () => this.overlaid());
     this.boid = new BoidCard(this.send, this.stage);
     this.charts = new Charts(this.root, this.stage, this.send);
@@ -129,8 +178,15 @@ export class View {
     const tip = new Tip(this.root, this.status.element);
     this.groups = new SettingGroups(this.prefix, this.send, tip);
     this.list = new ObstacleList(this.hand);
-    right.append(this.record.element, this.groups.element, this.list.element);
-    this.spec = new SpecDialog(this.root);
+    right.append(
+      this.record.element,
+      this.about.element,
+      this.edits.element,
+      this.presets.element,
+      this.groups.element,
+      this.list.element,
+    );
+    this.spec = new SpecDialog(this.root, memory?.address);
     this.help = keysDialog(this.root);
     this.keys = new Keys(this, shortcuts ?? this.root);
     this.timer = setInterval(() => this.tick(), 500);
@@ -141,15 +197,25 @@ export class View {
     const { transport } = this;
     transport.onmessage = (heard) => this.receive(heard);
     transport.onopen = () => this.opening();
-    transport.onclose = (words) => this.lost(words);
+    transport.onclose = (words) => {
+      this.lost(words);
+      this.freeze(true);
+    };
     transport.onend = (words) => this.end(words);
     if (transport.start) transport.start();
     else this.opening();
   }
 
+  // The run bar where it belongs, if it was elsewhere.
+  settle() {
+    this.picture.after(this.run.element);
+  }
+
   unmount() {
     clearInterval(this.timer);
+    clearTimeout(this.keeping);
     this.keys.stop();
+    this.presentation.stop();
     this.stage.stop();
     this.transport.close();
     this.root.remove();
@@ -160,29 +226,73 @@ export class View {
       "div",
       { className: "brand" },
       make("i", { "aria-hidden": "true" }),
-      make("span", { textContent: "boidsweep" }),
+      make("h1", { textContent: "boidsweep" }),
     );
     const copy = button(
       "copy",
       "Copy as spec",
-      () => this.send({ type: "spec" }),
+      () => this.copySpec(),
       "Copy as spec",
       { className: "primary" },
     );
     const help = button("keys", "Keys", () => this.help.showModal(), "Keys");
-    const actions = make("div", { className: "row" }, copy, this.files.element, help);
-    return make("header", { className: "top" }, brand, this.pickers.element, actions);
+    const demos = this.demos
+      ? [make("a", { className: "quiet", href: this.demos, textContent: "Demos" })]
+      : [];
+    this.actions.append(...demos, copy, help);
+    const { actions, pickers } = this;
+    return make("header", { className: "top" }, brand, pickers.element, actions);
   }
 
   opening() {
     this.banner.hidden = true;
     this.asked = null;
-    this.transport.send({ type: "hello", page: this.page });
+    this.freeze(false);
+    const kept = this.memory?.read() ?? {};
+    this.transport.send({ type: "hello", page: this.page, ...kept, ...this.stored });
+  }
+
+  // While the other side is away nothing can be changed: it would be lost.
+  /** @param {boolean} away */
+  freeze(away) {
+    if (this.away === away) return;
+    this.away = away;
+    this.run.element.toggleAttribute("inert", away);
+    for (const part of this.root.querySelectorAll(".pickers, aside")) {
+      part.toggleAttribute("inert", away);
+    }
+    this.hand.frozen = away || Boolean(this.state?.replay);
+    this.showHand();
+  }
+
+  // Asks for what this page would go on with, once nothing has changed for a while.
+  /** @param {State} state */
+  keep({ settings, shapes, seed, plots, sweeps, trial, replay }) {
+    if (!this.memory || replay) return;
+    const edited = JSON.stringify([settings, shapes, seed, plots, sweeps, trial]);
+    if (edited === this.edited) return;
+    this.edited = edited;
+    clearTimeout(this.keeping);
+    this.keeping = setTimeout(() => this.transport.send({ type: "keep" }), KEEP_AFTER);
+  }
+
+  /** @param {"undo" | "redo"} type */
+  undo(type) {
+    this.hand.forget();
+    if (this.state?.[type]) this.send({ type });
+  }
+
+  copySpec() {
+    if (!this.away) return this.send({ type: "spec" });
+    const yaml = this.memory?.read()?.yaml;
+    const note = "sweep view is away: this is the spec of what it showed last.";
+    if (yaml) this.showSpec({ type: "spec", yaml, trial: "", exact: false, note });
   }
 
   // Until the answer comes, states are older than what the controls show.
   /** @param {Message} message */
   ask(message) {
+    if (this.away) return;
     this.asked = `${this.page} ${++this.sent}`;
     this.asking = message;
     this.transport.send({ ...message, id: this.asked });
@@ -190,6 +300,7 @@ export class View {
 
   /** @param {string} words */
   lost(words) {
+    this.banner.classList.remove("waits");
     this.banner.textContent = words;
     this.banner.hidden = false;
   }
@@ -199,7 +310,8 @@ export class View {
   end(words) {
     this.lost(words);
     this.keys.stop();
-    for (const part of this.root.querySelectorAll(".top, .run, aside")) {
+    this.run.element.toggleAttribute("inert", true);
+    for (const part of this.root.querySelectorAll(".top, aside")) {
       part.toggleAttribute("inert", true);
     }
     this.hand.frozen = true;
@@ -209,8 +321,13 @@ export class View {
     this.showHand();
   }
 
+  // Who is heard is not away: a kernel that was busy at first has answered.
   /** @param {Heard} heard */
   receive(heard) {
+    if (this.away) {
+      this.banner.hidden = true;
+      this.freeze(false);
+    }
     if (heard instanceof ArrayBuffer || heard instanceof DataView) {
       this.status.counts.received++;
       return this.stage.take(heard);
@@ -231,12 +348,18 @@ export class View {
         return;
       case "spec":
         return this.showSpec(heard);
+      case "kept":
+        return this.memory?.write(heard);
       case "file":
         return this.save(heard);
+      case "progress":
+        return this.files.tell(heard);
+      case "origin":
+        return this.files.name(heard);
       case "error":
         return this.refuse(heard);
       case "info":
-        return this.status.say(heard.message);
+        return this.waitFor(heard.message);
     }
   }
 
@@ -249,28 +372,42 @@ export class View {
     this.charts.draw(this.shown);
   }
 
+  // What takes long is said until the next state, or until it is refused.
+  /** @param {string} words */
+  waitFor(words) {
+    this.lost(words);
+    this.banner.classList.add("waits");
+  }
+
   /** @param {Controls} controls */
   showControls(controls) {
-    this.status.say("");
-    this.banner.hidden = true;
     const known = JSON.stringify(controls);
     if (known === this.known) return;
     this.known = known;
     this.controls = controls;
     this.overlays.offer(["trails", ...controls.overlays]);
+    this.presentation.end();
+    this.about.offer(controls);
     this.charts.offer(controls);
     this.groups.offer(controls);
+    this.presets.offer(controls);
     this.pickers.forget();
   }
 
   /** @param {State} state */
   showState(state) {
+    this.banner.hidden = true;
     if (state.answers === this.asked) this.asked = null;
     if (this.asked || !this.controls) return;
-    if (state.answers !== this.refused) this.groups.accept();
+    if (state.answers && state.answers !== this.refused) {
+      this.groups.accept();
+      this.status.accept();
+    }
     this.state = state;
     this.pickers.show(this.controls, state);
     this.groups.show(state);
+    this.presets.show(state);
+    this.edits.show(state);
     this.charts.show(state);
     this.showRun(state);
     const own = this.stage.overlays.has("trails") ? ["trails"] : [];
@@ -280,10 +417,25 @@ export class View {
     if (state.selected === null) this.showSelection({ type: "selection", boid: null });
     this.hand.frozen = Boolean(state.replay);
     this.record.show(state.replay);
-    this.files.element.hidden = Boolean(state.replay?.recorded);
+    this.files.show(state);
     this.root.classList.toggle("replays", Boolean(state.replay));
+    this.entitle?.(titleOf(this.controls, state));
+    this.keep(state);
     this.showHand();
     this.stage.redraw();
+    this.begin();
+  }
+
+  // As the address says, once.
+  begin() {
+    const { beginning } = this;
+    if (!beginning) return;
+    this.beginning = undefined;
+    const { speed, overlays, run } = beginning;
+    if (speed !== null) this.send({ type: "speed", steps_per_second: speed });
+    this.overlays.show(overlays);
+    if (overlays.length) this.overlaid();
+    if (run) this.run.toggle();
   }
 
   /** @param {State} state */
@@ -339,18 +491,14 @@ export class View {
 
   /** @param {Refusal} refusal */
   refuse({ message, answers }) {
-    this.status.say(message, true);
+    this.banner.hidden = true;
+    if (answers) this.status.say(message, true);
+    else this.toasts.say(message);
     this.hand.refuse();
     this.pickers.forget();
     this.refused = answers;
     if (!answers || answers !== this.asked || !this.asking) return;
     if ("name" in this.asking) this.groups.fields.get(this.asking.name)?.refuse();
-  }
-
-  /** @param {string} kind */
-  export(kind) {
-    this.status.say(`making ${kind} ...`);
-    this.send({ type: "export", kind });
   }
 
   overlaid() {
@@ -365,6 +513,27 @@ export class View {
     if (this.stage.scene) this.list.show();
   }
 
+  // The picture, the slider of a weight, and the first plot.
+  present() {
+    const { presentation } = this;
+    if (presentation.going) presentation.end();
+    else presentation.begin(this.weighed, this.plotted);
+  }
+
+  // Another slider for the presentation.
+  presentWeight() {
+    if (this.presentation.going) this.presentation.put(this.weighed, this.plotted);
+  }
+
+  get weighed() {
+    return (this.groups.weights[this.keys.weight] ?? this.groups.weights[0])?.element;
+  }
+
+  get plotted() {
+    const [first] = this.state?.plots ?? [];
+    return this.charts.plots.get(first)?.element;
+  }
+
   /** @param {Fit} how */
   fit(how) {
     this.stage.setFit(how);
@@ -375,14 +544,22 @@ export class View {
     this.status.showRates(this.state?.running);
     const { length = "", time = "" } = this.stage.scene ?? {};
     this.overlays.explain(this.rules, unitText(`${length}/${time}^2`));
+    this.outside.show(this.stage.frame, this.stage.scene);
   }
+}
+
+// What is shown, for a window among many.
+/** @param {Controls} controls @param {State} state */
+function titleOf({ trials }, { model, preset, trial, replay }) {
+  if (replay) {
+    return `${replay.study}, ${replay.which ?? `trial ${replay.trial.slice(0, 8)}`}`;
+  }
+  if (!trials || !trial) return `${model}, ${preset}`;
+  const values = Object.entries(trial.values).map(([name, value]) =>
+    `, ${spaced(name)} ${short(value)}`
+  );
+  return `${trials.study}${values.join("")}, replicate ${trial.replicate + 1}`;
 }
 
 /** @param {string[]} names @param {string} name */
 const without = (names, name) => names.filter((one) => one !== name);
-
-/** @param {Element} element @param {Transport} transport @param {Options} options */
-export function mount(element, transport, options = {}) {
-  const view = new View(element, transport, options);
-  return { unmount: () => view.unmount(), view };
-}

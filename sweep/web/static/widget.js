@@ -1,7 +1,7 @@
 // The view in a notebook, by the interface of anywidget: messages go through the comm
 // of the kernel.
 
-import { mount } from "./view.js";
+import { mount } from "./mount.js";
 
 /** @import { Bytes, Model, Reply, Transport } from "./protocol.d.ts" */
 /** @import { View } from "./view.js" */

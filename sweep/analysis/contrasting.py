@@ -8,7 +8,7 @@ result says whether it is paired and what that brought.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
@@ -22,7 +22,7 @@ from sweep.analysis.estimate import (
     paired_estimate,
 )
 from sweep.analysis.intervals import NONE_DECLARED
-from sweep.analysis.mean_bounds import Distribution
+from sweep.analysis.mean_bounds import Declared
 from sweep.analysis.pairing import Unit, Units, agrees, chosen, pairable, units
 from sweep.analysis.simultaneous import adjusted, max_t, simultaneous_confidence
 from sweep.text import unknown
@@ -45,7 +45,7 @@ class TrialTables(Protocol):
         """Names of settings."""
 
     @property
-    def distributions(self) -> Mapping[str, Distribution]:
+    def distributions(self) -> Mapping[str, Declared]:
         """How the values of columns are distributed over trials."""
 
 
@@ -138,9 +138,7 @@ class Equivalence(NamedTuple):
     equivalent: bool
 
 
-def compare(
-    one: Units, other: Units, distribution: Distribution = "normal"
-) -> Contrast:
+def compare(one: Units, other: Units, distribution: Declared = "normal") -> Contrast:
     """`one` minus `other`: paired where each unit has its partner, else between
     independent samples. The values have this `distribution`.
     """
@@ -157,7 +155,7 @@ def independent_contrast(
     first: Floats,
     second: Floats,
     left_out: int = 0,
-    distribution: Distribution = "normal",
+    distribution: Declared = "normal",
 ) -> Contrast:
     """The difference of the means of two independent samples without NaN."""
     estimate = mean_estimate(first, second, distribution=distribution)
@@ -168,7 +166,7 @@ def paired_contrast(
     first: "pd.Series[float]",
     second: "pd.Series[float]",
     left_out: int = 0,
-    distribution: Distribution = "normal",
+    distribution: Declared = "normal",
 ) -> Contrast:
     """The mean of the differences of two columns whose index pairs them; a pair that
     lacks a side does not count.
@@ -180,10 +178,15 @@ def paired_contrast(
             "values cannot be paired:"
             " several have the same seed, replicate and settings"
         )
-    both = pd.concat([first, second], axis=1, join="inner").dropna().sort_index()
-    one, other = both.to_numpy(np.float64).T
+    partners = second.index.get_indexer(first.index)
+    one, column = (np.asarray(side, np.float64) for side in (first, second))
+    other = np.append(column, np.nan)[partners]  # the last one for who has no partner
+    complete = np.flatnonzero(~(np.isnan(one) | np.isnan(other)))
+    pairs = first.index[complete]
+    order = pairs.argsort()
+    one, other = one[complete][order], other[complete][order]
     estimate = paired_estimate(one, other, distribution)
-    return Contrast(estimate, one, other, both.index, left_out)
+    return Contrast(estimate, one, other, pairs[order], left_out)
 
 
 def contrast(
@@ -297,7 +300,12 @@ def jointly(
         found = max_t(
             np.column_stack([side.first - side.second for side in sides]), confidence
         )
-        return Family(sides, found.low, found.high, found.p)
+        cut = [
+            side.estimate.support.cut(*bounds)
+            for side, *bounds in zip(sides, *found[:3], strict=True)
+        ]
+        low, high = np.array(cut, np.float64).T
+        return Family(sides, low, high, found.p)
     tests = max(1, sum(side.estimate.testable for side in sides))
     level = simultaneous_confidence(
         tests, confidence, "sidak" if together == "sidak" else "bonferroni"
@@ -345,11 +353,18 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
         common = common.intersection(table.index)
     chosen_pairs = [table.loc[common] for table in tables]
     return [
-        paired_contrast(
-            table["first"], table["second"], side.left_out, side.estimate.distribution
-        )
+        _paired_anew(side, table)
         for table, side in zip(chosen_pairs, sides, strict=True)
     ]
+
+
+def _paired_anew(side: Contrast, table: pd.DataFrame) -> Contrast:
+    """The contrast of some pairs of one."""
+    before = side.estimate
+    found = paired_contrast(
+        table["first"], table["second"], side.left_out, before.distribution
+    )
+    return replace(found, estimate=replace(found.estimate, support=before.support))
 
 
 def _units(
@@ -374,7 +389,7 @@ def _units(
 
 def _table(
     source: TrialTables | pd.DataFrame,
-) -> tuple[pd.DataFrame, Sequence[str], Mapping[str, Distribution]]:
+) -> tuple[pd.DataFrame, Sequence[str], Mapping[str, Declared]]:
     return (
         (source, (), NONE_DECLARED)
         if isinstance(source, pd.DataFrame)

@@ -1,0 +1,235 @@
+"""Expressions as they are for lanes.
+
+What Python computes only where it needs it, as the second side of `and`, is computed in
+all lanes, and `where` takes it in those that need it. So nothing may stand there that
+draws a random number or writes into an array: in other lanes a single trial does not.
+"""
+
+import ast
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+from kernels.lanes import vectors
+from kernels.lanes.calls import is_ours, needs_its_test, plain_of, writes
+from kernels.lanes.facts import Facts, NotForLanesError
+from kernels.lanes.rows import is_each
+from kernels.lanes.stubs import in_each_lane, method_in_each_lane, text_in_each_lane
+from kernels.lanes.syntax import call_of, load
+from kernels.neighbours import Grid, Near
+
+VECTORIAL = {math.sqrt, abs, max, min}
+"""Functions that are not ours and take vectors."""
+KINDS = {float: vectors.as_float, int: vectors.as_int, bool: vectors.as_bool}
+
+
+class Expressions:
+    """The expressions of one function, as `facts` say that they differ.
+
+    `hidden` are names that have a value in some lanes only, and `places` those of
+    loops over neighbours. `conditions` counts what the statement and the expressions
+    at hand depend on, of which a lane may fulfil one and another may not. `added_to`
+    is the element to which the statement at hand adds something. `tools` are the stubs
+    that the expressions call, by name.
+    """
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self.hidden: set[str] = set()
+        self.places: set[str] = set()
+        self.conditions = 0
+        self.added_to: ast.expr | None = None
+        self.tools: dict[str, Any] = {}
+
+    def value(self, node: Any) -> Any:
+        """An expression, or a part of one, as it is for lanes. Raises NotForLanesError
+        where it cannot be written.
+        """
+        if not isinstance(node, ast.expr):
+            return node
+        self._refuse(node)
+        if isinstance(node, ast.Call):
+            return self._call(node)
+        if self._is_of_neighbour(node):
+            return node
+        for_lanes = self._by_lanes(node)
+        return self._as_it_is(node) if for_lanes is None else for_lanes
+
+    def _refuse(self, node: ast.expr) -> None:
+        """Raise NotForLanesError for what says nothing of several trials at once."""
+        match node:
+            case ast.Lambda() | ast.ListComp() | ast.GeneratorExp():
+                raise NotForLanesError("it makes a function or a list")
+            case ast.NamedExpr():
+                raise NotForLanesError("it has a `:=` in an expression")
+            case ast.Name(name) if name in self.places:
+                raise NotForLanesError("each lane lists other neighbours at a place")
+            case ast.Name(name) if name in self.hidden:
+                raise NotForLanesError(f"{name} has a value in some lanes only")
+            case ast.Attribute() if self.facts.holds(node.value, Grid, Near):
+                raise NotForLanesError("a grid and a list of neighbours are of no lane")
+            case ast.Subscript(ctx=ast.Load()) if not self._is_of_neighbour(node):
+                if self.facts.differs(node.slice):
+                    raise NotForLanesError("each lane reads at another index")
+                if is_each(self.facts.kind(node.value)):
+                    raise NotForLanesError("each lane has an array of its own")
+                if self.facts.counts(node.value) and node is not self.added_to:
+                    raise NotForLanesError("it reads the events that it counts")
+
+    def _is_of_neighbour(self, node: ast.expr) -> bool:
+        """Whether an expression is `near.dx[k]`, or the like, in a loop over what was
+        found. A place in a list says nothing else: each lane lists others.
+        """
+        match node:
+            case ast.Subscript(ast.Attribute(near), ast.Name(place), ast.Load()):
+                return place in self.places and self.facts.holds(near, Near)
+        return False
+
+    def _by_lanes(self, node: ast.expr) -> Any:
+        """What stands for an expression that is computed otherwise in several lanes;
+        None for all others, whose operators have a meaning for vectors.
+        """
+        if isinstance(node, ast.IfExp) and self.facts.differs(node.test):
+            test = self.value(node.test)
+            return call_of("where", test, *self._if_needed([node.body, node.orelse]))
+        if not self.facts.differs(node):
+            return None
+        match node:
+            case ast.BoolOp(operator, [first, *others]):
+                name = "both" if isinstance(operator, ast.And) else "either"
+                return _joined(name, [self.value(first), *self._if_needed(others)])
+            case ast.UnaryOp(ast.Not(), operand):
+                return call_of("negated", self.value(operand))
+            case ast.Compare(ops=[_, _, *_]):
+                return self._chain(node)
+            case ast.BinOp(op=ast.Pow() | ast.FloorDiv() | ast.Mod()):
+                return self._in_each_lane(node)
+        return None
+
+    def _as_it_is(self, node: ast.expr) -> ast.expr:
+        """The same expression of parts as they are for lanes."""
+        kind: Any = type(node)
+        changed: ast.expr = kind(
+            **{
+                name: [self.value(one) for one in part]
+                if isinstance(part, list)
+                else self.value(part)
+                for name, part in ast.iter_fields(node)
+            }
+        )
+        return changed
+
+    def _if_needed(self, nodes: Sequence[ast.expr]) -> list[Any]:
+        """Expressions that a single trial computes only where it needs them."""
+        self.conditions += 1
+        made = [self.value(one) for one in nodes]
+        self.conditions -= 1
+        return made
+
+    def _chain(self, node: ast.Compare) -> Any:
+        """`a < b < c`: all its comparisons, of which Python may leave out the last.
+        What is in the middle is computed twice, so that it may not draw either.
+        """
+        sides = pairwise(self._if_needed([node.left, *node.comparators]))
+        return _joined(
+            "both",
+            [
+                ast.Compare(left, [sign], [right])
+                for (left, right), sign in zip(sides, node.ops, strict=True)
+            ],
+        )
+
+    def _in_each_lane(self, node: ast.BinOp) -> ast.Call:
+        """What `a ** b` and the like are. A number that stands there stays there: numba
+        computes other powers than those of a variable.
+        """
+        sides = [node.left, node.right]
+        free = [one for one in sides if not isinstance(one, ast.Constant)]
+        names = iter(["one", "other"])
+        parts = [
+            one if isinstance(one, ast.Constant) else load(next(names)) for one in sides
+        ]
+        text = ast.unparse(ast.BinOp(parts[0], node.op, parts[1]))
+        name = f"_{type(node.op).__name__.lower()}_{len(self.tools)}"
+        self.tools[name] = text_in_each_lane(text, len(free))
+        return ast.Call(load(name), [self.value(one) for one in free], [])
+
+    def _call(self, node: ast.Call) -> Any:
+        if node.keywords:
+            raise NotForLanesError("it names arguments of a call")
+        function, method = self.facts.called(node), node.func
+        if self.conditions:
+            self._refuse_for_some(node, function)
+        if isinstance(method, ast.Attribute) and self.facts.draws(node):
+            return self._draw(method, node.args)
+        arguments = [self.value(one) for one in node.args]
+        plain = plain_of(function)
+        if not is_ours(plain) and any(map(self.facts.differs, node.args)):
+            if plain in KINDS:
+                return call_of(KINDS[plain].__name__, *arguments)
+            if plain not in VECTORIAL and not _makes_tuples(plain):
+                return self._call_in_each_lane(plain, arguments)
+        if isinstance(method, ast.Attribute) and self.facts.differs(method.value):
+            raise NotForLanesError("it calls a method of what differs between lanes")
+        if isinstance(method, ast.Attribute) and is_ours(function):
+            return self._call_in_module(method, function, arguments)
+        if plain in (max, min):
+            return _in_pairs(method, arguments)
+        return ast.Call(method, arguments, [])
+
+    def _refuse_for_some(self, node: ast.Call, function: Any) -> None:
+        """Raise NotForLanesError for a call that a single trial may leave out, and that
+        does more than to compute a value.
+        """
+        draws = self.facts.draws(node) or any(map(self.facts.is_random, node.args))
+        if draws or writes(function):
+            raise NotForLanesError(
+                "it draws or writes where only some lanes would do so"
+            )
+        if needs_its_test(function):
+            raise NotForLanesError("it calls what only some lanes may call")
+
+    def _call_in_module(
+        self, method: ast.Attribute, function: Any, arguments: list[Any]
+    ) -> ast.Call:
+        """The call of a function of ours as `module.name`."""
+        name = f"_of_{ast.unparse(method.value)}_{method.attr}"
+        self.tools[name] = function
+        return ast.Call(load(name), arguments, [])
+
+    def _call_in_each_lane(self, plain: Any, arguments: list[Any]) -> ast.Call:
+        """What a function is that is not ours and takes no vectors."""
+        if getattr(plain, "__module__", "") != "math":
+            raise NotForLanesError("it calls a function that is not known for lanes")
+        name = f"_each_{plain.__name__}"
+        self.tools[name] = in_each_lane(plain, len(arguments))
+        return ast.Call(load(name), arguments, [])
+
+    def _draw(self, method: ast.Attribute, arguments: Sequence[ast.expr]) -> ast.Call:
+        """Random numbers of each lane's own generator."""
+        name = f"_draw_{method.attr}_{len(arguments)}"
+        self.tools[name] = method_in_each_lane(method.attr, len(arguments))
+        return ast.Call(load(name), [method.value, *map(self.value, arguments)], [])
+
+
+def _joined(name: str, parts: Sequence[Any]) -> Any:
+    """`both` or `either` of several parts, from the left."""
+    first, *others = parts
+    for other in others:
+        first = call_of(name, first, other)
+    return first
+
+
+def _in_pairs(function: ast.expr, arguments: list[Any]) -> Any:
+    """`max` or `min` of several numbers, from the left, of two at a time."""
+    if len(arguments) <= 2:
+        return ast.Call(function, arguments, [])
+    first, *others = arguments
+    for other in others:
+        first = ast.Call(function, [first, other], [])
+    return first
+
+
+def _makes_tuples(function: Any) -> bool:
+    return isinstance(function, type) and issubclass(function, tuple)

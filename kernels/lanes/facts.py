@@ -1,0 +1,117 @@
+"""What is known of a function that is converted for lanes: the types of its names, and
+which expressions differ from lane to lane.
+"""
+
+import ast
+import builtins
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+from numba import types
+
+from kernels.lanes import rows
+from kernels.lanes.calls import named_by, plain_of
+from kernels.lanes.rows import holds_lanes, is_named, is_tuple
+from kernels.lanes.syntax import names_in, stores_in, tree_of
+from kernels.lanes.vectors import WHOLE
+
+SAME_IN_ALL: set[Callable[..., Any]] = set()
+"""Functions whose result is the same in all lanes, whatever they are given."""
+
+
+class NotForLanesError(Exception):
+    """A function cannot be written for lanes; it says why."""
+
+
+class Facts:
+    """What is known of one plain function, for arguments of certain types.
+
+    `varying` are the names that differ from lane to lane. A name may turn out to be one
+    after it was read, in a loop: so a function is converted again until none is new.
+    `known` are the types of names that keep one value, where they can be told.
+    """
+
+    def __init__(self, plain: Callable[..., Any], given: dict[str, Any]) -> None:
+        self.given, self.tree = given, tree_of(plain)
+        self.globals: dict[str, Any] = dict(plain.__globals__)
+        self.names = names_in(self.tree)
+        stores = Counter(stores_in(self.tree))
+        self.assigned = set(stores)
+        seen = vars(builtins) | self.globals
+        for name in self.assigned | given.keys():
+            seen.pop(name, None)
+        self._elsewhere = seen
+        self.once = {name for name, count in stores.items() if count == 1}
+        self.varying = {name for name, kind in given.items() if holds_lanes(kind)}
+        self.known = {
+            name: kind for name, kind in given.items() if name not in self.assigned
+        }
+
+    def kind(self, node: ast.expr) -> Any:
+        """The type of an expression, None where it is not known."""
+        match node:
+            case ast.Name():
+                return self.known.get(node.id)
+            case ast.Attribute():
+                return _kind_of_part(self.kind(node.value), node.attr)
+            case ast.Subscript():
+                whole = self.kind(node.value)
+                if isinstance(whole, rows.Rows):
+                    return whole.vector
+                if isinstance(whole, types.Array) and not self.differs(node.slice):
+                    return whole.dtype
+            case ast.IfExp() if not self.differs(node.test):
+                kind = self.kind(node.body)
+                return kind if kind == self.kind(node.orelse) else None
+        return None
+
+    def differs(self, node: ast.AST) -> bool:
+        """Whether an expression differs from lane to lane, or may do so."""
+        if isinstance(node, ast.expr) and (known := self.kind(node)) is not None:
+            return holds_lanes(known)
+        if isinstance(node, ast.Name):
+            return node.id in self.varying
+        if isinstance(node, ast.Call):
+            if plain_of(self.called(node)) in SAME_IN_ALL:
+                return False
+            return self.draws(node) or any(map(self.differs, node.args))
+        return any(map(self.differs, ast.iter_child_nodes(node)))
+
+    def called(self, node: ast.Call) -> Any:
+        """The function that is called, by its name or as `math.sqrt`; None where it is
+        not known.
+        """
+        return named_by(node.func, self._elsewhere)
+
+    def holds(self, node: ast.expr, *classes: type[Any]) -> bool:
+        """Whether an expression is known to be a tuple of one of these classes."""
+        kind = self.kind(node)
+        return is_named(kind) and kind.instance_class in classes
+
+    def counts(self, node: ast.expr) -> bool:
+        """Whether an expression is known to be the events that a model counts."""
+        kind = self.kind(node)
+        return isinstance(kind, rows.Rows) and kind.vector is WHOLE
+
+    def draws(self, node: ast.Call) -> bool:
+        """Whether a call draws a random number of each lane's own generator."""
+        method = node.func
+        return isinstance(method, ast.Attribute) and self.is_random(method.value)
+
+    def is_random(self, node: ast.expr) -> bool:
+        """Whether an expression is known to be the generators of the lanes."""
+        return _holds_generators(self.kind(node))
+
+
+def _kind_of_part(whole: Any, name: str) -> Any:
+    """The type of an attribute of something of this type."""
+    if is_named(whole):
+        return dict(zip(whole.fields, whole.types, strict=True)).get(name)
+    return types.intp if isinstance(whole, rows.Rows | types.Array) else None
+
+
+def _holds_generators(kind: Any) -> bool:
+    if is_tuple(kind):
+        return any(map(_holds_generators, kind.types))
+    return isinstance(kind, types.NumPyRandomGeneratorType)

@@ -1,0 +1,160 @@
+"""A model's `advance` for eight flights at once, from its own text."""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels import neighbours, recording
+from kernels.events import N_EVENTS
+from kernels.jit import jit_as
+from kernels.lanes.conversion import SUBSTITUTES, converted
+from kernels.lanes.facts import SAME_IN_ALL
+from kernels.lanes.rows import rows, stack_all, write_turned
+from kernels.lanes.search import move, move_all, search
+from kernels.lanes.texts import function_of
+from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
+from kernels.model import Model
+from kernels.neighbours import Near
+from kernels.state import Flock
+from kernels.workspace import Workspace
+
+ALL = 2**WIDTH - 1
+"""The byte of a mask that is true in all lanes."""
+piece = numba.njit(**OPTIONS)
+
+
+class LanesWatch(NamedTuple):
+    """The events that a model counts itself in one step."""
+
+    events: Any
+
+
+class LanesRecord(NamedTuple):
+    """The flocks after each step since the last look: `trail` (WIDTH, 1 + S, 4, M) has
+    x, y, vx and vy of each lane, at first those before the first step, for N boids and
+    as many more as make M a multiple of WIDTH. `counted` has the events that the model
+    counted in each step. `finite` says of each in which lanes all numbers were finite,
+    and `late` (1,) counts these steps.
+    """
+
+    trail: NDArray[np.float64]
+    late: NDArray[np.int64]
+    counted: Any
+    finite: NDArray[np.uint8]
+    watch: LanesWatch
+
+
+@piece
+def _note(flock: Any, _world: Any, record: Any) -> bool:
+    """Keep the flock after a step, and what the model has counted in it; False where
+    the numbers of a lane are not finite.
+    """
+    late = record.late[0]
+    record.late[0] = late + 1
+    if late >= record.finite.size:
+        return False
+    finite = spread(True)
+    for i in range(flock.x.size):
+        total = flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]
+        finite = finite & (abs(total) < math.inf)
+    for i in range(0, flock.x.size, WIDTH):
+        write_turned(flock.x, i, record.trail, late + 1, 0)
+        write_turned(flock.y, i, record.trail, late + 1, 1)
+        write_turned(flock.vx, i, record.trail, late + 1, 2)
+        write_turned(flock.vy, i, record.trail, late + 1, 3)
+    for k in range(N_EVENTS):
+        record.counted[late * N_EVENTS + k] = record.watch.events[k]
+        record.watch.events[k] = spread(0)
+    record.finite[late] = bits_of(finite)
+    return bool(record.finite[late] == ALL)
+
+
+SUBSTITUTES.update(
+    {
+        neighbours.search: search,
+        neighbours.move: move,
+        neighbours.move_all: move_all,
+        recording.observe: _note,
+    }
+)
+SAME_IN_ALL.add(getattr(recording.observe, "py_func", recording.observe))
+
+
+def weights_of(model: Model) -> tuple[str, ...]:
+    """The parameters that may differ between flights: the weights of rules, where these
+    are no whole numbers.
+    """
+    params: Any = model.params
+    return _weights(params)
+
+
+def kernel_of(model: Model, alike: bool) -> Callable[..., bool]:
+    """The kernel that advances WIDTH flights of a model, of which the weights differ.
+    `alike` says that all have the same obstacles.
+    """
+    params: Any = model.params
+    return _kernel(model.advance, params, alike)
+
+
+@cache
+def _weights(params: type[Any]) -> tuple[str, ...]:
+    hints = get_type_hints(params, include_extras=True)
+    return tuple(
+        name
+        for name, hint in hints.items()
+        if get_args(hint)[0] is float and get_args(hint)[1].rule
+    )
+
+
+@cache
+def _kernel(
+    advance: Callable[..., bool], params: Any, alike: bool
+) -> Callable[..., bool]:
+    weights = _weights(params)
+    given = ", ".join(
+        f"weights[{weights.index(name)}]" if name in weights else f"params.{name}"
+        for name in params._fields
+    )
+    apart = "stack_all(world), stack_all(reach), stack_all(occupancy)"
+    text = f"""
+        def fly(room, world, params, grid, reach, occupancy, kind, rngs, steps):
+            placed, reached, taken = {"world, reach, occupancy" if alike else apart}
+            bodies, ways, weights = room.bodies, room.ways, rows(room.weights)
+            flock = Flock({_rows_of("bodies", 0, 6)})
+            before = Flock({_rows_of("bodies", 6, 12)})
+            heading_x, heading_y = {_rows_of("bodies", 12, 14)}
+            near = Near(room.who, {_rows_of("ways", 0, 3)}, room.marks)
+            work = Workspace(
+                grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind
+            )
+            record = LanesRecord(
+                room.trail, room.late, rows(room.counted), room.finite,
+                LanesWatch(rows(room.events))
+            )
+            move_all(grid, flock)
+            return advance(flock, placed, Params({given}), work, record, rngs, steps)
+    """
+    scope: dict[str, Any] = {
+        "__name__": advance.__module__,
+        "move_all": move_all,
+        "rows": rows,
+        "stack_all": stack_all,
+        "Flock": Flock,
+        "Near": Near,
+        "Workspace": Workspace,
+        "LanesRecord": LanesRecord,
+        "LanesWatch": LanesWatch,
+        "Params": params,
+        "advance": converted(advance),
+    }
+    fly: Callable[..., bool] = jit_as(function_of(text, scope), advance)
+    return fly
+
+
+def _rows_of(name: str, first: int, end: int) -> str:
+    return ", ".join(f"rows({name}[{k}])" for k in range(first, end))

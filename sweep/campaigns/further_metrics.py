@@ -1,0 +1,122 @@
+"""The metrics that `sweep measure` is asked for, beside those that a study records."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from kernels.catalogue import Catalogue
+from sweep.errors import ChoiceError
+from sweep.own_code.added import with_files
+from sweep.own_code.catalogue import OwnCatalogue
+from sweep.own_code.references import FILE
+from sweep.spec.adding import with_metrics
+from sweep.spec.strict_yaml import parse_document
+from sweep.store.stored_code import is_ours
+from sweep.tables.stored_spec import check_recorded
+from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_trials import StoredTrial
+from sweep.text import unknown
+
+
+class FurtherMetrics:
+    """`metrics` by their names, and expressions that `derive` others, by theirs: those
+    of `asked` that a study does not record.
+
+    Raises ChoiceError for what is none, and where all are recorded; CodeError for code
+    that cannot be used or may not run.
+    """
+
+    def __init__(self, study: StoredStudy, asked: Sequence[str]) -> None:
+        self.study, recorded = study, set(study.metrics)
+        derive = [one.partition("=") for one in asked if "=" in one]
+        plain = [one for one in asked if "=" not in one]
+        files = [FILE.fullmatch(one) for one in plain]
+        self._files = [(Path(one["path"]), one["name"]) for one in files if one]
+        self._catalogues = dict[str, Catalogue]()
+        self._written = dict[str, str]()
+        known = self.known(study.provenance)
+        named = [one for one in plain if not FILE.fullmatch(one)]
+        names = dict.fromkeys([*named, *self._written])
+        self.metrics = [name for name in names if name not in recorded]
+        wrong = [
+            unknown("metric", name, known.metrics)
+            for name in self.metrics
+            if name not in known.metrics
+        ]
+        if wrong:
+            words = f"{'; '.join(wrong)}; `sweep metrics` lists them"
+            raise ChoiceError(words, study.name)
+        self.derive = {name.strip(): text.strip() for name, _, text in derive}
+        if taken := self.derive.keys() & recorded:
+            words = f"{min(taken)} is recorded already: choose another name for it"
+            raise ChoiceError(words, study.name)
+        if not (self.metrics or derive):
+            words = f"{', '.join(names)}: recorded already, see `sweep table`"
+            raise ChoiceError(words, study.name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them."""
+        return (*self.metrics, *self.derive)
+
+    def known(self, origin: Mapping[str, Any]) -> Catalogue:
+        """What names stand for in trials of an origin, with the files that are asked
+        for.
+        """
+        sha = str(origin["own"]["sha"]) if "own" in origin else ""
+        if sha not in self._catalogues:
+            known = self.study.running(origin)
+            self._catalogues[sha] = (
+                self._joined(known, origin) if self._files else known
+            )
+        return self._catalogues[sha]
+
+    def record(self, stored: StoredTrial) -> dict[str, Any]:
+        """What a stored trial then records, as a spec has it. Raises ChoiceError where
+        its model cannot.
+        """
+        known, before = self.known(stored.provenance), stored.record
+        metrics = dict.fromkeys([*stored.metrics, *self.metrics])
+        derive = {**stored.derive, **self.derive}
+        record = (
+            before | {"metrics": [*metrics]} | ({"derive": derive} if derive else {})
+        )
+        check_recorded(self.study.name, known, stored, record)
+        return record
+
+    def spec(self) -> str:
+        """The text of the spec as last launched, with these metrics."""
+        about = self.study.provenance
+        usual = self.known(about).models[about["model"]].metrics
+        written = [self._written.get(name, name) for name in self.metrics]
+        return with_metrics(self.study.spec, usual, written, self.derive)
+
+    def recorded(self, spec: str) -> dict[str, Any]:
+        """What the text of such a spec says of them, by the keys under `record`."""
+        record = parse_document(spec, Path("spec.yaml")).value["record"]
+        keys = [("metrics", self.metrics), ("derive", self.derive)]
+        return {key: record[key] for key, some in keys if some}
+
+    def _joined(self, known: Catalogue, origin: Mapping[str, Any]) -> OwnCatalogue:
+        """A catalogue with the files; what the spec calls their metrics is noted."""
+        if "own" in origin and not is_ours(origin):
+            words = (
+                "somebody else has launched it with code of their own, to which no file"
+                " of yours is added: launch it yourself, with the metric in its spec"
+            )
+            raise ChoiceError(words, self.study.name)
+        code = known.code if isinstance(known, OwnCatalogue) else None
+        spec = Path(str(origin.get("spec_path", "")))
+        joined, origins = with_files(code, spec, [path for path, _ in self._files])
+        for file, (_, wanted) in zip(origins, self._files, strict=True):
+            offers = [
+                name
+                for (kind, name), one in joined.origins.items()
+                if kind == "metrics" and one == file
+            ]
+            if not offers or (wanted and wanted not in offers):
+                words = unknown(f"metric of {file}", wanted or "METRICS", offers)
+                raise ChoiceError(words, self.study.name)
+            for name in [wanted] if wanted else offers:
+                self._written[name] = joined.written("metrics", name)
+        return joined

@@ -1,0 +1,410 @@
+"""More metrics of stored trials, from their trajectories: what `sweep measure` does.
+
+Each trial becomes the one that it would be if it had recorded the further metrics too:
+its rows in all tables, with more columns, under the id of this larger recording. So
+whatever reads, verifies, serves or cleans trials works on it as on any. The plan then
+lists it in the place of the former one, as after a launch of a spec with the metrics.
+
+First the values of all trials are computed, then parts are stored, then the plan. So
+nothing is stored where one trial is refused. If this ends before the plan is stored,
+the study is as it was, and the same command goes on.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from sweep.campaigns.further_metrics import FurtherMetrics
+from sweep.design.jobs import Job, ids_recording
+from sweep.design.recording import Recording
+from sweep.design.trial_ids import as_texts, packed, packed_array
+from sweep.errors import ChoiceError, StoreError
+from sweep.spec.recorded import Column, columns_of
+from sweep.spec.study import Study
+from sweep.store.custody import custody
+from sweep.store.locations import Location
+from sweep.store.lock import Lock
+from sweep.store.provenance import measured_provenance
+from sweep.store.recordings import NONE_SERVED, Served
+from sweep.store.rows import FLIGHT, Tables
+from sweep.store.stored_code import keep_code
+from sweep.tables.stored_jobs import stored_point
+from sweep.tables.stored_study import TABLES, StoredStudy
+from sweep.tables.stored_tables import checked, command
+from sweep.tables.stored_trials import Columns, StoredTrial, by_part, stored_trials
+from sweep.trial.remeasuring import (
+    FlownTrial,
+    Remeasured,
+    expected_steps,
+    remeasure,
+    seconds,
+    sources,
+    unmeasured,
+    what_lacks,
+)
+from sweep.workers.executors import ExecutorFactory
+from sweep.workers.runner import drive
+
+ENDED = ("done", "diverged")
+"""The statuses that a trial has again, whatever it records."""
+
+
+@dataclass(frozen=True)
+class MeasuredStudy:
+    """What `measure` has done.
+
+    metrics   what the study records now, and did not before
+    measured  how many trials were measured
+    stored    how many had the metrics already
+    left      how many are not stored, or not done: a launch runs them
+    record    what the spec of the study now says of them, under `record`
+    path      the file of the spec when it was launched
+    """
+
+    study: str
+    metrics: list[str]
+    measured: int
+    stored: int
+    left: int
+    record: dict[str, Any]
+    path: str
+
+    def as_json(self) -> str:
+        """The same as a JSON object."""
+        return json.dumps(asdict(self))
+
+
+def measure(
+    name: str,
+    asked: Sequence[str],
+    results: Location,
+    executor: ExecutorFactory,
+    *,
+    trust: bool = False,
+    report: Callable[[int, int], None] = lambda _done, _all: None,
+) -> MeasuredStudy:
+    """Compute further metrics of the stored trials of a study, and store them.
+
+        name      the study, below `results`
+        asked     names of metrics; files that have some, as `./mine.py` or
+                  `./mine.py:NAME`; expressions, as `gain = polarization / speed`
+        executor  measures the trials
+        trust     whether code of the study may run that somebody else has launched
+        report    is told how many of how many trials have been read and measured
+
+    Raises ChoiceError for what is no such metric, and for one that needs more than is
+    stored; CodeError for code that cannot be used or may not run; StoreError where
+    another process is launching the study, where trials are not what this machine and
+    this code compute, and where the store cannot be read or written. Whatever is
+    raised, what was stored stays.
+    """
+    found = StoredStudy(name, results, trust=trust)
+    with custody(found.store) as lock:
+        study = StoredStudy(name, results, trust=trust)  # from now on none changes it
+        measuring = _Measuring(study, FurtherMetrics(study, asked), executor, report)
+        return measuring.run(lock)
+
+
+class _Point(NamedTuple):
+    """A stored trial and what it becomes: the job with the larger recording, and the
+    study of this one trial. `wanted` are the metrics that its row lacks.
+    """
+
+    stored: StoredTrial
+    study: Study
+    job: Job
+    wanted: tuple[str, ...]
+
+    @property
+    def is_new(self) -> bool:
+        """Whether its row lacks anything."""
+        return bool(self.job.trial_id != self.stored.row["trial_id"])
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Trials of one part that are stored anew: their ids then and now, the study of one
+    of them, where they come from, the tables that they have, the further metrics, and
+    the values of their columns by id; a trial that diverged has none.
+    """
+
+    pairs: Served
+    study: Study
+    provenance: dict[str, Any]
+    tables: list[str]
+    metrics: tuple[str, ...]
+    values: dict[str, dict[str, float]]
+
+
+class _Measuring:
+    """Further metrics of a stored study, which is in custody."""
+
+    def __init__(
+        self,
+        study: StoredStudy,
+        further: FurtherMetrics,
+        executor: ExecutorFactory,
+        report: Callable[[int, int], None],
+    ) -> None:
+        self.study, self.store, self.further = study, study.store, further
+        self.executor, self.report = executor, report
+        if study.code is None:
+            words = "it was launched by a version before 0.7"
+            raise StoreError(f"{words}: {self._launch}", study.name)
+        self.statuses = self.store.trial_ids()
+        self.trials: list[str] = study.plan["trial_id"].to_pylist()
+        self.text, self.seen = further.spec(), 0
+        self.counts = Counter[str]()
+
+    def run(self, lock: Lock) -> MeasuredStudy:
+        """Compute, store the parts, and then the plan that lists them."""
+        ended = [one for one in self.trials if self.statuses.get(one) in ENDED]
+        if not ended:
+            raise ChoiceError("no trial of it is done yet: launch it", self.study.name)
+        self.report(0, len(ended))
+        groups, pairs = list[_Group](), NONE_SERVED
+        for trial_ids in by_part(self.store, ended):
+            points = [*self._points(stored_trials(self.store, trial_ids))]
+            if new := [one for one in points if one.is_new]:
+                pairs = pairs.also(_pairs(new))
+            if lacking := [one for one in new if not self._is_stored(one)]:
+                groups.append(self._group(lacking, len(ended)))
+            self._note(len(points) - len(lacking), len(ended))
+        for group in groups:
+            self._store(group)
+            lock.check()
+        metrics = self._publish(pairs, points[0].study)
+        self.store.compact()
+        return MeasuredStudy(
+            self.study.name,
+            metrics,
+            self.counts["measured"],
+            len(ended) - self.counts["measured"],
+            len(self.trials) - len(ended),
+            self.further.recorded(self.text),
+            str(self.study.provenance["spec_path"]),
+        )
+
+    def _points(self, trials: Sequence[StoredTrial]) -> Iterator[_Point]:
+        """What some trials of one part become. Raises StoreError for one whose id is
+        not that of the flight which its row describes.
+        """
+        name, maps, first = self.study.name, self.study.maps, trials[0]
+        if first.keeps_state:
+            words = "its trials keep last states, which have no further metrics"
+            raise ChoiceError(f"{words}: {self._launch}", name)
+        known = self.further.known(first.provenance)
+        before, _ = stored_point(name, known, maps, first, first.record)
+        record = self.further.record(first)
+        for stored in trials:
+            study, job = stored_point(name, known, maps, stored, record)
+            then = replace(study, record=before.record)
+            ids = [
+                as_texts(ids_recording(one, [job], Recording.of(one)))[0].as_py()
+                for one in (then, study)
+            ]
+            if ids[0] != job.trial_id:
+                raise StoreError(
+                    f"trial {job.trial_id} was computed by other code than that of now,"
+                    f" or has another map: {self._launch}",
+                    name,
+                )
+            lacks = set(study.record.names) - set(before.record.names)
+            wanted = tuple(one for one in study.record.names if one in lacks)
+            yield _Point(stored, study, replace(job, trial_id=ids[1]), wanted)
+
+    @property
+    def _launch(self) -> str:
+        """The way out where trials must run again, in words."""
+        names = ", ".join(self.further.names)
+        return f'add {names} under "record" of its spec, and launch that'
+
+    def _is_stored(self, point: _Point) -> bool:
+        return self.statuses.get(point.job.trial_id) in ENDED
+
+    def _group(self, points: Sequence[_Point], whole: int) -> _Group:
+        """The trials with their values; the first one shows whether they can have any,
+        and compiles what all need.
+        """
+        first, *_ = points
+        done = [one for one in points if one.stored.row["status"] == "done"]
+        self._check_sources(first)
+        flown = [self._flown(one, flies=one is done[0]) for one in done]
+        then = {one.job.trial_id: one.stored.row["trial_id"] for one in done}
+        values = dict[str, dict[str, float]]()
+        for results in self._measured(flown):
+            for result in results:
+                trial = result.trial_id
+                values[trial] = self._checked(result, then[trial])
+            self._note(len(results), whole)
+        self.counts["measured"] += len(points)
+        self._note(len(points) - len(done), whole)
+        stored, pairs = first.stored, _pairs(points)
+        tables = [name for name in TABLES if name in {"trials", *stored.tables}]
+        for name in tables:
+            if name not in ("trials", "trajectories"):  # all else of these was met
+                self._read(name, pairs, first.study)
+        return _Group(
+            pairs,
+            first.study,
+            stored.provenance,
+            tables,
+            first.wanted,
+            values,
+        )
+
+    def _measured(self, flown: list[FlownTrial]) -> Iterator[list[Remeasured]]:
+        yield [remeasure(one) for one in flown[:1]]
+        if rest := flown[1:]:
+            yield from drive(
+                rest,
+                remeasure,
+                executor=self.executor,
+                costs=seconds,
+                failed=unmeasured,
+            )
+
+    def _check_sources(self, point: _Point) -> None:
+        """Raise ChoiceError where what is stored is not enough for a metric."""
+        stored, record = point.stored, point.study.record
+        series = stored.tables.get("series", {})
+        for name in sources(record, point.wanted, series)[0]:
+            if lacking := what_lacks(point.study.known.metrics[name], record.every):
+                words = f"{name} needs {lacking}, and no trajectory has that"
+                raise ChoiceError(f"{words}: {self._launch}", self.study.name)
+            if "trajectories" not in stored.tables:
+                words = f"{name} needs trajectories, and none are stored"
+                raise ChoiceError(f"{words}: {self._launch}", self.study.name)
+
+    def _checked(self, result: Remeasured, trial: str) -> dict[str, float]:
+        """The further columns of a trial. Raises where it has none, as `measure`."""
+        if result.need:
+            words = (
+                f"{result.need[0]} looks at more than trajectories have: at what was"
+                " counted, or at the velocities one step earlier"
+            )
+            raise ChoiceError(f"{words}: {self._launch}", self.study.name)
+        if result.wrong:
+            words = f"trial {trial} cannot be measured: {result.wrong}"
+            raise StoreError(words, self.study.name)
+        means = {str(Column(name, half=True)): one for name, one in result.mean.items()}
+        return {**result.last, **means}
+
+    def _note(self, more: int, whole: int) -> None:
+        self.seen += more
+        self.report(self.seen, whole)
+
+    def _flown(self, point: _Point, *, flies: bool) -> FlownTrial:
+        """A trial with its frames. Raises StoreError where they are not what a launch
+        writes.
+        """
+        job, tables = point.job, point.stored.tables
+        steps, n = expected_steps(job), int(job.settings["n"])
+        series, flight = tables.get("series", {}), tables.get("trajectories", {})
+        names = [name for name in series if name != "frame"]
+        state = [*job.known.models[job.model].state] if flight else []
+        try:
+            values = _in_frames(series, names, steps, 1)
+            bodies = _in_frames(flight, FLIGHT if flight else (), steps, n)
+            states = _in_frames(flight, state, steps, n)
+            if not (np.isfinite(bodies).all() and np.isfinite(states).all()):
+                raise ValueError("a number in them is not finite")
+        except ValueError as error:
+            words = f"the frames of trial {point.stored.row['trial_id']} are damaged"
+            message = f"{words}, {error}: {self._launch}"
+            raise StoreError(message, self.study.name) from None
+        known = dict(zip(names, values[:, :, 0].T, strict=True))
+        return FlownTrial(job, point.wanted, steps, bodies, states, known, flies)
+
+    def _read(self, name: str, pairs: Served, point: Study) -> pa.Table:
+        """What is stored of trials in a table. Raises StoreError for what no launch
+        writes.
+        """
+        trials = as_texts(pairs.asked.ids).combine_chunks()
+        table = self.store.read(name, trial_ids=trials)
+        return checked(self.study.name, name, table, point.known)
+
+    def _store(self, group: _Group) -> None:
+        """Store the trials of a group with further columns, as one part."""
+        about = measured_provenance(group.provenance, group.study, self.text)
+        keep_code(self.store, group.study.known)
+        schemas, pairs = Tables(group.study, about), group.pairs
+        tables = dict[str, pa.Table]()
+        for name in group.tables:
+            read = self._read(name, pairs, group.study)
+            schema: pa.Schema = getattr(schemas, name)
+            columns = dict(zip(read.column_names, read.columns, strict=True))
+            trials = packed_array(read["trial_id"].combine_chunks())
+            columns["trial_id"] = as_texts(pairs.into(trials))
+            if name == "trials":
+                columns |= _columns(self.study.name, group, columns["trial_id"])
+            try:
+                table = pa.table(columns).select(schema.names).cast(schema)
+            except (KeyError, pa.ArrowException) as error:
+                words = f"its stored {name} are not what a launch writes ({error})"
+                raise StoreError(f"{words}: {self._launch}", self.study.name) from None
+            tables[name] = table
+        self.store.append(tables)
+        self.store.gather()
+
+    def _publish(self, pairs: Served, point: Study) -> list[str]:
+        """Store the plan and the spec that list the trials with their further metrics,
+        whose names are returned.
+        """
+        about, known = self.study.about, self.further.known(self.study.provenance)
+        keep_code(self.store, known)
+        here = replace(point, known=known)
+        origin = measured_provenance(self.study.provenance, here, self.text)
+        names, derived = sources(point.record, self.further.names, ())
+        recorded = {*about.record, *names, *(one.name for one in derived)}
+        record = [name for name in point.record.names if name in recorded]
+        listed = pairs.into_rows(self.study.plan.to_reader()).read_all()
+        plan, asked = replace(about, record=record).into(listed, origin), None
+        if (searched := self.store.read_asked()) is not None:
+            asked = pairs.into_rows(searched.to_reader()).read_all()
+        self.store.write_plan(plan.to_reader(), asked)
+        self.store.write_spec(self.text)
+        return [name for name in record if name not in about.record]
+
+
+def _pairs(points: Sequence[_Point]) -> Served:
+    """The ids of trials then and now."""
+    then = [point.stored.row["trial_id"] for point in points]
+    now = [point.job.trial_id for point in points]
+    return Served.of(packed(then), packed(now))
+
+
+def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa.Array]:
+    """What some trials of a group have beside what is stored, or in its place."""
+    ids = trials.to_pylist()
+    values = [group.values.get(trial, {}) for trial in ids]
+    columns = {
+        name: pa.array([row.get(name) for row in values], pa.float64())
+        for name in columns_of(group.metrics)
+    }
+    return columns | {"replay": pa.array([command("replay", study, i) for i in ids])}
+
+
+def _in_frames(
+    table: Columns, names: Sequence[str], steps: NDArray[np.int64], size: int
+) -> NDArray[np.float64]:
+    """The columns of these names, which have `size` values a frame: (F, names, size).
+
+    Raises ValueError where frames are not at these steps, or a column has other values.
+    """
+    found = np.empty((len(steps), len(names), size))
+    frames = table.get("frame", np.empty(0))
+    if names and not np.array_equal(frames, steps):
+        raise ValueError("they are at other steps")
+    for place, name in enumerate(names):
+        column = table.get(name, np.empty(0))
+        if column.dtype != np.float64 or column.size != len(steps) * size:
+            raise ValueError(f"{name} has other values")
+        found[:, place] = column.reshape(len(steps), size)
+    return found

@@ -1,0 +1,66 @@
+"""A command that computes further metrics of what is stored."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.cli.app import Json, Quiet, Results, StudyName, Trust, Workers, app
+
+
+@app.command()
+def measure(
+    study: StudyName,
+    metrics: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="METRIC",
+            help="Names of metrics (sweep metrics); a file of yours that has some, as"
+            " ./mine.py or ./mine.py:NAME; or an expression, as 'gain = polarization /"
+            " speed'.",
+        ),
+    ],
+    workers: Workers = 0,
+    results: Results = Path("results"),
+    as_json: Json = False,
+    quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
+    """Compute further metrics of stored trials from their trajectories, to the same
+    bits as a launch that records them, and without flying again.
+
+    A metric that needs more than trajectories have is refused, and nothing is stored.
+    """
+    from sweep.campaigns.measure import measure as compute
+    from sweep.cli.progress_line import ProgressLine
+    from sweep.spec.strict_yaml import dump
+    from sweep.text import shortened, so_many
+    from sweep.workers.executors import Loky, worker_count
+
+    engine, line = Loky(worker_count(workers)), ProgressLine(study, "trials measured")
+    try:
+        done = compute(
+            study,
+            metrics,
+            results,
+            engine,
+            trust=trust,
+            report=(lambda _done, _all: None) if quiet else line.show,
+        )
+    finally:
+        engine.stop()
+    if as_json:
+        print(done.as_json())
+    if quiet:
+        return
+    said = [
+        f"{study}: {', '.join(done.metrics)} of {so_many(done.measured, 'trial')}"
+        f" measured, {done.stored:,} were there",
+    ]
+    if done.left:
+        said.append(f"{so_many(done.left, 'trial')} not done: a launch runs them")
+    if done.measured:
+        said.append(f"sweep gc {study} frees the rows without these metrics")
+    said.append(f"to keep them, {shortened(done.path)} needs:")
+    print(*said, dump({"record": done.record}), sep="\n", end="", file=sys.stderr)

@@ -1,0 +1,120 @@
+"""The replicates that a study needs, for a reader in a terminal or for a program."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.table import Table
+
+from sweep.analysis.notation import number
+from sweep.analysis.replication import CAVEATS, FEWEST, MOST, SMALL
+from sweep.cli.listing import MOST_ROWS
+from sweep.cli.terminal import console
+from sweep.tables.means_text import brief
+from sweep.tables.power import Power
+from sweep.text import so_many
+
+MARKS = dict(zip(CAVEATS, ("?", "=", "*", "!"), strict=True))
+SAID = dict(
+    zip(
+        CAVEATS,
+        (
+            f"fewer than {FEWEST} values: no answer",
+            "all values are equal, and the pilot says nothing of their spread",
+            "the pilot has no such event, nothing else, or no pair that differs: for a"
+            " rate that it allows",
+            f"fewer than {SMALL} values that are not normal: the chance may be lower"
+            " than promised, or the number far too large; a larger pilot tells more",
+        ),
+        strict=True,
+    )
+)
+GOALS = {
+    "half width": "the 95 % interval of sweep table is as narrow as asked",
+    "difference": "sweep compare notices a true difference as large as asked",
+}
+RANGE = "range: what the pilot leaves open (95 %)"
+
+
+def power_json(power: Power) -> str:
+    """The rows as JSON. What is not known, and what is over a million, is null."""
+    return str(power.rows.to_json(orient="records", indent=2))
+
+
+def power_text(power: Power) -> None:
+    """Print a table of the replicates of each row, those of the row that needs most,
+    and how to read it.
+    """
+    table = Table(
+        *power.headings,
+        *("metric", "goal", "asked", "mean", "values\nof pilot", "half width\nnow"),
+        *("replicates", "range"),
+        title=power.title,
+        caption="\n".join(_read(power)),
+    )
+    for _, row in power.rows.head(MOST_ROWS).iterrows():
+        table.add_row(*(brief(row[name]) for name in power.headings), *_cells(row))
+    out = console()
+    out.print(table)
+    if (more := len(power.rows) - MOST_ROWS) > 0:
+        out.print(f"{more:,} more rows: --csv and --json give all")
+    for line in _notes(power):
+        out.print(line, soft_wrap=True)
+
+
+def _read(power: Power) -> Iterable[str]:
+    """How to read the table."""
+    for goal in power.rows["goal"].unique():
+        yield (
+            f"with so many replicates {GOALS[goal]}, with a chance of"
+            f" {100.0 * power.chance:g} %"
+        )
+    yield RANGE
+
+
+def _cells(row: "pd.Series[Any]") -> list[str]:
+    half = (row["high"] - row["low"]) / 2.0
+    pairs = " pairs" if row["paired"] else ""
+    return [
+        f"{row['metric']} ({row['unit']})" if row["unit"] else row["metric"],
+        row["goal"],
+        row["asked"],
+        number(row["mean"], half),
+        f"{row['values']}{pairs}",
+        number(half, half),
+        _count(row["replicates"]) + MARKS.get(row["caveat"], ""),
+        _range(row),
+    ]
+
+
+def _count(replicates: float) -> str:
+    if np.isnan(replicates):
+        return "-"
+    return f"{replicates:,.0f}" if replicates < np.inf else f"over {MOST:,.0f}"
+
+
+def _range(row: "pd.Series[Any]") -> str:
+    low, high = (_count(row[f"replicates_{end}"]) for end in ("low", "high"))
+    return f"{low} to {high}"
+
+
+def _notes(power: Power) -> Iterable[str]:
+    if power.against:
+        yield f"each against {power.against}"
+    if power.tests > 1:
+        yield (
+            f"all {power.tests:,} differences are judged together: each at"
+            f" {5.0 / power.tests:.2g} %"
+        )
+    for row in power.worst():
+        place = ", ".join(f"{one} = {brief(row[one])}" for one in power.headings)
+        yield (
+            f"most for {row['metric']}, {row['goal']} {row['asked']}:"
+            f" {_count(row['replicates'])} replicates ({_range(row)})"
+            f"{f', at {place}' if place else ''}"
+        )
+    counts = power.rows["caveat"].value_counts()
+    for caveat in CAVEATS:
+        if found := int(counts.get(caveat, 0)):
+            yield f"{MARKS[caveat]} {SAID[caveat]} ({so_many(found, 'row')})"

@@ -1,0 +1,130 @@
+"""The options of `sweep show --to`, and the file that it writes."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.cli.progress_line import ProgressLine
+
+if TYPE_CHECKING:
+    from sweep.explorer.publication import PaperTexts
+    from sweep.explorer.supplement import SupplementChoice
+    from sweep.tables.stored_study import StoredStudy
+
+FRAMES = 601
+PANEL = "With --to"
+"""Above these options in the help."""
+
+
+class TrialRole(StrEnum):
+    """Which trials of a point play."""
+
+    lowest = "lowest"
+    median = "median"
+    highest = "highest"
+    worst = "worst"
+    best = "best"
+
+
+To = Annotated[
+    Path | None,
+    typer.Option(
+        "--to",
+        metavar="FILE.html",
+        help="Write the figure of the study, with runs behind its points, into one file"
+        " that opens from disk; nothing is served.",
+    ),
+]
+FigureMetric = Annotated[
+    str,
+    typer.Option(
+        help="The metric of the figure; by default the first.", rich_help_panel=PANEL
+    ),
+]
+AcrossSetting = Annotated[
+    str,
+    typer.Option(
+        help="The setting along the axis; by default the one with the most values.",
+        rich_help_panel=PANEL,
+    ),
+]
+BySetting = Annotated[
+    str,
+    typer.Option(
+        help="The setting that is a colour; by default one that suits.",
+        rich_help_panel=PANEL,
+    ),
+]
+ShownTrials = Annotated[
+    list[TrialRole] | None,
+    typer.Option(
+        "--trials",
+        help="Which trial of a point plays, by the metric; by default the median."
+        " Repeatable.",
+        rich_help_panel=PANEL,
+    ),
+]
+Frames = Annotated[
+    int,
+    typer.Option(
+        min=2,
+        max=100_000,
+        help="At most so many frames of a run; fewer where the file has no room.",
+        rich_help_panel=PANEL,
+    ),
+]
+About = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="CITATION.cff",
+        help="Take title, authors, doi, license and abstract from this file.",
+        rich_help_panel=PANEL,
+    ),
+]
+Title = Annotated[str, typer.Option(help="The title.", rich_help_panel=PANEL)]
+Authors = Annotated[
+    list[str] | None,
+    typer.Option("--author", help="An author. Repeatable.", rich_help_panel=PANEL),
+]
+Doi = Annotated[
+    str, typer.Option(help="The DOI of what it belongs to.", rich_help_panel=PANEL)
+]
+Licence = Annotated[
+    str, typer.Option(help="The licence of the data.", rich_help_panel=PANEL)
+]
+Caption = Annotated[
+    str, typer.Option(help="What the figure shows.", rich_help_panel=PANEL)
+]
+
+
+def write_supplement(
+    study: "StoredStudy",
+    to: Path,
+    choice: "SupplementChoice",
+    texts: "PaperTexts",
+    workers: int,
+) -> None:
+    """Write a supplement; progress is shown on stderr. Raises as `planned` and
+    `Supplement.content`, and OutputError where the file cannot be written.
+    """
+    from sweep.explorer.supplement import planned
+    from sweep.tables.outputs import unfinished
+    from sweep.workers.executors import Loky, core_count
+
+    plan = planned(study, choice, texts)
+    engine = Loky(workers or core_count())
+    try:
+        content = plan.content(engine, ProgressLine(str(to), "runs").show)
+    finally:
+        engine.stop()
+    with unfinished(to) as file:
+        file.write(content)
+
+
+def check_file(to: Path, *, force: bool) -> None:
+    """Raise OutputError for a place where the file cannot be."""
+    from sweep.tables.outputs import check_output
+
+    check_output(to, [".html"], force=force)

@@ -1,0 +1,135 @@
+"""The questions that the page may ask, a class each, and how the query of a GET is read
+into one. The query may come from anyone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass, fields
+from typing import Annotated, Any, TypeVar, get_type_hints
+
+from sweep.errors import ChoiceError
+from sweep.text import shortened, unknown
+
+MOST_CHARACTERS, MOST_VALUES = 2000, 100
+DIGITS = 10
+MOST_ROWS = 200
+"""Of a page of a table."""
+
+Texts = tuple[str, ...]
+Flag = Annotated[bool, "yes or no"]
+Number = Annotated[int, "from 0"]
+Q = TypeVar("Q")
+
+
+@dataclass(frozen=True)
+class AskStudies:
+    """Which studies there are."""
+
+
+@dataclass(frozen=True)
+class AskState:
+    """How far a study is. `seen` is the revision that the page has: nothing else is
+    answered where it is still the last one.
+    """
+
+    study: str
+    seen: str = ""
+
+
+@dataclass(frozen=True)
+class AskPoints:
+    """A page of the table of a study, in the words of `sweep table`."""
+
+    study: str
+    metric: Texts = ()
+    where: Texts = ()
+    by: Texts = ()
+    sort: Texts = ()
+    half: Flag = False
+    page: Number = 0
+    csv: Flag = False
+
+
+@dataclass(frozen=True)
+class AskTrials:
+    """A page of the trials of some points, by a metric."""
+
+    study: str
+    point: Texts = ()
+    metric: str = ""
+    where: Texts = ()
+    half: Flag = False
+    page: Number = 0
+
+
+@dataclass(frozen=True)
+class AskSpec:
+    """The spec that launches a stored trial."""
+
+    study: str
+    trial: str
+
+
+@dataclass(frozen=True)
+class AskFigure:
+    """A figure of a study, in the words of `sweep plot`; without a kind the one that
+    suits its settings.
+    """
+
+    study: str
+    kind: str = ""
+    metric: Texts = ()
+    x: str = ""
+    y: str = ""
+    by: str = ""
+    where: Texts = ()
+    half: Flag = False
+
+
+def read(kind: type[Q], pairs: Sequence[tuple[str, str]]) -> Q:
+    """The question of this kind that a query asks. Raises ChoiceError where it is none.
+
+    A key whose values are several texts may stand several times.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    given: dict[str, list[str]] = {}
+    for name, value in pairs:
+        if name not in hints:
+            raise ChoiceError(unknown("key of the question", name, hints))
+        given.setdefault(name, []).append(_text(name, value))
+    for member in fields(kind):  # type: ignore[arg-type]
+        if member.name not in given and member.default is MISSING:
+            raise ChoiceError(f'the question lacks the key "{member.name}"')
+    return kind(
+        **{name: _read(name, hints[name], each) for name, each in given.items()}
+    )
+
+
+def _text(name: str, value: str) -> str:
+    if len(value) > MOST_CHARACTERS:
+        raise ChoiceError(f"{name} has more than {MOST_CHARACTERS:,} characters")
+    return value
+
+
+def _read(name: str, hint: Any, values: list[str]) -> Any:
+    if hint == Texts:
+        if len(values) > MOST_VALUES:
+            raise ChoiceError(f"{name} stands more than {MOST_VALUES} times")
+        return tuple(values)
+    if len(values) > 1:
+        raise ChoiceError(f"{name} stands {len(values)} times; allowed: once")
+    if hint == Flag:
+        return _flag(name, values[0])
+    return _number(name, values[0]) if hint == Number else values[0]
+
+
+def _flag(name: str, text: str) -> bool:
+    if text not in ("yes", "no"):
+        raise ChoiceError(f'{name} is "{shortened(text)}"; allowed: yes, no')
+    return text == "yes"
+
+
+def _number(name: str, text: str) -> int:
+    if not (text.isascii() and text.isdecimal() and len(text) < DIGITS):
+        allowed = "a whole number from 0"
+        raise ChoiceError(f'{name} is "{shortened(text)}"; allowed: {allowed}')
+    return int(text)

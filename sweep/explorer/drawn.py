@@ -1,0 +1,125 @@
+"""Figures for the page: the marks of a kind of figure, and the command that draws the
+same one.
+"""
+
+import json
+from typing import Any
+
+from sweep.errors import ChoiceError
+from sweep.explorer.asking import AskFigure
+from sweep.explorer.points import spelled_command
+from sweep.explorer.watching import Watched
+from sweep.figures.kinds import KINDS
+from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, thinned
+from sweep.figures.planning import Choices, FigureKind
+from sweep.figures.selection import has_scale, select
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import unknown
+
+
+def figure(watched: Watched, asked: AskFigure) -> dict[str, Any]:
+    """The marks of a figure, see `sweep.figures.marks`, each panel with its `marks` as
+    lists by column, and what the page may choose next.
+
+    `kind` is the one that is shown and `kinds` has all, each with the reason why it
+    does not suit, or "". `command` draws the same figure. Raises ChoiceError as `sweep
+    plot`.
+    """
+    offered = {name: kind for name, kind in KINDS.items() if kind.marks}
+    if asked.kind and asked.kind not in offered:
+        raise ChoiceError(unknown("kind", asked.kind, offered), asked.study)
+    study = watched.narrow(asked.study, asked.metric).where(*asked.where)
+    for setting in filter(None, (asked.x, asked.y, asked.by)):
+        select(study).setting(setting)
+    reasons = {name: _why_not(kind, study, asked) for name, kind in offered.items()}
+    chosen = asked.kind or _suiting(study, reasons)
+    choices = _choices(offered[chosen], asked)
+    marks = thinned(_marks(offered[chosen], study, choices))
+    return {
+        "kind": chosen,
+        "kinds": {name: _about(name, reasons) for name in offered},
+        "takes": offered[chosen].takes,
+        "settings": [str(name) for name in select(study).points.columns],
+        "form": marks.form,
+        "panels": [_panel(panel) for panel in marks.panels],
+        "by": marks.by,
+        "values": marks.values,
+        "colours": marks.colours,
+        "note": marks.note,
+        "thinned": marks.thinned,
+        "metrics": marks.metrics,
+        "command": figure_command(
+            watched, asked, chosen, choices._replace(metrics=marks.metrics)
+        ),
+    }
+
+
+def figure_command(
+    watched: Watched, asked: AskFigure, kind: str, choices: Choices
+) -> str:
+    """The command that draws the figure."""
+    options = {
+        "--metric": choices.metrics,
+        "--x": [choices.x] if choices.x else [],
+        "--y": [choices.y] if choices.y else [],
+        "--by": [choices.by] if choices.by else [],
+        "--where": asked.where,
+        "--over": ["half"] if asked.half else [],
+    }
+    return spelled_command("plot", [asked.study, kind], options, watched)
+
+
+def _choices(kind: FigureKind, asked: AskFigure) -> Choices:
+    """What is asked for, as far as the kind takes it."""
+    taken = {
+        name: getattr(asked, name) or None
+        for name in ("by", "x", "y")
+        if name in kind.takes
+    }
+    return Choices(metrics=asked.metric, half=asked.half, **taken)
+
+
+def _marks(kind: FigureKind, study: StoredStudy, choices: Choices) -> FigureMarks:
+    assert kind.marks
+    return kind.marks(study, choices)
+
+
+def _why_not(kind: FigureKind, study: StoredStudy, asked: AskFigure) -> str:
+    return kind.suits(study, _choices(kind, asked))
+
+
+def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
+    return {"text": KINDS[name].text, "why_not": reasons[name]}
+
+
+def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
+    """The kind that suits the settings: the one with as many axes of settings as there
+    are settings with a scale and more than a few values. Raises ChoiceError where none
+    suits.
+    """
+    suiting = [name for name, why in reasons.items() if not why]
+    if not suiting:
+        why = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
+        raise ChoiceError(f"no figure suits it: {why}", study.name)
+    points = select(study).points
+    scaled = [name for name in points if has_scale(points[name])]
+    axes = min(sum(points[name].nunique() > 2 for name in scaled) or len(scaled), 2)
+    return min(suiting, key=lambda name: abs(_axes_of(KINDS[name]) - axes))
+
+
+def _axes_of(kind: FigureKind) -> int:
+    return sum(axis in kind.takes for axis in ("x", "y"))
+
+
+def _panel(panel: MarkedPanel) -> dict[str, Any]:
+    return {
+        "title": panel.title,
+        "x": _axis(panel.x),
+        "y": _axis(panel.y),
+        "edges": panel.edges,
+        "marks": json.loads(panel.marks.reset_index(drop=True).to_json(orient="split")),
+    }
+
+
+def _axis(axis: MarkedAxis) -> dict[str, Any]:
+    return axis._asdict()

@@ -1,0 +1,296 @@
+"""A study as one page of HTML that opens from disk: its figure with intervals, and
+behind every mark stored trials that play. Each of them was run again and is what is
+stored, bit for bit; a page with another one is not written.
+"""
+
+import base64
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sweep.design.cost import job_seconds
+from sweep.design.jobs import Job
+from sweep.errors import ChoiceError, StoreError
+from sweep.explorer.publication import PaperTexts
+from sweep.explorer.supplement_figure import figure_data, form_of, named_row
+from sweep.explorer.supplement_front import about_page, front_of
+from sweep.explorer.supplement_room import MOST_BYTES, RunLength, most_frames
+from sweep.explorer.supplement_runs import (
+    RecordedRun,
+    RunOrder,
+    not_recorded,
+    record,
+)
+from sweep.explorer.supplement_trials import (
+    ShownTrial,
+    behind,
+    places,
+    points_of,
+    why_none,
+)
+from sweep.figures.selection import select
+from sweep.replays.flight import Report
+from sweep.replays.verify import check_code
+from sweep.spec.recorded import Column
+from sweep.tables.means_text import point_rows
+from sweep.tables.point_means import PointMeans, point_means
+from sweep.tables.search_phases import by_phase
+from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_trials import StoredTrial, stored_trials
+from sweep.text import so_many
+from sweep.trial.simulation import warm
+from sweep.web.document import document
+from sweep.web.scene import scene_of
+from sweep.workers.executors import ExecutorFactory
+from sweep.workers.runner import drive
+
+USUAL_FRAMES = 601
+"""At most so many frames of a run: the start, and ten seconds at sixty a second."""
+MOST_POINTS = 400
+"""So many marks can still be told apart, and run again in minutes."""
+SHOWN_DIFFERENCES = 3
+OTHER_NOW = "is another file now, and this ran by that of then"
+
+
+class SupplementChoice(NamedTuple):
+    """What a supplement shows.
+
+    metric  the metric of its figure; "" for the first that is recorded
+    half    its mean over the last half of a trial, or its value at the last frame
+    where   which points, as `study.where` takes them
+    x       the setting along the axis; "" for the one with the most values
+    by      the setting that is a colour; "" for one that suits
+    trials  which trials of a point play, see `supplement_trials.ROLES`
+    frames  at most so many frames of each, 2 at least
+    """
+
+    metric: str = ""
+    half: bool = False
+    where: tuple[str, ...] = ()
+    x: str = ""
+    by: str = ""
+    trials: tuple[str, ...] = ("median",)
+    frames: int = USUAL_FRAMES
+
+
+@dataclass(frozen=True, eq=False)
+class Supplement:
+    """A supplement of which no trial has run yet.
+
+    `data` is all that the page shows, less what is recorded of its runs; `orders` has
+    an order for each run, and `about` is the origin of the page.
+    """
+
+    study: StoredStudy
+    data: dict[str, Any]
+    orders: list[RunOrder]
+    about: dict[str, str]
+
+    def content(self, executor: ExecutorFactory, report: Report) -> bytes:
+        """The page, after all its trials were run again; `report` is told how many of
+        how many runs are done.
+
+        Raises StoreError where one of them fails, or is not what is stored.
+        """
+        runs = _recorded(self.orders, executor, report)
+        _check(self.study, runs)
+        shown = [
+            begun | _as_data(runs[begun["trial"]], order.every)
+            for begun, order in zip(self.data["runs"], self.orders, strict=True)
+        ]
+        return _page(self.data | {"runs": shown}, self.about)
+
+
+def planned(
+    study: StoredStudy, choice: SupplementChoice, texts: PaperTexts
+) -> Supplement:
+    """What a supplement will show. No trial runs, and all that cannot be is refused.
+
+    Raises ChoiceError for what the study does not have, for a study without a trial
+    that could be shown, for more than MOST_POINTS points, and for more runs than the
+    page has room for; StoreError where the trials were computed by other code, or are
+    damaged, and CodeError where code of the study's own may not run.
+    """
+    chosen = by_phase(study).where(*choice.where)
+    if chosen.trials.empty:
+        raise ChoiceError("no trial is stored yet; launch it first", study.name)
+    column = Column(choice.metric or chosen.metrics[0], choice.half)
+    at = places(chosen, column, choice.trials)
+    table = point_means(chosen, [column.metric], half=column.half)
+    selection = select(chosen)
+    form = form_of(selection, choice.x, choice.by)
+    if len(table.rows) > MOST_POINTS:
+        raise ChoiceError(
+            f"has {len(table.rows):,} points; a page shows up to {MOST_POINTS}: choose"
+            f" some with --where, as --where '{chosen.chooser.example}'",
+            study.name,
+        )
+    check_code(study)
+    groups = points_of(chosen, table.rows["trial_id"].tolist())
+    shown = [behind(trials, column, at) for trials in groups]
+    if not any(shown):
+        raise ChoiceError(why_none(chosen.trials, column), study.name)
+    stored = _stored(study, shown)
+    jobs = {trial: chosen.job(one) for trial, one in stored.items()}
+    scenes, scene_of_trial = _scenes(jobs)
+    runs = [
+        _run_begun(
+            one,
+            study,
+            column.metric,
+            stored[one.trial_id],
+            scene_of_trial[one.trial_id],
+        )
+        for trials in shown
+        for one in trials
+    ]
+    colours = [] if not form.by else selection.values(form.by)
+    data = {
+        "front": front_of(chosen, texts),
+        "study": study.name,
+        "spec": study.spec,
+        "figure": figure_data(selection, form, table, column),
+        "headings": table.headings,
+        "rows": json.loads(point_rows(chosen, table).to_json(orient="records")),
+        "points": _points(table, groups, shown, column, form.by, colours),
+        "scenes": scenes,
+        "role": choice.trials[0],
+        "runs": runs,
+    }
+    about = about_page(study)
+    room = MOST_BYTES - len(_page(data, about))
+    lengths = [RunLength.of(jobs[run["trial"]]) for run in runs]
+    most = most_frames(lengths, choice.frames, room)
+    orders = [
+        RunOrder(
+            study.name,
+            jobs[run["trial"]],
+            stored[run["trial"]],
+            column.metric,
+            length.every(most),
+        )
+        for run, length in zip(runs, lengths, strict=True)
+    ]
+    return Supplement(study, data, orders, about)
+
+
+def _stored(
+    study: StoredStudy, shown: Sequence[Sequence[ShownTrial]]
+) -> dict[str, StoredTrial]:
+    ids = [one.trial_id for trials in shown for one in trials]
+    return {str(one.row["trial_id"]): one for one in stored_trials(study.store, ids)}
+
+
+def _scenes(jobs: Mapping[str, Job]) -> tuple[list[Any], dict[str, int]]:
+    """The scenes of trials, each different one once, and which of them each has."""
+    texts = {trial: json.dumps(scene_of(job)) for trial, job in jobs.items()}
+    different = list(dict.fromkeys(texts.values()))
+    places_of = {trial: different.index(text) for trial, text in texts.items()}
+    return [json.loads(text) for text in different], places_of
+
+
+def _run_begun(
+    shown: ShownTrial, study: StoredStudy, metric: str, stored: StoredTrial, scene: int
+) -> dict[str, Any]:
+    """What is known of a run before it is recorded."""
+    other = study.other_now(stored)
+    return {
+        "trial": shown.trial_id,
+        "roles": shown.roles,
+        "value": shown.value,
+        "replicate": int(stored.row["replicate"]) + 1,
+        "scene": scene,
+        "stored": stored.row[metric],
+        "notes": [f"{path.name} {OTHER_NOW}." for path in other],
+    }
+
+
+def _points(
+    table: PointMeans,
+    groups: Sequence[pd.DataFrame],
+    shown: Sequence[Sequence[ShownTrial]],
+    column: Column,
+    by: str,
+    colours: Sequence[object],
+) -> list[dict[str, Any]]:
+    """The marks of the figure, one a row of the table: its words, its place among the
+    colours, and the places of its runs, or why it has none.
+    """
+    points, first = [], 0
+    differ = [name for name in table.headings if table.rows[name].nunique() > 1]
+    rows = [row for _, row in table.rows.iterrows()]
+    for row, trials, own in zip(rows, groups, shown, strict=True):
+        point = {
+            "words": named_row(row, differ),
+            "colour": colours.index(row[by]) if by else 0,
+            "runs": list(range(first, first + len(own))),
+            "why": "" if own else why_none(trials, column),
+        }
+        first += len(own)
+        points.append(point)
+    return points
+
+
+def _recorded(
+    orders: Sequence[RunOrder], executor: ExecutorFactory, report: Report
+) -> dict[str, RecordedRun]:
+    """The runs of the orders by their trials."""
+    once = list({order.job.trial_id: order for order in orders}.values())
+    found: dict[str, RecordedRun] = {}
+    report(0, len(once))
+    # Compile here once. Otherwise each worker would compile the same.
+    warm(once[0].job)
+    for runs in drive(
+        once, record, executor=executor, costs=_seconds, failed=not_recorded
+    ):
+        found |= {run.trial_id: run for run in runs}
+        report(len(found), len(once))
+    return found
+
+
+def _seconds(orders: Sequence[RunOrder]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return job_seconds([order.job for order in orders])
+
+
+def _check(study: StoredStudy, runs: Mapping[str, RecordedRun]) -> None:
+    """Raise StoreError for runs that fail here, or are not what is stored."""
+    for run in runs.values():
+        if run.error:
+            why = run.error.strip().splitlines()[-1]
+            raise StoreError(
+                f"trial {run.trial_id} cannot be shown, as it fails: {why}", study.name
+            )
+    differing = [run for run in runs.values() if run.differences]
+    if not differing:
+        return
+    shown = "; ".join(run.differences[0] for run in differing[:SHOWN_DIFFERENCES])
+    more = "; ..." if len(differing) > SHOWN_DIFFERENCES else ""
+    raise StoreError(
+        f"{len(differing)} of {so_many(len(runs), 'trial')}, run again, are not what is"
+        f" stored, so no page is written: {shown}{more}. Launch the study on this"
+        " machine, or write the page where it was launched",
+        study.name,
+    )
+
+
+def _as_data(run: RecordedRun, every: int) -> dict[str, Any]:
+    """What is recorded of a run, ready for JSON."""
+    return {
+        "every": every,
+        "steps": run.steps.tolist(),
+        "values": [
+            value if math.isfinite(value) else None for value in run.values.tolist()
+        ],
+        "senses": run.senses,
+        "frames": base64.b64encode(run.frames).decode(),
+    }
+
+
+def _page(data: dict[str, Any], about: Mapping[str, str]) -> bytes:
+    title = data["front"]["title"]
+    return document("supplement", "supplement", data, title, about)

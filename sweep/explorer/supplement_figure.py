@@ -1,0 +1,152 @@
+"""What the figure of a supplement shows: which settings are its axes and colours, and
+in which form. The page draws its marks from the rows of the table of means.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from sweep.errors import ChoiceError
+from sweep.figures.drawing import quantity
+from sweep.figures.scales import cell_edges, is_logarithmic
+from sweep.figures.selection import MOST_BY_DEFAULT, MOST_COLOURS, Selection, has_scale
+from sweep.spec.recorded import Column
+from sweep.tables.choosing import spelled
+from sweep.tables.point_means import PointMeans
+from sweep.tables.stored_study import StoredStudy
+
+Form = Literal["lines", "points", "cells", "rows"]
+
+
+@dataclass(frozen=True)
+class FigureForm:
+    """The form of a figure, and the settings of its axes and colours, "" where it has
+    none.
+
+    With "lines" the metric is drawn against `x`, a curve for each value of `by`. Where
+    points that agree in both differ in other settings they are "points", which nothing
+    joins. A "cells" has the metric as a colour over `x` and `y`; "rows" has the
+    metric along x, and a row a point.
+    """
+
+    form: Form
+    x: str = ""
+    y: str = ""
+    by: str = ""
+
+
+def form_of(selection: Selection, x: str, by: str) -> FigureForm:
+    """The form that suits the settings that vary; `x` and `by` are those that the user
+    wants, "" for none. Raises ChoiceError for a setting that does not vary, for an `x`
+    without numbers, and for a `by` with too many values.
+    """
+    if x and not has_scale(selection.points[selection.setting(x)]):
+        raise ChoiceError(
+            f"x {x}, which is not a finite number; choose another", selection.study.name
+        )
+    names = [str(name) for name in selection.points]
+    numbers = [name for name in names if has_scale(selection.points[name])]
+    free = [name for name in numbers if name != by]
+    across = x or max(free, key=lambda name: len(selection.values(name)), default="")
+    if not across:
+        return FigureForm("rows")
+    others = selection.apart([across])
+    if by:
+        _ = selection.colour(by, others, [across])
+        left = selection.apart([across, by])
+        return FigureForm("points" if left else "lines", across, by=by)
+    if len(selection.sampled) > 1:
+        return FigureForm("points", across)
+    if not others:
+        return FigureForm("lines", across)
+    return _of_several(selection, across, others, chosen=bool(x))
+
+
+def _of_several(
+    selection: Selection, across: str, others: Sequence[str], *, chosen: bool
+) -> FigureForm:
+    """The form where points with one value of `across` differ in `others`; `chosen`
+    says that the user wants `across` on the axis.
+    """
+    first, values = others[0], len(selection.values(others[0]))
+    if len(others) == 1:
+        if has_scale(selection.points[first]) and values > MOST_BY_DEFAULT:
+            return FigureForm("cells", across, first)
+        if values <= MOST_COLOURS:
+            return FigureForm("lines", across, by=first)
+    return FigureForm("points", across) if chosen else FigureForm("rows")
+
+
+def figure_data(
+    selection: Selection, form: FigureForm, table: PointMeans, column: Column
+) -> dict[str, Any]:
+    """The figure without its marks, ready for JSON."""
+    study, name = selection.study, str(column)
+    counts = table.rows[f"{name}_n"]
+    each = {"cells": "a cell", "rows": "a row"}.get(form.form, "a mark")
+    note = selection.about(
+        f"{each} a point, {{n}} trials a point",
+        counts,
+        "mean with 95 % interval",
+        [name],
+    )
+    return {
+        "form": form.form,
+        "column": name,
+        "metric": {
+            "name": column.metric,
+            "text": _text(study, column.metric),
+            "unit": study.units.get(column.metric, ""),
+        },
+        "label": quantity(study, name),
+        "says": "mean over the last half" if column.half else "at the last frame",
+        "note": note,
+        "x": _axis(selection, form.x),
+        "y": _axis(selection, form.y),
+        "by": _colours(selection, form.by),
+    }
+
+
+def _text(study: StoredStudy, metric: str) -> str:
+    """What a metric is; of a derived one its name."""
+    known = study.known.metrics.get(metric)
+    return known.text if known else metric.replace("_", " ")
+
+
+def _axis(selection: Selection, name: str) -> dict[str, Any] | None:
+    """An axis of numbers: its values, and the edges of cells about them."""
+    if not name:
+        return None
+    values = np.array(selection.values(name), np.float64)
+    logarithmic = bool(is_logarithmic(selection, name))
+    return {
+        "name": name,
+        "label": quantity(selection.study, name),
+        "logarithmic": logarithmic,
+        "values": values.tolist(),
+        "edges": cell_edges(values, logarithmic=logarithmic).tolist(),
+    }
+
+
+def _colours(selection: Selection, name: str) -> dict[str, Any] | None:
+    if not name:
+        return None
+    return {
+        "name": name,
+        "label": quantity(selection.study, name),
+        "values": [shown(value) for value in selection.values(name)],
+    }
+
+
+def shown(value: object) -> str:
+    """The value of a setting as the page writes it."""
+    return spelled(value).replace("_", " ") or "unchanged"
+
+
+def named_row(row: "pd.Series[Any]", headings: Sequence[str]) -> str:
+    """What tells a row from others, in words."""
+    parts = [f"{name.replace('_', ' ')} {shown(row[name])}" for name in headings]
+    return ", ".join(parts) or "the only point"

@@ -1,0 +1,48 @@
+"""The code of a stored study with further files."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from sweep.errors import CodeError
+from sweep.own_code.catalogue import OwnCatalogue, OwnCode, loaded
+from sweep.own_code.sources import Sources, gather
+
+
+def with_files(
+    code: OwnCode | None, spec: Path, files: Sequence[Path]
+) -> tuple[OwnCatalogue, list[str]]:
+    """The catalogue of `code`, None where there is none yet, with some files; and what
+    each file is called in it. It runs the code.
+
+    The files lie where the code lies, which is the folder of the `spec` or begins
+    there. Raises CodeError for a file that lies elsewhere, for one that is none, and
+    for one that the code has with another text.
+    """
+    folder = spec.parent / (code.folder if code else ".")
+    names = [_inside(folder, file) for file in files]
+    texts = code.sources.texts if code else {}
+    for file, text in (new := gather(folder, names)).files:
+        if texts.get(file, text) != text:
+            raise CodeError(
+                f"{folder / file} is not as it was when the study was launched: write"
+                " new metrics into a new file"
+            )
+    joined = Sources(tuple(sorted({**texts, **new.texts}.items())))
+    named = dict.fromkeys(names) | (dict(code.named) if code else {})
+    packages = code.packages if code else ()
+    up = code.folder if code else "."
+    return loaded(OwnCode(joined, tuple(named.items()), packages, up)), names
+
+
+def _inside(folder: Path, file: Path) -> str:
+    """The path of a file from the folder of the code."""
+    whole = Path(os.path.normpath(Path.cwd() / file))
+    if not file.is_file():
+        raise CodeError(f'there is no file "{file}"')
+    if not whole.is_relative_to(folder.resolve()):
+        raise CodeError(
+            f"{file} lies outside {folder}, where the spec of the study and its code"
+            " lie: copy it there, so that the spec can name it"
+        )
+    return whole.relative_to(folder.resolve()).as_posix()

@@ -1,0 +1,112 @@
+"""A table of means in words, as `sweep table` prints it: each cell, and what is said
+below the table.
+"""
+
+from typing import Any
+
+import pandas as pd
+
+from sweep.analysis import MeanKind
+from sweep.analysis.mean_bounds import in_full
+from sweep.analysis.notation import (
+    is_centred,
+    number,
+    percent,
+    plus_minus,
+    with_interval,
+)
+from sweep.tables.overview import few_skewed, untried
+from sweep.tables.point_means import PointMeans
+from sweep.tables.search_phases import phases_said
+from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_tables import command
+from sweep.text import shortened, so_many
+
+INTERVALS: dict[MeanKind | None, str] = {
+    None: (
+        "mean with the 95 % interval of its distribution (sweep metrics), ± half width"
+        " of Student's"
+    ),
+    "t": "mean ± half width of the 95 % interval",
+    "bootstrap": "mean and 95 % interval by the BCa bootstrap",
+    "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
+}
+
+POOLED = (
+    "a row pools its points, each with the same weight: a value is the mean over them"
+    " in one replicate, and a replicate counts where all of them have a value"
+)
+
+
+def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
+    """The rows of a table for programs: the last column, `view`, is the command that
+    shows a trial of the row.
+    """
+    views = [command("view", study.name, trial) for trial in table.rows["trial_id"]]
+    return table.rows.drop(columns="trial_id").assign(view=views)
+
+
+def cell_text(
+    study: StoredStudy, row: "pd.Series[Any]", name: str, table: PointMeans
+) -> str:
+    """A mean with its interval, and the share of trials without a value.
+
+    Equal values of a metric that is no event have an interval without a width: so much
+    is said in its place.
+    """
+    mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
+    repeated = name in study.repeated and not table.pooled
+    own = table.interval is None or repeated
+    normal = in_full(study.distributions[name]).distribution == "normal"
+    students = normal if own else table.interval == "t"
+    if low == high:
+        text = f"{number(mean)} (all equal)"
+    elif students and is_centred(mean, low, high):
+        text = plus_minus(mean, high - mean)
+    else:
+        text = with_interval(mean, low, high)
+    undefined = row[f"{name}_undefined"]
+    return f"{text}\n{percent(undefined)} undefined" if undefined else text
+
+
+def caption(study: StoredStudy, table: PointMeans) -> str:
+    """Which intervals a table shows, how rows pool points, which of them rest on few
+    values, and what is not stored.
+    """
+    counts = {name: table.rows[f"{name}_n"] for name in table.metrics}
+    said = [_intervals(study, table), phases_said(study), few_skewed(study, counts)]
+    return "\n".join(filter(None, [*said, _missing(study)]))
+
+
+def _missing(study: StoredStudy) -> str:
+    """How many trials are not stored, and how many points have none; "" for none."""
+    if not study.missing:
+        return ""
+    number = f"{study.missing:,} of {so_many(study.plan.num_rows, 'trial')} missing"
+    return "; ".join(filter(None, [number, untried(study)]))
+
+
+def _intervals(study: StoredStudy, table: PointMeans) -> str:
+    """Which intervals a table shows, and how rows pool points. If `until` stopped at a
+    narrow interval of one metric, only this metric has an interval that takes that into
+    account.
+    """
+    if table.pooled:
+        given = ", which takes the numbers of trials as given" if study.repeated else ""
+        return f"{INTERVALS[table.interval]}{given}\n{POOLED}"
+    if not study.repeated:
+        return INTERVALS[table.interval]
+    rule = study.rule
+    declared = {in_full(study.distributions[name]).distribution for name in rule.widths}
+    normal = declared == {"normal"}
+    return (
+        f"{', '.join(rule.widths)}: mean {'± half width of' if normal else 'with'} the"
+        f" repeated {100 * rule.confidence:g} % interval, by which the number of trials"
+        f" of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
+        " which takes that as given"
+    )
+
+
+def brief(value: Any) -> str:
+    """A setting in few characters."""
+    return f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) or "-"

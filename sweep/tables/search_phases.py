@@ -1,0 +1,103 @@
+"""A stored search with `phase` as a setting that varies: the trials that chose among
+candidates, and the held-out ones that judge the chosen, are never averaged together.
+"""
+
+from functools import cached_property
+
+import pandas as pd
+import pyarrow as pa
+
+from sweep.errors import StoreError
+from sweep.store.plan_about import AxisAbout
+from sweep.tables.stored_study import StoredStudy
+
+PHASE = "phase"
+MEANINGS = {
+    "search": (
+        "trials of phase search chose among the candidates, so the best of them look"
+        " too good"
+    ),
+    "held_out": "trials of phase held_out judge the chosen ones with other seeds",
+}
+
+
+class PhasedSearch(StoredStudy):
+    """The trials of a search, each in one of its `phases`, by trial_id.
+
+    A candidate with trials in several phases is a point in each of them.
+    """
+
+    def __init__(self, study: StoredStudy, phases: "pd.Series[str]") -> None:
+        self.name, self.trust, self.store = study.name, study.trust, study.store
+        self.provenance, self._study = study.provenance, study
+        self.chosen, self.conditions = study.chosen, study.conditions
+        if study.restricted:
+            self.whole = PhasedSearch(study.whole, phases)
+        planned = study.plan.select(["trial_id", "point"]).to_pandas()
+        phase = planned["trial_id"].map(phases).fillna("").astype(str)
+        self._point = (phase + ":" + planned["point"]).set_axis(planned["trial_id"])
+        self._phase = dict(zip(self._point, phase, strict=True))
+        self._candidate: dict[str, str] = dict(
+            zip(self._point, planned["point"], strict=True)
+        )
+        place = study.plan.column_names.index("point")
+        points = pa.array(self._point, pa.string())
+        self.plan = study.plan.set_column(place, "point", points)
+
+    @property
+    def kept_apart(self) -> list[str]:
+        """The phase."""
+        return [PHASE]
+
+    def candidate(self, point: str) -> str:
+        """The id of the candidate that a point is in one phase."""
+        return self._candidate[point]
+
+    @cached_property
+    def points(self) -> pd.DataFrame:
+        """One row a point, by its id with its phase before it."""
+        points = super().points
+        points.insert(0, PHASE, [self._phase[point] for point in points.index])
+        return points
+
+    @cached_property
+    def trials(self) -> pd.DataFrame:
+        """The stored trials, with their phase."""
+        trials = self._study.trials
+        points = self._point[trials["trial_id"]].to_numpy(object)
+        phases = [self._phase[point] for point in points]
+        return trials.assign(point=points, phase=phases)
+
+    @property
+    def varied(self) -> list[str]:
+        """The phase, where there are several, and the settings that differ."""
+        several = self.points[PHASE].nunique() > 1
+        return [*([PHASE] if several else []), *super().varied]
+
+    @property
+    def axes(self) -> dict[str, AxisAbout]:
+        """The axes, and the phase as one that lists its values."""
+        return {PHASE: AxisAbout([PHASE], None), **super().axes}
+
+
+def by_phase(study: StoredStudy) -> StoredStudy:
+    """A search with its phases apart; any other study as it is. Raises StoreError for
+    an asked.parquet that no search has written.
+    """
+    if study.kept_apart or (asked := study.store.read_asked()) is None:
+        return study
+    if lacking := {"trial_id", PHASE} - set(asked.column_names):
+        raise StoreError(
+            f"{study.store.asked}: it has no column {min(lacking)}; delete it and"
+            " search again"
+        )
+    rows = asked.select(["trial_id", PHASE]).to_pandas().drop_duplicates("trial_id")
+    return PhasedSearch(study, rows.set_index("trial_id")[PHASE])
+
+
+def phases_said(study: StoredStudy) -> str:
+    """What the trials of a search are, in a sentence; "" where it is none."""
+    if PHASE not in study.kept_apart or PHASE not in study.points:
+        return ""
+    phases = set(study.points[PHASE])
+    return "; ".join(said for name, said in MEANINGS.items() if name in phases)

@@ -1,0 +1,66 @@
+"""A page of HTML that opens from disk. It contains its script, its style and its data;
+it may load nothing and send nothing.
+"""
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from sweep.web.page import script, style
+
+
+def document(
+    entry: str,
+    sheet: str,
+    data: Mapping[str, Any],
+    title: str,
+    about: Mapping[str, str],
+) -> bytes:
+    """The page in which a module of `static` shows data.
+
+    entry  the name of the module; it reads the JSON of the element "data"
+    sheet  the name of its style sheet, above that of the view
+    data   what it shows, without infinite numbers and NaN
+    title  the title of the page
+    about  where its content comes from, for its metadata
+    """
+    program, rules = script(entry), style("view", sheet)
+    policy = (
+        f"default-src 'none'; script-src {_source(program)}; style-src"
+        f" {_source(rules)}; img-src blob: data:"
+    )
+    # "<" could end the element that it stands in.
+    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace(
+        "<", "\\u003c"
+    )
+    where = "; ".join(f"{key}: {value}" for key, value in about.items())
+    need = "This page needs JavaScript to play."
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">
+<meta name="description" content="{escape(where)}">
+<title>{escape(title)}</title>
+<style>{rules}</style>
+</head>
+<body class="boidsweep-page">
+<main></main>
+<noscript>{escape(title)}: {escape(where)}. {need}</noscript>
+<script type="application/json" id="data">{text}</script>
+<script type="module">{program}</script>
+</body>
+</html>
+""".encode()
+
+
+def _source(text: str) -> str:
+    """The name of an inline element with this text in the policy of a page."""
+    return (
+        f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    )

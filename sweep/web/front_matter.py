@@ -1,0 +1,51 @@
+"""What stands about a recording for who reads it alone: its title, a caption, how to
+cite it and its licence.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from kernels.identity import kernels_sha
+from sweep.design.jobs import Job
+from sweep.sharing.citing import behind, program
+from sweep.sharing.stranger import NO_LICENCE
+from sweep.text import so_many
+from sweep.web.flight import KeptFlight
+
+
+@dataclass(frozen=True)
+class FrontMatter:
+    """The texts of a page; `cite` has a line a work."""
+
+    title: str
+    caption: str
+    cite: tuple[str, ...]
+    licence: str
+
+
+def front_matter(flight: KeptFlight, replay: dict[str, Any] | None) -> FrontMatter:
+    """The texts for a run; `replay` is what the state says of a stored trial, None for
+    a run that was not stored.
+    """
+    job = flight.job
+    about = f"{flight.study}: {replay['which']}" if replay else _named(job)
+    trial = f"Trial {job.trial_id} of the study {flight.study}, kernels {kernels_sha()}"
+    works = [work.as_text() for work in (program(), behind(job.model, job.known))]
+    return FrontMatter(about, _caption(flight), (*works, f"{trial}."), NO_LICENCE)
+
+
+def _named(job: Job) -> str:
+    return f"{job.model}, {job.preset}, seed {job.seed}"
+
+
+def _caption(flight: KeptFlight) -> str:
+    """One sentence: who flies where, and for how long."""
+    job, settings = flight.job, flight.job.settings
+    boids = so_many(int(settings["n"]), "boid")
+    steps = so_many(int(flight.steps[-1]), "step")
+    shown = "" if flight.every == 1 else f"; a frame every {flight.every:,} is shown"
+    return (
+        f"{boids} of the model {job.model}, preset {job.preset}, on the map"
+        f" {settings['map']}: {steps}, dt = {settings['dt']:g}"
+        f" {job.known.models[job.model].time}{shown}."
+    )

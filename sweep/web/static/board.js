@@ -1,0 +1,252 @@
+// A canvas with two axes, on which marks are drawn and found again.
+
+import { contextOf, make, named, short, unitText } from "./dom.js";
+
+/** @import { Dot, FigureAxis, Known, Panel } from "./explorer.d.ts" */
+
+export const HEIGHT = 300;
+const LEFT = 66;
+const BOTTOM = 44;
+const TOP = 8;
+const RIGHT = 12;
+const TICKS = 6;
+const REACH = 14; // pixels from a mark
+
+/** @param {Panel} panel @returns {Dot[]} */
+export function dotsOf({ marks: { columns, data } }) {
+  return data.map((row) =>
+    Object.assign(
+      Object.fromEntries(columns.map((name, i) => [name, row[i]])),
+    )
+  );
+}
+
+/** @param {(Known | undefined)[]} values @returns {number[]} */
+export const known = (values) =>
+  values.filter((value) => typeof value === "number" && Number.isFinite(value))
+    .map(Number);
+
+// A scale from values to pixels, with its ticks.
+export class Scale {
+  /**
+   * @param {number[]} values
+   * @param {FigureAxis} axis
+   * @param {boolean} tight whether nothing lies beyond the outermost values
+   */
+  constructor(values, axis, tight = false) {
+    this.axis = axis;
+    this.names = axis.names;
+    this.log = axis.logarithmic;
+    const at = values.map((value) => this.place(value));
+    let low = at.length ? Math.min(...at) : 0;
+    let high = at.length ? Math.max(...at) : 1;
+    if (this.names.length) [low, high] = [-0.5, this.names.length - 0.5];
+    else if (low === high) {
+      [low, high] = [
+        low - (low ? 0.1 * Math.abs(low) : 0.5),
+        high + (high ? 0.1 * Math.abs(high) : 0.5),
+      ];
+    }
+    const room = tight || this.names.length ? 0 : 0.05 * (high - low);
+    this.low = low - room;
+    this.high = high + room;
+    this.from = 0;
+    this.to = 1;
+  }
+
+  /** @param {number} from @param {number} to in pixels */
+  span(from, to) {
+    [this.from, this.to] = [from, to];
+    return this;
+  }
+
+  /** @param {number} value */
+  place(value) {
+    return this.log ? Math.log10(value) : value;
+  }
+
+  /** @param {number} value */
+  pixel(value) {
+    const part = (this.place(value) - this.low) / (this.high - this.low);
+    return this.from + part * (this.to - this.from);
+  }
+
+  /** @returns {{ at: number, text: string }[]} */
+  get ticks() {
+    if (this.names.length) return this.names.map((text, at) => ({ at, text }));
+    const step = niceStep((this.high - this.low) / TICKS, this.log);
+    const first = Math.ceil(this.low / step);
+    const last = Math.floor(this.high / step + 1e-9);
+    return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) => {
+      const place = Number(((first + i) * step).toPrecision(12));
+      const at = this.log ? 10 ** place : place;
+      return { at, text: short(at) };
+    });
+  }
+}
+
+/** @param {number} least @param {boolean} whole */
+function niceStep(least, whole) {
+  if (whole && least <= 1) return 1;
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
+}
+
+export class Board {
+  /**
+   * @param {Panel} panel
+   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
+   * @param {(dot: Dot) => void} choose
+   */
+  constructor(panel, over, choose) {
+    this.panel = panel;
+    this.dots = dotsOf(panel);
+    /** @type {Set<string>} */
+    this.chosen = new Set();
+    this.canvas = make("canvas", { role: "img" });
+    this.element = make("div", { className: "board" }, this.canvas);
+    this.canvas.addEventListener("pointermove", (event) => {
+      const dot = this.find(event.offsetX, event.offsetY);
+      this.canvas.classList.toggle("over", Boolean(dot));
+      over(dot, { x: event.clientX, y: event.clientY });
+    });
+    this.canvas.addEventListener("pointerleave", () => over(null, { x: 0, y: 0 }));
+    this.canvas.addEventListener("click", (event) => {
+      const dot = this.find(event.offsetX, event.offsetY);
+      if (dot) choose(dot);
+    });
+    this.watch = new ResizeObserver(() => this.draw());
+    this.watch.observe(this.element);
+  }
+
+  remove() {
+    this.watch.disconnect();
+    this.element.remove();
+  }
+
+  /** @param {Set<string>} points */
+  mark(points) {
+    this.chosen = points;
+    this.draw();
+  }
+
+  /** @param {Dot} dot */
+  isChosen(dot) {
+    return this.chosen.size > 0 &&
+      dot.point.split(" ").some((one) => this.chosen.has(one));
+  }
+
+  get width() {
+    return Math.max(this.element.clientWidth, 120);
+  }
+
+  /** @returns {[Scale, Scale]} */
+  scales() {
+    const { x, y } = this.panel;
+    const across = known(this.dots.flatMap((dot) => [dot.x, dot.x_low, dot.x_high]));
+    const up = known(this.dots.flatMap((dot) => [dot.y, dot.low, dot.high]));
+    return [new Scale(across, x), new Scale(up, y)];
+  }
+
+  draw() {
+    if (!this.element.isConnected) return;
+    const { canvas, width } = this;
+    const ratio = devicePixelRatio || 1;
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(HEIGHT * ratio);
+    const context = contextOf(canvas);
+    context.scale(ratio, ratio);
+    const style = getComputedStyle(this.element);
+    const ink = style.color;
+    const line = named(this.element, "--line");
+    const [x, y] = this.scales();
+    this.x = x.span(LEFT, width - RIGHT);
+    this.y = y.span(HEIGHT - BOTTOM, TOP);
+    this.axes(context, ink, line);
+    context.save();
+    context.beginPath();
+    context.rect(LEFT, TOP, width - RIGHT - LEFT, HEIGHT - BOTTOM - TOP);
+    context.clip();
+    this.paint(context, ink);
+    context.restore();
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {string} ink
+   * @param {string} line
+   */
+  axes(context, ink, line) {
+    const { x, y, panel, width } = this;
+    if (!x || !y) return;
+    const bottom = HEIGHT - BOTTOM;
+    Object.assign(context, {
+      font: "12px system-ui, sans-serif",
+      fillStyle: ink,
+      strokeStyle: line,
+    });
+    context.textAlign = "center";
+    let free = -Infinity;
+    for (const { at, text } of x.ticks) {
+      const place = x.pixel(at);
+      const half = context.measureText(text).width / 2;
+      if (place - half < free || place + half > width) continue;
+      free = place + half + 6;
+      stroke(context, [[place, TOP], [place, bottom]]);
+      context.fillText(text, place, bottom + 16);
+    }
+    context.textAlign = "right";
+    let above = Infinity;
+    for (const { at, text } of y.ticks) {
+      const place = y.pixel(at);
+      if (place > above - 13) continue;
+      above = place;
+      stroke(context, [[LEFT, place], [width - RIGHT, place]]);
+      context.fillText(fitting(context, text, LEFT - 24), LEFT - 6, place + 4);
+    }
+    context.textAlign = "center";
+    context.fillText(unitText(panel.x.label), (LEFT + width) / 2, HEIGHT - 8);
+    context.save();
+    context.translate(12, (TOP + bottom) / 2);
+    context.rotate(-Math.PI / 2);
+    context.fillText(fitting(context, unitText(panel.y.label), bottom - TOP), 0, 0);
+    context.restore();
+  }
+
+  /** @param {CanvasRenderingContext2D} _context @param {string} _ink */
+  paint(_context, _ink) {}
+
+  /** @param {number} left @param {number} top @returns {Dot | null} */
+  find(left, top) {
+    const { x, y } = this;
+    if (!x || !y) return null;
+    let best = null;
+    let nearest = REACH;
+    for (const dot of this.dots) {
+      if (dot.x === null || dot.y === null) continue;
+      const far = Math.hypot(x.pixel(dot.x) - left, y.pixel(dot.y) - top);
+      if (far < nearest) [best, nearest] = [dot, far];
+    }
+    return best;
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context @param {[number, number][]} places */
+export function stroke(context, places) {
+  context.beginPath();
+  for (const [x, y] of places) context.lineTo(x, y);
+  context.stroke();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {string} text
+ * @param {number} room
+ */
+function fitting(context, text, room) {
+  let shown = text;
+  while (shown.length > 1 && context.measureText(shown).width > room) {
+    shown = `${shown.slice(0, -2)}…`;
+  }
+  return shown;
+}

@@ -1,0 +1,145 @@
+// A heatmap, drawn on a board: a cell each, hatched where its interval is wider than
+// any step to a cell beside it.
+
+import { contextOf, make, short, unitText } from "./dom.js";
+import { Board, known, Scale, stroke } from "./board.js";
+
+/** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
+
+// viridis, at equal steps
+const RAMP = [
+  [68, 1, 84],
+  [72, 40, 120],
+  [62, 74, 137],
+  [49, 104, 142],
+  [38, 130, 142],
+  [31, 158, 137],
+  [53, 183, 121],
+  [109, 205, 89],
+  [180, 222, 44],
+  [253, 231, 37],
+];
+
+/** @param {number} part from 0 to 1 */
+function ramp(part) {
+  const place = Math.min(Math.max(part, 0), 1) * (RAMP.length - 1);
+  const low = Math.min(Math.floor(place), RAMP.length - 2);
+  const mixed = RAMP[low].map((one, i) =>
+    one + (place - low) * (RAMP[low + 1][i] - one)
+  );
+  return `rgb(${mixed.map(Math.round).join(" ")})`;
+}
+
+// The least and the largest value of all panels.
+/** @param {Panel[]} panels @returns {[number, number]} */
+export function rangeOf(panels) {
+  const values = panels.flatMap(({ marks: { columns, data } }) => {
+    const at = columns.indexOf("y");
+    return known(data.map((row) => (typeof row[at] === "number" ? row[at] : null)));
+  });
+  return [Math.min(...values), Math.max(...values)];
+}
+
+export class Cells extends Board {
+  /**
+   * @param {[number, number]} range
+   * @param {Panel} panel
+   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
+   * @param {(dot: Dot) => void} choose
+   */
+  constructor(range, panel, over, choose) {
+    super(panel, over, choose);
+    this.range = range;
+  }
+
+  /** @override @returns {[Scale, Scale]} */
+  scales() {
+    const { x, y, edges } = this.panel;
+    return [new Scale(edges[0], x, true), new Scale(edges[1], y, true)];
+  }
+
+  /**
+   * @param {Dot} dot
+   * @returns {[number, number, number, number]} left, top, right, bottom
+   */
+  box(dot) {
+    const { x, y, panel: { edges } } = this;
+    if (!x || !y) return [0, 0, 0, 0];
+    return [
+      x.pixel(edges[0][dot.column]),
+      y.pixel(edges[1][dot.row + 1]),
+      x.pixel(edges[0][dot.column + 1]),
+      y.pixel(edges[1][dot.row]),
+    ];
+  }
+
+  /** @override @param {CanvasRenderingContext2D} context @param {string} ink */
+  paint(context, ink) {
+    const [low, high] = this.range;
+    for (const dot of this.dots) {
+      const [left, top, right, bottom] = this.box(dot);
+      const part = high > low ? ((dot.y ?? low) - low) / (high - low) : 0.5;
+      context.fillStyle = ramp(part);
+      context.fillRect(left, top, right - left + 0.5, bottom - top + 0.5);
+      if (!dot.resolved) hatch(context, [left, top, right, bottom], part > 0.6);
+    }
+    for (const dot of this.dots.filter((one) => this.isChosen(one))) {
+      const [left, top, right, bottom] = this.box(dot);
+      Object.assign(context, { strokeStyle: ink, lineWidth: 3 });
+      context.strokeRect(left + 1.5, top + 1.5, right - left - 3, bottom - top - 3);
+    }
+  }
+
+  /** @override @param {number} left @param {number} top @returns {Dot | null} */
+  find(left, top) {
+    return this.dots.find((dot) => {
+      const [first, upper, last, lower] = this.box(dot);
+      return left >= first && left < last && top >= upper && top < lower;
+    }) ?? null;
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {[number, number, number, number]} box
+ * @param {boolean} light
+ */
+function hatch(context, [left, top, right, bottom], light) {
+  context.save();
+  context.beginPath();
+  context.rect(left, top, right - left, bottom - top);
+  context.clip();
+  Object.assign(context, { strokeStyle: light ? "#0005" : "#fff6", lineWidth: 1 });
+  for (let start = left - (bottom - top); start < right; start += 7) {
+    stroke(context, [[start, bottom], [start + bottom - top, top]]);
+  }
+  context.restore();
+}
+
+// What the colours mean, in one line.
+/** @param {Figure} figure @param {[number, number]} range */
+export function rampLegend(figure, [low, high]) {
+  const bar = make("canvas", {
+    className: "ramp",
+    width: 160,
+    height: 12,
+    role: "img",
+    "aria-label": "scale of colours",
+  });
+  const context = contextOf(bar);
+  for (let x = 0; x < 160; x++) {
+    context.fillStyle = ramp(x / 159);
+    context.fillRect(x, 0, 1, 12);
+  }
+  return make(
+    "p",
+    { className: "legend" },
+    make("span", { textContent: unitText(figure.by) }),
+    make("span", { textContent: short(low) }),
+    bar,
+    make("span", { textContent: short(high) }),
+    make("span", {
+      textContent: "hatched: the interval is wider than every step to a cell beside it",
+    }),
+  );
+}

@@ -1,0 +1,66 @@
+// Points with their intervals, drawn on a board.
+
+import { Board, stroke } from "./board.js";
+
+/** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
+
+const MANY = 60; // so many have their intervals drawn, as in a printed figure
+
+/** @param {string} colour @param {string} ink black is invisible on a dark page */
+export const shade = (colour, ink) => (colour === "#000000" ? ink : colour);
+
+export class Dots extends Board {
+  /**
+   * @param {Figure} figure
+   * @param {Panel} panel
+   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
+   * @param {(dot: Dot) => void} choose
+   */
+  constructor(figure, panel, over, choose) {
+    super(panel, over, choose);
+    this.colours = figure.colours;
+  }
+
+  /** @override @param {CanvasRenderingContext2D} context @param {string} ink */
+  paint(context, ink) {
+    const { x, y, dots } = this;
+    if (!x || !y) return;
+    const few = dots.length <= MANY;
+    for (const dot of dots) {
+      if (dot.x === null || dot.y === null) continue;
+      const at = { x: x.pixel(dot.x), y: y.pixel(dot.y) };
+      const colour = shade(this.colours[dot.colour], ink);
+      Object.assign(context, {
+        strokeStyle: colour,
+        fillStyle: colour,
+        lineWidth: 1.2,
+      });
+      if (few || dot.best || this.isChosen(dot)) {
+        if (dot.low !== null && dot.high !== null) {
+          stroke(context, [[at.x, y.pixel(dot.low)], [at.x, y.pixel(dot.high)]]);
+        }
+        if (typeof dot.x_low === "number" && typeof dot.x_high === "number") {
+          stroke(context, [[x.pixel(dot.x_low), at.y], [x.pixel(dot.x_high), at.y]]);
+        }
+      }
+      context.beginPath();
+      context.arc(at.x, at.y, few ? 4 : 2.5, 0, 2 * Math.PI);
+      context.fill();
+      if (dot.best) ring(context, at, 6, colour);
+      if (this.isChosen(dot)) ring(context, at, 9, ink);
+    }
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {{ x: number, y: number }} at
+ * @param {number} radius
+ * @param {string} colour
+ */
+function ring(context, at, radius, colour) {
+  Object.assign(context, { strokeStyle: colour, lineWidth: 2 });
+  context.beginPath();
+  context.arc(at.x, at.y, radius, 0, 2 * Math.PI);
+  context.stroke();
+}

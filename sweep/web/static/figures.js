@@ -1,0 +1,280 @@
+// A figure of a study: what is chosen, its panels, its note, and its command.
+
+import { make, short, spaced } from "./dom.js";
+import { ask, Refused } from "./ask.js";
+import { Cells, rampLegend, rangeOf } from "./cells.js";
+import { Dots, shade } from "./dots.js";
+import { Lines } from "./lines.js";
+
+/** @import { Choice, Dot, Figure, Panel, StudyState } from "./explorer.d.ts" */
+
+/**
+ * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
+ */
+
+const AXES = /** @type {const} */ (["x", "y", "by"]);
+
+export class FigurePanel {
+  /** @type {(Lines | Dots | Cells)[]} */
+  boards = [];
+  /** @type {Figure | null} */
+  figure = null;
+  /** @type {Choice | null} */
+  choice = null;
+
+  /**
+   * @param {string} prefix
+   * @param {(change: Partial<Choice>) => void} go
+   * @param {(command: string) => HTMLElement} command
+   */
+  constructor(prefix, go, command) {
+    this.go = go;
+    this.command = command;
+    this.kind = this.picker(
+      prefix,
+      "kind",
+      "figure",
+      (kind) => go({ kind, metric: "", x: "", y: "", by: "" }),
+    );
+    this.metric = this.picker(prefix, "metric", "metric", (metric) => go({ metric }));
+    this.half = this.picker(prefix, "half", "of", (half) => go({ half }));
+    this.axes = AXES.map((axis) =>
+      this.picker(prefix, axis, axis, (name) => go({ [axis]: name }))
+    );
+    const pickers = [this.kind, this.metric, this.half, ...this.axes].map((one) =>
+      one.element
+    );
+    this.tip = make("div", { className: "tip", hidden: true });
+    this.panels = make("div", { className: "panels" });
+    this.legend = make("div");
+    this.note = make("p", { className: "facts said" });
+    this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
+    this.line = make("div");
+    this.element = make(
+      "section",
+      { className: "card figure", "aria-label": "figure" },
+      make("div", { className: "choices-of-figure" }, ...pickers),
+      this.refusal,
+      this.legend,
+      this.panels,
+      this.note,
+      this.line,
+      this.tip,
+    );
+  }
+
+  /**
+   * @param {string} prefix
+   * @param {string} name
+   * @param {string} label
+   * @param {(value: string) => void} act
+   */
+  picker(prefix, name, label, act) {
+    const select = make("select", {
+      id: `${prefix}-${name}`,
+      on: { change: () => act(select.value) },
+    });
+    const words = make("label", { htmlFor: select.id, textContent: label });
+    return { element: make("div", {}, words, select), select };
+  }
+
+  get asked() {
+    const {
+      study = "",
+      kind = "",
+      metric = "",
+      x = "",
+      y = "",
+      by = "",
+      where = "",
+      half = "",
+    } = this.choice ?? {};
+    return { study, kind, metric: metric.split(" "), x, y, by, where, half };
+  }
+
+  /** @param {Choice} choice @param {StudyState} state */
+  async show(choice, state) {
+    this.choice = choice;
+    const asked = JSON.stringify(this.asked);
+    try {
+      /** @type {Figure} */
+      const figure = await ask("figure", this.asked);
+      if (asked !== JSON.stringify(this.asked)) return;
+      this.draw(figure, state);
+      this.refuse("");
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      if (asked === JSON.stringify(this.asked)) this.refuse(error.message);
+    }
+  }
+
+  /** @param {string} words */
+  refuse(words) {
+    this.refusal.textContent = words;
+    this.refusal.hidden = !words;
+    for (const part of [this.panels, this.legend, this.note, this.line]) {
+      part.hidden = Boolean(words);
+    }
+  }
+
+  /** @param {Figure} figure @param {StudyState} state */
+  draw(figure, state) {
+    this.figure = figure;
+    this.offer(figure, state);
+    for (const board of this.boards) board.remove();
+    const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
+    this.boards = figure.panels.map((panel) => this.board(figure, panel, range));
+    const titled = this.boards.map((board, i) =>
+      make(
+        "figure",
+        {},
+        make("figcaption", { textContent: figure.panels[i].title }),
+        board.element,
+      )
+    );
+    this.panels.replaceChildren(...titled);
+    this.panels.classList.toggle("several", titled.length > 1);
+    for (const board of this.boards) board.draw();
+    this.legend.replaceChildren(
+      range ? rampLegend(figure, range) : this.colours(figure),
+    );
+    this.note.textContent = [
+      figure.thinned && `${figure.thinned} are shown`,
+      figure.note,
+    ].filter(Boolean).join("\n");
+    this.line.replaceChildren(this.command(figure.command));
+    this.mark();
+  }
+
+  /**
+   * @param {Figure} figure
+   * @param {Panel} panel
+   * @param {[number, number] | null} range
+   */
+  board(figure, panel, range) {
+    const over = (
+      /** @type {Dot | null} */ dot,
+      /** @type {{ x: number, y: number }} */ at,
+    ) => this.hover(panel, dot, at);
+    const choose = (/** @type {Dot} */ dot) => this.go({ point: dot.point, trial: "" });
+    if (range) return new Cells(range, panel, over, choose);
+    const kind = figure.form === "lines" ? Lines : Dots;
+    const board = new kind(figure, panel, over, choose);
+    return board;
+  }
+
+  // The points that are chosen stand out.
+  mark() {
+    const points = new Set(this.choice?.point.split(" ").filter(Boolean));
+    for (const board of this.boards) board.mark(points);
+  }
+
+  /** @param {Figure} figure */
+  colours({ by, values, colours }) {
+    if (!by) return make("p", { className: "legend" });
+    const ink = getComputedStyle(this.element).color;
+    const swatches = values.map((value, i) => {
+      const swatch = make("i", { className: "swatch" });
+      swatch.style.background = shade(colours[i % colours.length], ink);
+      return make("span", {}, swatch, value);
+    });
+    return make(
+      "p",
+      { className: "legend" },
+      make("span", { textContent: `${spaced(by)}:` }),
+      ...swatches,
+    );
+  }
+
+  /** @param {Figure} figure @param {StudyState} state */
+  offer(figure, state) {
+    const { kinds, kind, takes, settings, metrics, form } = figure;
+    fill(
+      this.kind.select,
+      Object.keys(kinds).map((name) => ({
+        value: name,
+        text: name,
+        title: kinds[name].why_not || kinds[name].text,
+        disabled: Boolean(kinds[name].why_not),
+      })),
+      kind,
+    );
+    const shown = form === "lines" && figure.panels[0]?.x.name === "frame"
+      ? state.series
+      : state.metrics;
+    const pairs = metrics.length > 1
+      ? shown.flatMap((one) =>
+        shown.filter((other) => other !== one).map((other) => `${one} ${other}`)
+      )
+      : shown;
+    const plain = metrics.map((one) => one.replace(/[+-]$/, "")).join(" ");
+    fill(
+      this.metric.select,
+      pairs.map((name) => ({
+        value: name,
+        text: name.split(" ").map(spaced).join(" against "),
+      })),
+      plain,
+    );
+    fill(this.half.select, [{ value: "", text: "the last frame" }, {
+      value: "yes",
+      text: "the last half",
+    }], this.choice?.half ?? "");
+    AXES.forEach((axis, i) => {
+      const { element, select } = this.axes[i];
+      element.hidden = !takes.includes(axis);
+      const options = settings.map((name) => ({ value: name, text: spaced(name) }));
+      fill(
+        select,
+        [{ value: "", text: "as it suits" }, ...options],
+        this.choice?.[axis] ?? "",
+      );
+    });
+  }
+
+  /**
+   * @param {Panel} panel
+   * @param {Dot | null} dot
+   * @param {{ x: number, y: number }} at
+   */
+  hover(panel, dot, at) {
+    this.tip.hidden = !dot;
+    if (!dot) return;
+    this.tip.textContent = described(panel, dot);
+    const box = this.element.getBoundingClientRect();
+    this.tip.style.left = `${Math.min(at.x - box.left + 14, box.width - 240)}px`;
+    this.tip.style.top = `${at.y - box.top + 14}px`;
+  }
+}
+
+/** @param {Panel} panel @param {Dot} dot */
+function described({ x, y }, dot) {
+  if (dot.half !== undefined) {
+    const half = dot.half === null ? "" : ` ± ${short(dot.half, 3)}`;
+    const many = dot.points === 1 ? "" : `, the mean of ${dot.points} points`;
+    return `${short(dot.y)}${half} of ${dot.n} trials${many}; click for its trials`;
+  }
+  const place = x.names.length ? x.names[Number(dot.x)] : short(dot.x);
+  const ends = dot.low === null ? "" : ` (${short(dot.low)} to ${short(dot.high)})`;
+  return `${x.label} ${place}\n${y.label} ${
+    short(dot.y)
+  }${ends}\n${dot.n} trials; click for them`;
+}
+
+/**
+ * @param {HTMLSelectElement} select
+ * @param {Option[]} options
+ * @param {string} chosen
+ */
+function fill(select, options, chosen) {
+  const known = JSON.stringify(options);
+  if (select.dataset.known !== known) {
+    select.dataset.known = known;
+    select.replaceChildren(
+      ...options.map(({ value, text, title = "", disabled = false }) =>
+        make("option", { value, textContent: text, title, disabled })
+      ),
+    );
+  }
+  select.value = chosen;
+}

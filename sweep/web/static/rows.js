@@ -1,0 +1,109 @@
+// A table with pages: rows of texts, which a reader can sort and choose.
+
+import { make } from "./dom.js";
+
+/**
+ * @typedef {{
+ *   headings: { text: string, sort?: string }[],
+ *   rows: { cells: string[], chosen: boolean, choose: () => void, note?: string }[],
+ *   total: number,
+ *   page: number,
+ *   size: number,
+ *   what: string,
+ * }} Content
+ */
+
+export class PagedTable {
+  /**
+   * @param {string} name
+   * @param {(page: number) => void} turn
+   * @param {(column: string) => void} [sort]
+   */
+  constructor(name, turn, sort) {
+    this.sort = sort;
+    this.page = 0;
+    this.head = make("thead");
+    this.body = make("tbody");
+    const table = make("table", { "aria-label": name }, this.head, this.body);
+    this.before = make("button", {
+      type: "button",
+      textContent: "earlier",
+      on: { click: () => turn(this.page - 1) },
+    });
+    this.after = make("button", {
+      type: "button",
+      textContent: "later",
+      on: { click: () => turn(this.page + 1) },
+    });
+    this.words = make("span", { className: "facts" });
+    this.pages = make(
+      "div",
+      { className: "row pages" },
+      this.before,
+      this.after,
+      this.words,
+    );
+    const around = make("div", {
+      className: "scrolls",
+      tabIndex: 0,
+      role: "region",
+      "aria-label": `rows of ${name}`,
+    }, table);
+    this.element = make("div", { className: "paged" }, around, this.pages);
+  }
+
+  /** @param {Content} content @param {string} [sorted] */
+  show({ headings, rows, total, page, size, what }, sorted = "") {
+    this.page = page;
+    const line = make("tr", {}, ...headings.map((one) => this.heading(one, sorted)));
+    this.head.replaceChildren(line);
+    this.body.replaceChildren(...rows.map((row) => rowOf(row)));
+    const first = page * size;
+    this.before.disabled = page === 0;
+    this.after.disabled = first + size >= total;
+    this.pages.classList.toggle("single", total <= size);
+    this.words.textContent = total > size
+      ? `${(first + 1).toLocaleString("en")} to ${
+        Math.min(first + size, total).toLocaleString("en")
+      } of ${total.toLocaleString("en")} ${what}`
+      : `${total.toLocaleString("en")} ${what}`;
+  }
+
+  /** @param {{ text: string, sort?: string }} heading @param {string} sorted */
+  heading({ text, sort }, sorted) {
+    const [name, way] = sorted.split(":");
+    const order = name === sort && sort
+      ? (way === "desc" ? "descending" : "ascending")
+      : "none";
+    const cell = make("th", { scope: "col", "aria-sort": order });
+    const act = () => sort && this.sort?.(sort);
+    const arrow = { ascending: " ↑", descending: " ↓", none: "" }[order];
+    if (sort && this.sort) {
+      cell.append(
+        make("button", {
+          type: "button",
+          textContent: text + arrow,
+          on: { click: act },
+        }),
+      );
+    } else cell.textContent = text;
+    return cell;
+  }
+}
+
+/** @param {Content["rows"][number]} row */
+function rowOf({ cells: [first, ...others], chosen, choose, note }) {
+  const opener = make("button", {
+    type: "button",
+    textContent: first,
+    "aria-pressed": String(chosen),
+    on: { click: choose },
+  });
+  const line = make(
+    "tr",
+    { className: chosen ? "chosen" : "", title: note ?? "" },
+    make("td", {}, opener),
+    ...others.map((text) => make("td", { textContent: text })),
+  );
+  return line;
+}

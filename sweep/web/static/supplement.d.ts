@@ -1,0 +1,81 @@
+// What the page of a supplement reads, as types. The module sweep.explorer.supplement
+// writes it.
+
+import type { Scene, SensesOf } from "./protocol.d.ts";
+
+/** An axis of numbers; `edges` are those of the cells about its values. */
+export interface SupplementAxis {
+  name: string;
+  label: string;
+  logarithmic: boolean;
+  values: number[];
+  edges: number[];
+}
+
+/** A row of `sweep table --json`. */
+export type SupplementRow = Record<string, number | string | boolean | null>;
+
+/** A mark of the figure; `runs` are the places of its runs, and `why` says why none. */
+export interface SupplementPoint {
+  words: string;
+  colour: number;
+  runs: number[];
+  why: string;
+}
+
+/** A stored trial that was run again; `values` are those of the metric. */
+export interface SupplementRun {
+  trial: string;
+  roles: string[];
+  value: number;
+  replicate: number;
+  scene: number;
+  stored: number | null;
+  notes: string[];
+  every: number;
+  steps: number[];
+  values: (number | null)[];
+  senses: SensesOf;
+  frames: string;
+}
+
+export interface SupplementFront {
+  title: string;
+  authors: string[];
+  doi: string;
+  caption: string;
+  licence: string;
+  cite: string[];
+  run: string[];
+  needs: string;
+  origin: [name: string, words: string][];
+}
+
+export interface SupplementData {
+  front: SupplementFront;
+  study: string;
+  spec: string;
+  figure: {
+    form: "lines" | "points" | "cells" | "rows";
+    column: string;
+    metric: { name: string; text: string; unit: string };
+    label: string;
+    says: string;
+    note: string;
+    x: SupplementAxis | null;
+    y: SupplementAxis | null;
+    by: { name: string; label: string; values: string[] } | null;
+  };
+  headings: string[];
+  rows: SupplementRow[];
+  points: SupplementPoint[];
+  scenes: Scene[];
+  /** Which trial of a point is shown first. */
+  role: string;
+  runs: SupplementRun[];
+}
+
+declare global {
+  /** What the page shows, for whoever looks at it from outside. */
+  var supplement: { place: number };
+}

@@ -1,0 +1,345 @@
+// A study as a page that opens from disk: its figure, and behind every mark recorded
+// runs. A click plays the run of a mark; a drag across the figure leafs through the
+// runs at the same step. An address that ends in ?embed shows figure and run alone.
+
+import { button, make, unitText } from "./dom.js";
+import { download } from "./files.js";
+import { Player } from "./player.js";
+import { estimated, Plotted } from "./plotted.js";
+
+/** @import { Recording, State } from "./protocol.d.ts" */
+/**
+ * @import {
+ *   SupplementData,
+ *   SupplementFront,
+ *   SupplementRun,
+ * } from "./supplement.d.ts"
+ */
+
+const VERIFIED =
+  "Run again for this page: every number equals the stored one, bit for" +
+  " bit.";
+const SECONDS = 12; // that a run takes on the page, about
+const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000];
+const HATCHED = "Hatched: the interval of the cell has the means of all its" +
+  " neighbours in it.";
+const WAYS = "Click a point to play its run. Drag across the figure, or use the arrow" +
+  " keys, to leaf through the runs at the same step; Enter plays.";
+
+/** @param {string} text */
+const paragraph = (text, className = "") => make("p", { textContent: text, className });
+
+class Supplement {
+  place = 0; // of the chosen point
+  /** @type {SupplementRun | null} */
+  run = null; // the one on the stage
+
+  /** @param {HTMLElement} root @param {SupplementData} data */
+  constructor(root, data) {
+    this.root = root;
+    this.data = data;
+    this.role = data.role; // of the trials that are shown
+    this.plotted = new Plotted(data, (place, clicked) => this.choose(place, clicked));
+    this.reading = make("p", { className: "told", role: "status" });
+    this.roles = make("div", {
+      className: "roles row",
+      role: "group",
+      "aria-label": "which trial of the point",
+    });
+    this.again = make("pre", { tabIndex: 0 });
+    const room = make("div", { className: "room" });
+    const figure = make(
+      "figure",
+      { className: "chart" },
+      this.legend(),
+      this.plotted.element,
+      this.reading,
+      this.roles,
+      make(
+        "figcaption",
+        {},
+        paragraph(data.figure.note),
+        ...(data.figure.form === "cells" ? [paragraph(HATCHED)] : []),
+        paragraph(WAYS, "ways"),
+      ),
+    );
+    root.append(make("div", { className: "stand" }, figure, room));
+    this.player = new Player(root, room);
+    this.lacking = make("p", { className: "lacking", hidden: true });
+    this.player.canvas.after(this.lacking);
+    this.table = new Numbers(data, (place) => this.choose(place, true));
+    root.prepend(above(data.front));
+    root.append(this.table.element, ...this.below());
+    document.addEventListener("keydown", (event) => this.player.key(event));
+    const first = data.points.findIndex(({ runs }) => runs.length > 0);
+    this.choose(first, false);
+    this.print();
+  }
+
+  legend() {
+    const { by } = this.data.figure;
+    if (!by) return make("span", { hidden: true });
+    const entries = by.values.map((value, i) =>
+      make("li", { className: `colour-${i % 7}`, textContent: value })
+    );
+    const name = make("span", { textContent: by.label });
+    return make("div", { className: "key" }, name, make("ul", {}, ...entries));
+  }
+
+  // Shows the run of a point at the step that was on the screen. A click plays it, from
+  // its beginning where it was at its end.
+  /** @param {number} place @param {boolean} clicked */
+  choose(place, clicked) {
+    this.place = place;
+    this.plotted.show(place);
+    this.table.show(place);
+    const { points, runs } = this.data;
+    const own = points[place].runs.map((one) => runs[one]);
+    const run = own.find(({ roles }) => roles.includes(this.role)) ?? own[0] ?? null;
+    this.tell(own, run);
+    this.lacking.hidden = run !== null;
+    this.lacking.textContent = points[place].why;
+    if (run) this.load(run);
+    if (run && clicked) this.player.obey({ type: "run" });
+    if (!run) this.player.obey({ type: "pause" });
+  }
+
+  /** @param {SupplementRun[]} own @param {SupplementRun | null} shown */
+  tell(own, shown) {
+    const { figure, points, rows } = this.data;
+    const row = rows[this.place];
+    const count = row[`${figure.column}_n`];
+    this.reading.textContent = `${points[this.place].words}: ${
+      estimated(row, figure)
+    }, ${count === 1 ? "1 trial" : `${count} trials`}.`;
+    this.roles.hidden = own.length < 2;
+    this.roles.replaceChildren(
+      ...own.map((run) => {
+        const pick = () => this.pick(run.roles[0]);
+        const words = run.roles.join(" and ");
+        const one = make("button", { type: "button", on: { click: pick } }, words);
+        one.setAttribute("aria-pressed", String(run === shown));
+        return one;
+      }),
+    );
+  }
+
+  /** @param {string} role */
+  pick(role) {
+    this.role = role;
+    this.choose(this.place, true);
+  }
+
+  /** @param {SupplementRun} run */
+  load(run) {
+    if (run === this.run) return;
+    const { player } = this;
+    const { step } = player;
+    const going = player.run?.state.running ?? false;
+    this.run = run;
+    player.play(this.recording(run));
+    player.obey({ type: "seek", frame: step });
+    if (going) player.obey({ type: "run" });
+    const { front, study } = this.data;
+    const last = `sweep view ${study} ${run.trial}`;
+    this.again.textContent = [...front.run.slice(0, -1), last].join("\n");
+  }
+
+  /** @param {SupplementRun} run @returns {Recording} */
+  recording(run) {
+    const { figure, scenes, spec } = this.data;
+    const { metric } = figure;
+    return {
+      groups: [],
+      metrics: [{ ...metric, unit: unitText(metric.unit), published: [] }],
+      state: this.state(run),
+      scene: scenes[run.scene],
+      senses: run.senses,
+      spec,
+      steps: run.steps,
+      values: { [metric.name]: run.values },
+      about: {},
+      frames: run.frames,
+    };
+  }
+
+  /** @param {SupplementRun} run @returns {State} */
+  state(run) {
+    const { figure: { metric }, points, study } = this.data;
+    const { steps, values, stored, every, roles, replicate } = run;
+    const last = steps[steps.length - 1];
+    const replayed = values[values.length - 1];
+    const known = stored !== null && replayed !== null;
+    const among = `the ${roles.join(" and ")} of its trials, replicate ${replicate}`;
+    const which = `${points[this.place].words}, ${among}`;
+    const recorded = every > 1 ? `A frame is kept every ${every} steps.` : "";
+    return {
+      type: "state",
+      model: "",
+      preset: "",
+      settings: {},
+      changed: [],
+      shapes: null,
+      seed: 0,
+      running: false,
+      speed: SPEEDS.find((speed) => speed * SECONDS >= last) ?? 1000,
+      step: 0,
+      steps: last,
+      past: [steps[0], last],
+      undo: "",
+      redo: "",
+      exact: true,
+      note: "",
+      sweeps: {},
+      selected: null,
+      overlays: [],
+      plots: [metric.name],
+      trial: null,
+      files: {},
+      replay: {
+        study,
+        trial: run.trial,
+        which,
+        frames: [steps[0], last, 1],
+        equal: true,
+        words: [VERIFIED, recorded, ...run.notes].filter(Boolean).join(" "),
+        metrics: known ? { [metric.name]: { stored, replayed } } : {},
+        recorded: true,
+      },
+    };
+  }
+
+  // What stands below the numbers.
+  below() {
+    const { front, spec } = this.data;
+    const copy = () => navigator.clipboard.writeText(this.again.textContent ?? "");
+    const save = button(
+      "save",
+      "Save as spec.yaml",
+      () => download("spec.yaml", "text/yaml", spec),
+      "Save as spec.yaml",
+    );
+    const lines = make("ul", {}, ...front.cite.map((one) => make("li", {}, one)));
+    const origin = front.origin.flatMap(([name, words]) => [
+      make("dt", { textContent: name }),
+      make("dd", { textContent: words }),
+    ]);
+    return [
+      make(
+        "section",
+        { className: "about" },
+        make("h2", { textContent: "Run it yourself" }),
+        this.again,
+        make("div", { className: "row" }, button("copy", "Copy", copy, "Copy"), save),
+        paragraph(front.needs),
+        make(
+          "details",
+          {},
+          make("summary", { textContent: "spec.yaml" }),
+          make("pre", { textContent: spec, tabIndex: 0 }),
+        ),
+      ),
+      make(
+        "footer",
+        { className: "about" },
+        make("h2", { textContent: "How to cite" }),
+        lines,
+        make("h2", { textContent: "Licence" }),
+        paragraph(`Of these data: ${front.licence}.`),
+        make("h2", { textContent: "Origin" }),
+        make("dl", {}, ...origin),
+      ),
+    ];
+  }
+
+  // On paper colours are those of a light page, and everything is open.
+  print() {
+    const { player, root } = this;
+    /** @param {string} scheme */
+    const dress = (scheme) => {
+      root.style.colorScheme = scheme;
+      player.stage.readColours();
+      player.stage.draw();
+      player.charts.draw(player.step);
+    };
+    addEventListener("beforeprint", () => {
+      dress("light");
+      for (const one of root.querySelectorAll("details")) one.open = true;
+    });
+    addEventListener("afterprint", () => dress(""));
+  }
+}
+
+/** @param {SupplementFront} front */
+function above({ title, authors, doi, caption }) {
+  const head = make("header", {}, make("h1", { textContent: title }));
+  if (authors.length) head.append(paragraph(authors.join(", "), "authors"));
+  if (doi) {
+    const href = `https://doi.org/${doi}`;
+    const link = make("a", { href, textContent: href, rel: "noreferrer" });
+    head.append(make("p", {}, link));
+  }
+  if (caption) head.append(paragraph(caption, "caption"));
+  return head;
+}
+
+// The table of the means: the very numbers of `sweep table --json`.
+class Numbers {
+  /** @param {SupplementData} data @param {(place: number) => void} play */
+  constructor(data, play) {
+    const { figure: { column, label }, headings, points, rows } = data;
+    const names = [column, `${column}_low`, `${column}_high`, `${column}_n`];
+    const words = [label, "95 % low", "95 % high", "trials with a value", "not done"];
+    const columns = [...headings, ...names, "not_done"];
+    const head = [...headings.map((name) => name.replaceAll("_", " ")), ...words];
+    this.rows = rows.map((row, place) => {
+      const act = () => play(place);
+      const can = points[place].runs.length > 0;
+      const first = can
+        ? button("play", `Play ${points[place].words}`, act, "", { className: "quiet" })
+        : "";
+      const cells = columns.map((name) =>
+        make("td", { textContent: row[name] === null ? "–" : String(row[name]) })
+      );
+      return make("tr", {}, make("td", {}, first), ...cells);
+    });
+    const titles = ["", ...head].map((textContent) =>
+      textContent
+        ? make("th", { scope: "col", textContent })
+        : make("td", { "aria-hidden": "true" })
+    );
+    this.element = make(
+      "details",
+      { className: "means", open: true },
+      make("summary", { textContent: "The numbers" }),
+      make(
+        "div",
+        { className: "scrolls", tabIndex: 0, role: "region", "aria-label": "numbers" },
+        make(
+          "table",
+          {},
+          make("thead", {}, make("tr", {}, ...titles)),
+          make("tbody", {}, ...this.rows),
+        ),
+      ),
+    );
+    this.shown = 0;
+  }
+
+  /** @param {number} place */
+  show(place) {
+    this.rows[this.shown].removeAttribute("aria-current");
+    this.rows[place].setAttribute("aria-current", "true");
+    this.shown = place;
+  }
+}
+
+const main = document.querySelector("main");
+const content = document.getElementById("data")?.textContent;
+if (main && content) {
+  const embedded = new URLSearchParams(location.search).has("embed");
+  const root = make("div", { className: "boidsweep supplement" });
+  root.classList.toggle("embedded", embedded);
+  main.append(root);
+  window.supplement = new Supplement(root, JSON.parse(content));
+}

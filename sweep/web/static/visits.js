@@ -1,0 +1,88 @@
+// Counts from the frames of a recording how often boids were at each pixel, as the
+// kernels do.
+
+import { OBSTACLE_PIXEL, placeX, placeY } from "./frames.js";
+
+/** @import { Coverage, Frame } from "./frames.js" */
+/** @import { Obstacle, Pixels, Scene } from "./protocol.d.ts" */
+/** @import { Tape } from "./tape.js" */
+
+const MOST = 254;
+
+export class Visits {
+  /** @param {Tape} tape @param {Pixels} pixels @param {Scene} scene */
+  constructor(tape, pixels, scene) {
+    this.tape = tape;
+    this.pixels = pixels;
+    this.empty = new Uint8Array(pixels.rows * pixels.columns);
+    for (const obstacle of scene.obstacles) this.block(obstacle);
+    this.visits = this.empty.slice();
+    this.place = 0; // the start is no visit
+  }
+
+  // Pixels that lie strictly within an obstacle are not visited.
+  /** @param {Obstacle} obstacle */
+  block([x, y, halfWidth, halfHeight, round]) {
+    const { per_length: scale } = this.pixels;
+    this.each(
+      [(x - halfWidth) * scale, (x + halfWidth) * scale],
+      [(y - halfHeight) * scale, (y + halfHeight) * scale],
+      (column, row, at) => {
+        const [dx, dy] = [column / scale - x, row / scale - y];
+        const inside = round
+          ? dx * dx + dy * dy < halfWidth * halfWidth
+          : Math.abs(dx) < halfWidth && Math.abs(dy) < halfHeight;
+        if (inside) this.empty[at] = OBSTACLE_PIXEL;
+      },
+    );
+  }
+
+  // Calls `act` for all pixels of the world between two columns and two rows.
+  /**
+   * @param {[low: number, high: number]} across
+   * @param {[low: number, high: number]} along
+   * @param {(column: number, row: number, at: number) => void} act
+   */
+  each([left, right], [low, high], act) {
+    const { columns, rows } = this.pixels;
+    const [first, last] = [
+      Math.max(0, Math.ceil(left)),
+      Math.min(columns - 1, Math.floor(right)),
+    ];
+    const top = Math.min(rows - 1, Math.floor(high));
+    for (let row = Math.max(0, Math.ceil(low)); row <= top; row++) {
+      for (let column = first; column <= last; column++) {
+        act(column, row, row * columns + column);
+      }
+    }
+  }
+
+  // The visits in the frames up to `place`.
+  /** @param {number} place @returns {Coverage} */
+  until(place) {
+    if (place < this.place) {
+      this.visits.set(this.empty);
+      this.place = 0;
+    }
+    while (this.place < place) this.mark(this.tape.frame(++this.place));
+    const { rows, columns } = this.pixels;
+    return { rows, columns, visits: this.visits };
+  }
+
+  /** @param {Frame} frame */
+  mark(frame) {
+    const { per_length: scale, radius, truncated } = this.pixels;
+    for (let i = 0; i < frame.n; i++) {
+      let [x, y] = [placeX(frame, i) * scale, placeY(frame, i) * scale];
+      if (truncated) [x, y] = [Math.trunc(x), Math.trunc(y)];
+      this.each(
+        [x - radius, x + radius],
+        [y - radius, y + radius],
+        (column, row, at) => {
+          const near = (column - x) ** 2 + (row - y) ** 2 <= radius * radius;
+          if (near && this.visits[at] < MOST) this.visits[at]++;
+        },
+      );
+    }
+  }
+}

@@ -1,0 +1,203 @@
+"""Two runs side by side on one clock."""
+
+import struct
+from contextlib import suppress
+
+from sweep.errors import SpecError
+from sweep.web import messages
+from sweep.web.filing import Make
+from sweep.web.history import Cursor
+from sweep.web.messages import Hello, Message
+from sweep.web.protocol import Reply
+from sweep.web.show import RunShow
+
+MAGIC = b"BSF2"
+HEAD = struct.Struct("<4sI")
+SHARED = (
+    messages.StartRun
+    | messages.Pause
+    | messages.Step
+    | messages.Reset
+    | messages.Continue
+    | messages.Speed
+    | messages.Seek
+)
+"""What both runs do, whichever one is asked."""
+
+
+class Twin:
+    """A Show of two runs, live or stored ones. Both are at the same step whenever
+    somebody looks. So they stop where the first of them ends or diverges.
+    """
+
+    def __init__(self, first: RunShow, second: RunShow) -> None:
+        self.sides = first, second
+        self.stopped: tuple[int, dict[int, str]] = -1, {}
+        for side in self.sides:
+            side.pause()
+        self._level(self.step)
+
+    @property
+    def step(self) -> int:
+        """The steps done by both."""
+        return min(side.step for side in self.sides)
+
+    @property
+    def version(self) -> int:
+        return sum(side.version for side in self.sides)
+
+    @property
+    def going(self) -> bool:
+        return all(side.going for side in self.sides)
+
+    @property
+    def running(self) -> bool:
+        return all(side.running for side in self.sides)
+
+    @property
+    def speed(self) -> float:
+        return self.sides[0].speed
+
+    def side(self, number: int) -> RunShow:
+        """The first or the second run. Raises SpecError for another number."""
+        if number >= len(self.sides):
+            raise SpecError(f"there is no run {number}; there are runs 0 and 1")
+        return self.sides[number]
+
+    def greeting(self) -> list[Reply]:
+        """The messages of both for a page that has just come."""
+        return [
+            reply
+            for number, side in enumerate(self.sides)
+            for reply in _of(number, side.greeting())
+            if reply["type"] != "state"
+        ] + self.states()
+
+    def states(self) -> list[Reply]:
+        """The state of each run, which ends where the first one does."""
+        states = [side.status() for side in self.sides]
+        ends = [self._ended(*one) for one in enumerate(states)]
+        first, last = self._past
+        clock = {
+            "steps": min(state["steps"] for state in states),
+            "past": [first, last],
+            "running": self.running,
+        }
+        return [
+            _clipped(state, last) | clock | {"side": number, "ended": end}
+            for number, (state, end) in enumerate(zip(states, ends, strict=True))
+        ]
+
+    def _ended(self, number: int, state: Reply) -> str:
+        """Why a run goes no further than where both are; "" where it does."""
+        step, words = self.stopped
+        if step == self.step and number in words:
+            return words[number]
+        replay = state["replay"]
+        last = replay["frames"][1] if replay else state["steps"]
+        return f"ended at step {last:,}" if self.step >= last else ""
+
+    @property
+    def _past(self) -> tuple[int, int]:
+        """The first and the last step that both can go to."""
+        firsts, lasts = zip(*(side.past for side in self.sides), strict=True)
+        return max(firsts), min(lasts)
+
+    def waiting(self, message: Message) -> str:
+        """What the page is told while it waits for the run that is asked."""
+        return self.side(message.side).waiting(message)
+
+    def restore(self, hello: Hello) -> None:
+        """Show what a page has kept, as the first run."""
+        self.sides[0].restore(hello)
+        self._level(self.step)
+
+    def export(self, kind: str) -> Make:
+        """A file of the first run."""
+        return self.sides[0].export(kind)
+
+    def handle(self, message: Message) -> list[Reply]:
+        """Do what the page asks: both runs what is about their clock, one of them what
+        is about itself. If that brings one to another step, the other one follows.
+        """
+        step, going = self.step, self.running
+        if isinstance(message, SHARED):
+            replies = self._both(message)
+        else:
+            side = self.side(message.side)
+            replies = _of(message.side, side.handle(message))
+            if side.step != step:
+                self._level(side.step)
+        if going and not isinstance(message, SHARED) and not self.running:
+            with suppress(SpecError):
+                self._both(messages.StartRun())
+        return [reply for reply in replies if reply["type"] != "state"] + self.states()
+
+    def _both(self, message: Message) -> list[Reply]:
+        replies: list[Reply] = []
+        try:
+            for number, side in enumerate(self.sides):
+                replies += _of(number, side.handle(message))
+        except SpecError:
+            for side in self.sides:
+                side.pause()
+            raise
+        finally:
+            self._level(self.step)
+        return replies
+
+    def _level(self, step: int) -> None:
+        """Bring both to a step, or to the nearest one that both can go to."""
+        if all(side.step == step and not side.diverged for side in self.sides):
+            return
+        first, last = self._past
+        for side in self.sides:
+            side.seek(min(max(step, first), last))
+
+    def advance(self, steps: int) -> object:
+        """Take up to `steps` steps with both, as many as the slower one takes."""
+        first, second = self.sides
+        first.advance(steps)
+        while second.going and second.step < first.step and not second.diverged:
+            second.advance(first.step - second.step)
+        notes = {
+            number: str(side.status()["note"])
+            for number, side in enumerate(self.sides)
+            if side.diverged
+        }
+        self._level(self.step)
+        if notes:
+            self.stopped = self.step, notes
+        if not self.going:
+            for side in self.sides:
+                side.pause()
+        return None
+
+    def picture(self) -> bytes:
+        """Both frames: BSF2, u32 the bytes of the first, the first, the second."""
+        first, second = (side.picture() for side in self.sides)
+        return HEAD.pack(MAGIC, len(first)) + first + second
+
+    def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
+        """What is new of both."""
+        replies: list[Reply] = []
+        each = list[Cursor]()
+        before = cursor.each or (Cursor(), Cursor())
+        for number, (side, known) in enumerate(zip(self.sides, before, strict=True)):
+            news, now = side.news(known)
+            replies += _of(number, news)
+            each.append(now)
+        return replies, cursor._replace(each=tuple(each))
+
+
+def _clipped(state: Reply, last: int) -> Reply:
+    """The state of a stored trial that is played up to a step; another as it is."""
+    if not state["replay"]:
+        return state
+    first, _, every = state["replay"]["frames"]
+    return state | {"replay": state["replay"] | {"frames": [first, last, every]}}
+
+
+def _of(number: int, replies: list[Reply]) -> list[Reply]:
+    """The messages of one of the runs."""
+    return [reply | {"side": number} for reply in replies]

@@ -1,0 +1,87 @@
+"""What the first trial of a process costs, as that of a worker: processor seconds, with
+kernels that are compiled already; and what each later trial costs besides its steps.
+"""
+
+import pickle
+import subprocess
+import sys
+import time
+from statistics import median
+
+from kernels.models import MODELS
+from sweep.design.jobs import Job
+from sweep.trial.simulation import Simulation, run
+from tests import ROOT
+from tests.bench.cases import BEST, covering
+from tests.builders import job
+
+PROCESSES, TRIALS = 5, 50
+PROGRAM = """
+import pickle, sys, time
+import numpy, numba
+libraries = time.process_time()
+import sweep.workers.checkpoint, sweep.workers.worker
+from sweep.trial.simulation import run
+imported = time.process_time()
+job = pickle.load(sys.stdin.buffer)
+assert run(job).status == "done"
+print(libraries, imported, time.process_time())
+"""
+
+
+def seconds(job: Job) -> list[float]:
+    """Processor seconds of a new process: until numpy and numba are imported, until all
+    is imported, and until the first trial is done.
+    """
+    finished = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        input=pickle.dumps(job),
+        capture_output=True,
+        check=True,
+        cwd=ROOT,
+    )
+    return list(map(float, finished.stdout.split()))
+
+
+class Metered(Simulation):
+    """A simulation that knows the processor time of its steps."""
+
+    flown = 0.0
+
+    def advance(self, steps: int) -> bool:
+        """Take steps, and note how long that takes."""
+        began = time.thread_time()
+        try:
+            return super().advance(steps)
+        finally:
+            self.flown += time.thread_time() - began
+
+
+def besides(one: Job) -> float:
+    """Processor seconds of a trial besides its steps."""
+    began = time.thread_time()
+    simulation = Metered(one)
+    simulation.result(time.perf_counter())
+    return time.thread_time() - began - simulation.flown
+
+
+def first() -> None:
+    """A line a model; then the trials of the gain study, one after the other."""
+    jobs = {model: job(model, steps=1) for model in MODELS}
+    for one in jobs.values():
+        run(one)
+    rounds = [
+        {model: seconds(one) for model, one in jobs.items()} for _ in range(PROCESSES)
+    ]
+    for model in MODELS:
+        libraries, imported, whole = (
+            median(times) for times in zip(*(one[model] for one in rounds), strict=True)
+        )
+        print(
+            f"first, {model:16} {whole:.2f} s: numpy and numba {libraries:.2f}, ours"
+            f" {imported - libraries:.2f}, the trial {whole - imported:.2f}"
+        )
+    for n in (50, 100):
+        one = covering("cafeteria", n, 1500, BEST["cafeteria"])
+        taken = median(besides(one) for _ in range(TRIALS))
+        print(f"each, cafeteria, N={n:<4} {taken * 1e3:.2f} ms besides its steps")

@@ -1,0 +1,4 @@
+#include "flight.hpp"
+
+extern "C" int fly(Flight* flight) { return flight->fly(); }
+extern "C" void end(Flight* flight) { delete flight; }

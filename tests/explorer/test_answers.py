@@ -1,0 +1,249 @@
+"""What the page is told: the numbers of `sweep table` and of the figures; and nothing
+for a question that is none.
+"""
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from sweep.errors import ChoiceError, UserError
+from sweep.explorer.asking import MOST_CHARACTERS, MOST_VALUES, AskPoints, read
+from sweep.explorer.site import QUESTIONS, site_of
+from sweep.explorer.trials import looked_at
+from sweep.explorer.watching import Watched
+from sweep.figures import kinds, marks
+from sweep.store.lock import Lock
+from sweep.store.places import place_of
+from sweep.tables.stored_study import StoredStudy
+from tests import plotted
+from tests.commands import sweep
+from tests.studies import IMPOSSIBLE, SMALL, launched
+from tests.studies import read as study_of
+
+CHOICES: dict[str, list[tuple[str, str]]] = {
+    "all": [],
+    "sorted": [("metric", "speed"), ("sort", "speed:desc")],
+    "half": [("half", "yes"), ("metric", "speed")],
+}
+
+
+def told(results: Path, question: str, *pairs: tuple[str, str]) -> dict[str, Any]:
+    """An answer, as the page reads it."""
+    answer = site_of(Watched(results)).answers[question](pairs)
+    found: dict[str, Any] = json.loads(json.dumps(answer, allow_nan=False))
+    return found
+
+
+def printed(command: str) -> str:
+    """What a command that the page shows prints, in JSON."""
+    done = sweep(Path.cwd(), *shlex.split(command)[1:], "--json")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("choice", CHOICES)
+@pytest.mark.parametrize("name", plotted.SPECS)
+def test_every_number_of_the_table_is_that_of_sweep_table(
+    name: str, choice: str
+) -> None:
+    results = plotted.study(name).store.folder.parent
+    metric = plotted.study(name).metrics[0]
+    pairs = [(key, value.replace("speed", metric)) for key, value in CHOICES[choice]]
+    answer = told(results, "points", ("study", name), *pairs)
+    assert answer["rows"] == json.loads(printed(answer["command"]))
+    assert len(answer["cells"]) == len(answer["points"]) == answer["total"]
+
+
+@pytest.mark.parametrize("name", plotted.SPECS)
+def test_the_marks_of_points_are_their_rows_of_the_table(name: str) -> None:
+    """Of each kind that suits: mean, interval and number of trials."""
+    study = plotted.study(name)
+    results = study.store.folder.parent
+    table = told(results, "points", ("study", name))
+    rows = dict(zip(table["points"], table["rows"], strict=True))
+    first = told(results, "figure", ("study", name))
+    checked = 0
+    for kind, about in first["kinds"].items():
+        if about["why_not"]:
+            continue
+        figure = told(results, "figure", ("study", name), ("kind", kind))
+        for panel in figure["panels"]:
+            metric = figure["metrics"][-1].rstrip("+-")
+            for mark in _dots(panel):
+                if panel["x"]["name"] == "frame" or " " in mark["point"]:
+                    continue
+                row = rows[mark["point"]]
+                assert (mark["y"], mark["n"]) == (row[metric], row[f"{metric}_n"])
+                if "low" in mark:
+                    ends = (row[f"{metric}_low"], row[f"{metric}_high"])
+                    assert (mark["low"], mark["high"]) == ends
+                checked += 1
+    assert checked >= len(study.points)
+
+
+def _dots(panel: dict[str, Any]) -> list[dict[str, Any]]:
+    columns, data = panel["marks"]["columns"], panel["marks"]["data"]
+    return [dict(zip(columns, row, strict=True)) for row in data]
+
+
+@pytest.mark.parametrize("name", ["small", "grid", "searched"])
+def test_the_command_below_a_figure_draws_that_figure(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One figure, of the same kind and metric, that says the same of itself."""
+    seen: list[tuple[str, str]] = []
+
+    def drawn(_: StoredStudy, plot: kinds.Plot, *__: object) -> list[Path]:
+        seen.extend((kind, plotted.shown(one.draw())) for kind, one in plot.figures)
+        return []
+
+    monkeypatch.setattr(kinds, "draw_figures", drawn)
+    results = plotted.study(name).store.folder.parent
+    given = [("study", name), ("half", "yes"), ("where", "separation_weight < 1.5")]
+    figure = told(results, "figure", *given)
+    done = sweep(results, *shlex.split(figure["command"])[1:])
+    assert done.returncode == 0, done.stderr
+    assert seen == [(figure["kind"], figure["note"].replace("\n", " "))]
+
+
+def test_no_more_marks_leave_the_server_than_allowed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    results = plotted.study("drawn").store.folder.parent
+    asked = [("study", "drawn"), ("x", "separation_weight")]
+    whole = told(results, "figure", *asked, ("kind", "scatter"))
+    monkeypatch.setattr(marks, "MOST_MARKS", 20)
+    few = told(results, "figure", *asked, ("kind", "scatter"))
+    assert [len(one["panels"][0]["marks"]["data"]) for one in (whole, few)] == [60, 20]
+    assert few["thinned"] == "1 of 3 marks of 60"
+    monkeypatch.setattr(marks, "MOST_MARKS", 5)
+    with pytest.raises(ChoiceError, match="18 cells; allowed: up to 5"):
+        told(results, "figure", *asked[:1], ("kind", "heatmap"))
+
+
+def test_trials_that_are_not_done_come_first_then_worst_median_best() -> None:
+    found = pd.DataFrame(
+        {
+            "status": ["done", "failed", "done", "done", "done"],
+            "speed": [3.0, float("nan"), 1.0, 2.0, float("nan")],
+        }
+    )
+    more = looked_at(found, "speed", high=True)
+    assert list(more.index) == [1, 2, 3, 0, 4]
+    assert list(more["part"]) == ["", "worst", "median", "best", ""]
+    less = looked_at(found, "speed", high=False)
+    assert list(less["part"]) == ["", "worst", "median", "best", ""]
+    assert list(less.index) == [1, 0, 3, 2, 4]
+
+
+def test_the_trials_of_a_point_are_its_stored_ones() -> None:
+    study = plotted.study("small")
+    results = study.store.folder.parent
+    point = str(study.points.index[1])
+    answer = told(results, "trials", ("study", "small"), ("point", point))
+    own = study.trials[study.trials["point"] == point].set_index("trial_id")
+    assert {one["trial_id"] for one in answer["rows"]} == set(own.index)
+    for row in answer["rows"]:
+        assert row["value"] == pytest.approx(
+            own.loc[row["trial_id"], "speed"], abs=1e-9
+        )
+        assert row["replay"] == f"sweep replay small {row['trial_id']}"
+    with pytest.raises(ChoiceError, match="unknown point"):
+        told(results, "trials", ("study", "small"), ("point", "x"))
+
+
+def test_failures_are_grouped_and_come_first(tmp_path: Path) -> None:
+    launched(IMPOSSIBLE, tmp_path)
+    state = told(tmp_path, "state", ("study", "small"))
+    (cause,) = state["causes"]
+    assert (cause["status"], cause["trials"], state["counts"]) == (
+        "failed",
+        6,
+        {"failed": 6},
+    )
+    assert state["strip"]["marks"] == [1] * 6
+    rows = told(tmp_path, "trials", ("study", "small"))["rows"]
+    assert {row["error"] for row in rows} == {cause["cause"]}
+    with pytest.raises(UserError, match="no trial is done"):
+        told(tmp_path, "figure", ("study", "small"))
+
+
+def test_a_launch_is_seen_while_it_runs_and_only_what_is_new_is_read(
+    tmp_path: Path,
+) -> None:
+    study = launched(SMALL, tmp_path)
+    watched = Watched(tmp_path)
+    ask = site_of(watched).answers["state"]
+    first = ask([("study", "small")])
+    same = ask([("study", "small"), ("seen", first["revision"])])
+    assert same == {"revision": first["revision"], "running": []}
+    with Lock(place_of(study.store.folder, tmp_path)):
+        assert len(ask([("study", "small")])["running"]) == 1
+    launched(SMALL.replace("replicates: 3", "replicates: 4"), tmp_path)
+    more = ask([("study", "small"), ("seen", first["revision"])])
+    assert more["revision"] != first["revision"]
+    assert more["counts"] == {"done": 8}
+
+
+def test_looking_writes_nothing(tmp_path: Path) -> None:
+    launched(SMALL, tmp_path)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    for question in ("studies", "state", "points", "trials", "figure"):
+        pairs = [] if question == "studies" else [("study", "small")]
+        told(tmp_path, question, *pairs)
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+
+
+def test_the_spec_of_a_trial_launches_it_again() -> None:
+    study = plotted.study("small")
+    row = study.trials.iloc[-1]
+    pairs = [("study", "small"), ("trial", str(row["trial_id"]))]
+    answer = told(study.store.folder.parent, "spec", *pairs)
+    again = study_of(answer["yaml"])
+    assert (answer["replicate"], again.trials_per_point) == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "words"),
+    [
+        ([], 'lacks the key "study"'),
+        ([("study", "small"), ("stduy", "a")], "unknown key of the question"),
+        ([("study", "a"), ("study", "b")], "study stands 2 times; allowed: once"),
+        ([("study", "a"), ("page", "-1")], "a whole number from 0"),
+        ([("study", "a"), ("page", "9" * 30)], "a whole number from 0"),
+        ([("study", "a"), ("half", "maybe")], "allowed: yes, no"),
+        ([("study", "a" * (MOST_CHARACTERS + 1))], "characters"),
+        ([("study", "a"), *[("metric", "x")] * (MOST_VALUES + 1)], "more than 100"),
+    ],
+)
+def test_what_is_no_question_is_refused(
+    pairs: list[tuple[str, str]], words: str
+) -> None:
+    with pytest.raises(ChoiceError, match=words):
+        read(AskPoints, pairs)
+
+
+@pytest.mark.parametrize("question", sorted(QUESTIONS.keys() - {"studies"}))
+@pytest.mark.parametrize("name", ["../up", "/etc", "a//b", "", "small\x00", "lacking"])
+def test_a_name_leads_nowhere_else(question: str, name: str, tmp_path: Path) -> None:
+    pairs = [("study", name), *([("trial", "a")] if question == "spec" else [])]
+    with pytest.raises(UserError):
+        told(tmp_path, question, *pairs)
+
+
+def test_a_narrow_study_has_the_means_of_the_whole(tmp_path: Path) -> None:
+    study = launched(SMALL, tmp_path)
+    narrow = StoredStudy("small", tmp_path).narrow(["speed"])
+    names = ["speed", "speed_mean"]
+    assert narrow.means(names).equals(study.means(names))
+    assert (narrow.units["speed"], narrow.distributions) == (
+        study.units["speed"],
+        study.distributions,
+    )
+    chosen = narrow.where("n=12", "separation_weight > 0.6")
+    assert len(chosen.trials) == 3
+    assert "dispersion" not in narrow.trials
