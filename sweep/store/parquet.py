@@ -116,31 +116,6 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
             yield file.read_row_group(group)
 
 
-def load_trials(
-    part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None
-) -> pa.Table:
-    """Some rows of a table of a part. If it has none of the trials, only their ids are
-    read.
-
-        part       the part
-        name       the table
-        columns    the columns; None for all
-        trial_ids  the trials whose rows are wanted; None for all
-
-    Raises UnreadableError for a damaged file.
-    """
-    if trial_ids is None:
-        return load_table(part, name, columns)
-    present = load_table(part, "trials", ["trial_id"])["trial_id"]
-    if pc.any(pc.is_in(present, value_set=trial_ids), min_count=0).as_py():
-        table = load_table(part, name, columns)
-        return table.filter(pc.is_in(table["trial_id"], value_set=trial_ids))
-    schema = stored_schema(part / f"{name}.parquet")
-    return schema.empty_table().select(
-        [column for column in schema.names if columns is None or column in columns]
-    )
-
-
 def stored_schema(path: Location) -> pa.Schema:
     """The schema of a file. Raises StoreError for a damaged one."""
     with opened(path) as file:

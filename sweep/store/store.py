@@ -52,14 +52,15 @@ from sweep.store.parquet import (
     check_part,
     each,
     load_table,
-    load_trials,
     opened,
     pieces,
     stored_schema,
     table_writer,
 )
 from sweep.store.places import place_of
+from sweep.store.placed import PlacedTrials, in_order, load_each, placed_trials
 from sweep.store.regular import read_whole
+from sweep.store.uniting import united
 
 T = TypeVar("T")
 
@@ -155,7 +156,7 @@ class Store:
             else list(dict.fromkeys(["trial_id", *columns, *optional]))
         )
         union = self.steadily(
-            lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted)
+            lambda parts: united(_current(parts, table, wanted, trial_ids), wanted)
         )
         if columns is None:
             return union
@@ -165,6 +166,27 @@ class Store:
             )
         there = [name for name in optional if name in union.column_names]
         return union.select([*columns, *there])
+
+    def placed(self, trial_ids: pa.Array) -> PlacedTrials:
+        """Where the rows of these trials lie, for `columns`. Raises StoreError for a
+        damaged part.
+        """
+        return self.steadily(lambda parts: placed_trials(parts, trial_ids))
+
+    def columns(self, placed: PlacedTrials, names: Sequence[str]) -> pa.Table:
+        """The ids of trials that were placed, in the order in which they were asked
+        for, and those of these columns that any of their parts has.
+
+        Raises StoreError for a damaged part, and where parts were merged or deleted
+        since: then place them again.
+        """
+        return patiently(lambda: in_order(placed, names))
+
+    def schema(self, table: str) -> pa.Schema:
+        """The columns of a table that any part has, and what the newest part says of
+        them; no row is read. Raises StoreError for a damaged part.
+        """
+        return self.steadily(lambda parts: united(_empty(parts, table)).schema)
 
     def compact(self, rows: int = MERGED_ROWS) -> None:
         """Merge parts of fewer than `rows` trials, where their tables and schemas are
@@ -384,50 +406,21 @@ def _current(
     that have it.
     """
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
-    superseded = superseded_rows(parts) if holders else {}
-    wanted = _wanted(holders, only)
-    tables = each(
-        holders, lambda part: load_trials(part, name, columns, wanted.get(part))
-    )
+    if not holders:
+        return []
+    if only is not None:
+        rows = [one for one in placed_trials(parts, only).parts if one.part in {*holders}]
+        return load_each(rows, name, columns)
+    superseded = superseded_rows(parts)
+    tables = each(holders, lambda part: load_table(part, name, columns))
     return [
         without(table, superseded.get(part))
         for part, table in zip(holders, tables, strict=True)
     ]
 
 
-def _wanted(parts: list[Location], only: pa.Array | None) -> dict[Location, pa.Array]:
-    """The trials of each part that are among `only`; a part all of whose trials are is
-    left out. A million ids are looked up at once: for each part again it takes longer
-    than all reading.
-    """
-    if only is None:
-        return {}
-    tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
-    ids = [table["trial_id"].combine_chunks() for table in tables]
-    found = pc.is_in(pa.chunked_array(ids, pa.string()), value_set=only)
-    wanted, start = dict[Location, pa.Array](), 0
-    for part, own in zip(parts, ids, strict=True):
-        mask = found.slice(start, len(own))
-        start += len(own)
-        if not pc.all(mask, min_count=0).as_py():
-            wanted[part] = own.filter(mask.combine_chunks())
-    return wanted
-
-
-def _union(tables: list[pa.Table], columns: list[str] | None) -> pa.Table:
-    """Rows in the order given, metadata of the last table with any; `columns` are
-    those of no table.
-    """
-    if not tables:
-        empty = {name: pa.null() for name in columns or []} | {"trial_id": pa.string()}
-        return pa.schema(empty).empty_table()
-    tables = sorted(tables, key=lambda table: table.num_rows > 0)
-    newest = tables[-1].schema
-    if all(table.schema.equals(newest, check_metadata=True) for table in tables):
-        return pa.concat_tables(tables)
-    schema = pa.unify_schemas(
-        [table.schema for table in reversed(tables)], promote_options="permissive"
-    )
-    return pa.concat_tables(
-        [schema.empty_table(), *tables], promote_options="permissive"
-    )
+def _empty(parts: list[Location], name: str) -> list[pa.Table]:
+    """A table of each of the parts that have it, without rows."""
+    files = [part / f"{name}.parquet" for part in parts]
+    schemas = each([file for file in files if file.exists()], stored_schema)
+    return [schema.empty_table() for schema in schemas]

@@ -28,6 +28,7 @@ from sweep.spec.settings import Setting, settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance, stamps
+from sweep.store.placed import PlacedTrials
 from sweep.store.plan_about import AxisAbout, PlanAbout
 from sweep.store.recordings import measured
 from sweep.store.rows import DISTRIBUTION
@@ -173,24 +174,39 @@ class StoredStudy:
         """Whether `where` has chosen among its trials."""
         return bool(self.chosen or self.conditions)
 
+    @cached_property
+    def placed(self) -> PlacedTrials:
+        """Where the rows of its trials lie, in the order of the spec."""
+        return self.store.placed(self._ids)
+
+    @property
+    def _ids(self) -> pa.Array:
+        return self.plan["trial_id"].combine_chunks()
+
     def narrow(self, metrics: Sequence[str]) -> Self:
         """The same study, whose `trials` have of all columns only `POINT_COLUMNS`, the
         settings that differ and these metrics: of a million trials they are read in a
-        second.
+        second, and others in half of it.
         """
         chosen = [name for name in metrics if name in self.metrics]
         wanted = [*POINT_COLUMNS, *self.varied, *columns_of(chosen)]
-        ids = self.plan["trial_id"].combine_chunks()
-        found = self.store.read(
-            "trials", trial_ids=ids, columns=["trial_id"], optional=wanted
-        )
+        try:
+            found = self.store.columns(self.placed, wanted)
+        except StoreError:  # parts may have been merged since
+            self.placed = self.store.placed(self._ids)
+            found = self.store.columns(self.placed, wanted)
         needed = (*self.varied, *chosen) if found.num_rows else ()
         table = checked(self.name, "trials", found, self.known, needed)
         part = copy.copy(self)
-        part.trials = self._in_order(table) if len(table) else self.trials
+        part.trials = table.to_pandas() if len(table) else self.trials
         part.distributions = self._declared(table.schema)
         part.units = self._units(table.schema)
         return part
+
+    @cached_property
+    def tried(self) -> "pd.Index[str]":
+        """The ids of the points that have a stored trial."""
+        return pd.Index(self.trials["point"].unique())
 
     @cached_property
     def points(self) -> pd.DataFrame:
@@ -370,8 +386,14 @@ class StoredStudy:
     @property
     def series_metrics(self) -> list[str]:
         """The metrics that are stored frame by frame."""
-        stored = self.read("series", pa.array([], pa.string())).column_names
-        return [name for name in stored if name not in ("trial_id", "frame")]
+        names = self._series_schema.names
+        return [name for name in names if name not in ("trial_id", "frame")]
+
+    @property
+    def _series_schema(self) -> pa.Schema:
+        """The columns of `series`, of which no row is read."""
+        empty = self.store.schema("series").empty_table()
+        return self._of_the_spec("series", empty).schema
 
     @property
     def about(self) -> PlanAbout:
@@ -595,9 +617,10 @@ class StoredStudy:
         return self._units(self._table("trials").schema)
 
     def _units(self, trials: pa.Schema) -> dict[str, str]:
-        tables = [trials, self._table("series").schema]
         metadata = {
-            column.name: column.metadata or {} for schema in tables for column in schema
+            column.name: column.metadata or {}
+            for schema in (self._series_schema, trials)
+            for column in schema
         }
         return {
             name: about[b"unit"].decode(errors="replace")
@@ -661,7 +684,7 @@ class StoredStudy:
     @property
     def untried(self) -> int:
         """How many points of the spec have no stored trial."""
-        return len(self.points) - int(self.trials["point"].nunique())
+        return len(self.points) - len(self.tried)
 
     def means(
         self,

@@ -15,7 +15,7 @@ from sweep.spec.study import LAST_STATES
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import PROVENANCE, part_provenance
-from sweep.store.parquet import each, load_table, load_trials, stored_schema
+from sweep.store.parquet import each, load_table, stored_schema
 from sweep.store.recordings import expressions, measured
 from sweep.store.store import Store
 
@@ -118,7 +118,7 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
     names = table_names(part)
     tables = {
-        name: load_trials(part, name, None, ids)
+        name: _rows(part, name, ids)
         for name in names
         if name != LAST_STATES
     }
@@ -130,6 +130,11 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     for place, row in enumerate(rows):
         columns = {name: _columns(found[place]) for name, found in own.items()}
         yield StoredTrial(row, columns, provenance, derive, LAST_STATES in names)
+
+
+def _rows(part: Location, name: str, trial_ids: pa.Array) -> pa.Table:
+    table = load_table(part, name)
+    return table.filter(pc.is_in(table["trial_id"], value_set=trial_ids))
 
 
 def _by_trial(table: pa.Table, trial_ids: pa.Array) -> list[pa.Table]:

@@ -22,7 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sweep.errors import StoreError
-from sweep.store import merging, parquet
+from sweep.store import merging, parquet, placed
 from sweep.store import store as store_module
 from sweep.store import writer as writer_module
 from sweep.store.folders import LEFTOVER_SECONDS
@@ -176,13 +176,13 @@ def test_a_part_without_a_wanted_trial_is_not_read(
 ) -> None:
     append(store, {"a": "1"})
     append(store, {"b": "2"})
-    load, read = parquet.load_table, []
+    load, read = placed.load_table, []
 
     def noted(part: Path, name: str, *columns: Any) -> pa.Table:
         read.append(name)
         return load(part, name, *columns)
 
-    monkeypatch.setattr(parquet, "load_table", noted)
+    monkeypatch.setattr(placed, "load_table", noted)
     assert store.read("series", trial_ids=pa.array(["b"]))["value"].to_pylist() == [
         "2",
         "2",

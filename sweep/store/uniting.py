@@ -1,0 +1,24 @@
+"""Tables of several parts as one: columns are united by name, and types widened."""
+
+from collections.abc import Sequence
+
+import pyarrow as pa
+
+
+def united(tables: Sequence[pa.Table], columns: Sequence[str] | None = None) -> pa.Table:
+    """Rows in the order given, metadata of the last table with any; without a table
+    there are no rows, and `columns`.
+    """
+    if not tables:
+        empty = {name: pa.null() for name in columns or []} | {"trial_id": pa.string()}
+        return pa.schema(empty).empty_table()
+    tables = sorted(tables, key=lambda table: table.num_rows > 0)
+    newest = tables[-1].schema
+    if all(table.schema.equals(newest, check_metadata=True) for table in tables):
+        return pa.concat_tables(tables)
+    schema = pa.unify_schemas(
+        [table.schema for table in reversed(tables)], promote_options="permissive"
+    )
+    return pa.concat_tables(
+        [schema.empty_table(), *tables], promote_options="permissive"
+    )
