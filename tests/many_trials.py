@@ -37,7 +37,7 @@ def many_trials(
     results: Path, across: int, up: int, replicates: int, parts: int = 10
 ) -> StoredStudy:
     """The study of so many trials in so many parts and a small one, the numbers of
-    whose metrics are normal about 1.
+    whose metrics are normal about 1. As in a launch, trials are stored in another order than planned.
     """
     study = read(SPEC.format(across=across, up=up, replicates=replicates))
     share, stored = 1, None
@@ -45,9 +45,10 @@ def many_trials(
         launch(study, results, Serial(), share=Share(share, SHARES))
         share, stored = share + 1, StoredStudy(study.name, results)
     found = stored.store.read("trials")
-    others = stored.plan.filter(_apart(stored.plan, found))
-    size = -(-others.num_rows // parts)
     generator = np.random.default_rng(1)
+    others = stored.plan.filter(_apart(stored.plan, found))
+    others = others.take(pa.array(generator.permutation(others.num_rows)))
+    size = -(-others.num_rows // parts)
     for start in range(0, others.num_rows, size):
         rows = others.slice(start, size)
         stored.store.append({"trials": _rows(found, rows, generator)})

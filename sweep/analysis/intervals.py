@@ -174,7 +174,9 @@ def by_point(
     of the metric.
     """
     _check_interval(interval)
-    groups = trials.groupby("point", sort=False)
+    # Numbers of points are grouped several times as fast as their texts.
+    number = pd.Series(pd.factorize(trials["point"])[0], trials.index)
+    groups = trials.groupby(number, sort=False)
     columns: dict[str, Any] = {name: groups[name].first() for name in varied}
     for name in metrics:
         nominal = repeated.get(name)
@@ -187,9 +189,9 @@ def by_point(
         columns |= {
             name: table["mean"],
             **{f"{name}_{end}": table[end] for end in ("low", "high", "n")},
-            f"{name}_undefined": undefined_shares(trials, name),
+            f"{name}_undefined": _undefined(trials, name, number),
         }
-    columns["not_done"] = _not_done(trials)
+    columns["not_done"] = _not_done(trials, number)
     return pd.DataFrame(columns).reset_index(drop=True)
 
 
@@ -199,10 +201,7 @@ def undefined_shares(trials: pd.DataFrame, metric: str) -> "pd.Series[float]":
 
     A mean is that of the others, under the condition that there is a value.
     """
-    done = trials[trials["status"] == "done"]
-    groups = done[metric].isna().astype(np.float64).groupby(done["point"], sort=False)
-    points = pd.Index(trials["point"].unique(), name="point")
-    return groups.mean().reindex(points, fill_value=0.0).rename(metric)
+    return _undefined(trials, metric, trials["point"])
 
 
 def quantiles_by_point(
@@ -219,7 +218,7 @@ def quantiles_by_point(
     the `varied` settings, metric, probability, value, low, high, n and `not_done`, as
     `quantile_interval` and `by_point` have them.
     """
-    not_done, rows = _not_done(trials), []
+    not_done, rows = _not_done(trials, trials["point"]), []
     for point, group in trials.groupby("point", sort=False):
         settings = [group[name].iloc[0] for name in varied]
         for metric in metrics:
@@ -327,8 +326,17 @@ def _order_bounds(n: int, probability: float, confidence: float) -> tuple[int, i
     )
 
 
-def _not_done(trials: pd.DataFrame) -> "pd.Series[Any]":
-    return (trials["status"] != "done").groupby(trials["point"], sort=False).sum()
+def _undefined(
+    trials: pd.DataFrame, metric: str, point: "pd.Series[Any]"
+) -> "pd.Series[float]":
+    done = trials["status"] == "done"
+    counted = pd.DataFrame({"done": done, "without": done & trials[metric].isna()})
+    counts = counted.groupby(point, sort=False).sum()
+    return (counts["without"] / counts["done"]).fillna(0.0).rename(metric)
+
+
+def _not_done(trials: pd.DataFrame, point: "pd.Series[Any]") -> "pd.Series[Any]":
+    return (trials["status"] != "done").groupby(point, sort=False).sum()
 
 
 def _known(values: ArrayLike) -> Floats:

@@ -41,7 +41,7 @@ def explorer(
     """
     watched = Watched(results, trust=trust)
     if study:
-        watched.narrow(study)
+        watched.counted(study)
     server = PageServer(_simulator, port, site_of(watched))
     return server, server.url + (f"#study={quote(study)}" if study else "")
 

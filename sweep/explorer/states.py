@@ -4,6 +4,9 @@ import json
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
 
 from sweep.explorer.asking import AskState, AskStudies
 from sweep.explorer.watching import Watched
@@ -37,7 +40,7 @@ def state(watched: Watched, asked: AskState) -> dict[str, Any]:
     revision = watched.revision(asked.study)
     if asked.seen == revision:
         return {"revision": revision, "running": running}
-    revision, study = watched.at(asked.study)
+    revision, study = watched.counted(asked.study)
     trials = study.trials
     counts = {str(name): int(n) for name, n in trials["status"].value_counts().items()}
     stored, planned = len(trials), int(study.plan.num_rows)
@@ -85,13 +88,12 @@ def _strip(study: StoredStudy) -> dict[str, Any]:
     done, not done (one of them failed, diverged or ran out of time) or missing. `row`
     is the number of marks of a point, 0 where a mark may stand for several points.
     """
-    ids = study.plan["trial_id"].to_pandas()
-    stored = study.trials.set_index("trial_id")["status"].eq("done")
-    done = ids.map(stored)
-    mark = np.where(done.isna(), MISSING, np.where(done.eq(True), DONE, NOT_DONE))
+    ended = np.where(study.trials["status"] == "done", DONE, NOT_DONE)
+    mark = np.full(study.plan.num_rows, MISSING)
+    mark[_stored(study)] = ended
     per = -(-len(mark) // MOST_MARKS)
     blocks = [mark[start : start + per] for start in range(0, len(mark), per)]
-    replicates = len(ids) / max(len(study.points), 1)
+    replicates = len(mark) / max(len(study.points), 1)
     return {
         "per": per,
         "row": int(replicates) if per == 1 and replicates.is_integer() else 0,
@@ -99,7 +101,16 @@ def _strip(study: StoredStudy) -> dict[str, Any]:
     }
 
 
-def _together(block: "np.ndarray[Any, np.dtype[np.int64]]") -> int:
+def _stored(study: StoredStudy) -> NDArray[np.bool_]:
+    """Which trials of the plan are stored; the rows of `trials` have their order."""
+    if not study.missing:
+        return np.ones(study.plan.num_rows, np.bool_)
+    stored = pa.array(study.trials["trial_id"], pa.string())
+    there: NDArray[np.bool_] = pc.is_in(study.plan["trial_id"], stored).to_numpy()
+    return there
+
+
+def _together(block: NDArray[np.int64]) -> int:
     """The mark of trials that stand together: a trial that is not done shows."""
     if (block == NOT_DONE).any():
         return NOT_DONE

@@ -6,7 +6,7 @@ import hashlib
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from sweep.errors import ChoiceError
@@ -50,13 +50,24 @@ class Watched:
 
     def at(self, name: str, metrics: Sequence[str] = ()) -> tuple[str, StoredStudy]:
         """The same with its revision."""
-        seen = self._study(name)
         plain = [Column.read(text.rstrip("+-")).metric for text in metrics]
-        wanted = tuple(dict.fromkeys(plain or seen.study.metrics))
+        return self._narrow(name, lambda study: plain or study.metrics)
+
+    def _narrow(
+        self, name: str, metrics: Callable[[StoredStudy], Sequence[str]]
+    ) -> tuple[str, StoredStudy]:
+        seen = self._study(name)
+        wanted = tuple(dict.fromkeys(metrics(seen.study)))
         with self._lock:
             if wanted not in seen.narrow:
                 seen.narrow[wanted] = by_phase(seen.study.narrow(wanted))
             return seen.revision, seen.narrow[wanted]
+
+    def counted(self, name: str) -> tuple[str, StoredStudy]:
+        """A study with what its trials are and how they ended, but no metric; and its
+        revision. Raises as StoredStudy.
+        """
+        return self._narrow(name, lambda _: ())
 
     def _study(self, name: str) -> Revised:
         with self._lock:

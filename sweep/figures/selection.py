@@ -311,7 +311,7 @@ def select(study: StoredStudy) -> Selection:
             f"no trial is done{there}, so there is nothing to draw", study.name
         )
     designed = study.points[study.headings]
-    points = designed[designed.index.isin(study.tried)]
+    points = designed[study.tried]
     points = points.loc[:, points.nunique(dropna=False) > 1]
     return Selection(study, points, designed[points.columns], *_kinds(study, points))
 

@@ -23,7 +23,7 @@ class PartRows(NamedTuple):
     """
 
     part: Location
-    ids: pa.Array
+    ids: pa.ChunkedArray
     wanted: NDArray[np.bool_]
 
 
@@ -36,17 +36,20 @@ class PlacedTrials(NamedTuple):
     """
 
     parts: list[PartRows]
-    ids: pa.Array
+    ids: pa.ChunkedArray
     rows: NDArray[np.int64]
 
 
-def placed_trials(parts: Sequence[Location], trial_ids: pa.Array) -> PlacedTrials:
+def placed_trials(
+    parts: Sequence[Location], trial_ids: pa.ChunkedArray | pa.Array
+) -> PlacedTrials:
     """Where these trials lie in `parts`, oldest first: of a trial in several of them the
     latest counts. Raises StoreError for a damaged part.
     """
     tables = each(parts, lambda part: load_table(part, "trials", [ID]))
-    columns = [table[ID].combine_chunks() for table in tables]
-    every = pa.chunked_array(columns, pa.string())
+    columns = [table[ID] for table in tables]
+    chunks = [chunk for column in columns for chunk in column.chunks]
+    every = pa.chunked_array(chunks, pa.string())
     found = pc.index_in(every, value_set=trial_ids).fill_null(-1).to_numpy()
     known = np.flatnonzero(found >= 0)
     row = np.full(len(trial_ids), -1, np.int64)
@@ -104,7 +107,7 @@ def in_order(placed: PlacedTrials, columns: Sequence[str]) -> pa.Table:
         return found  # there is no part
     if not np.array_equal(placed.rows, np.arange(found.num_rows)):
         found = _taken(found, pa.array(placed.rows))
-    return found.add_column(0, pa.field(ID, pa.string()), pa.chunked_array(placed.ids))
+    return found.add_column(0, pa.field(ID, pa.string()), placed.ids)
 
 
 def _taken(table: pa.Table, rows: pa.Array) -> pa.Table:

@@ -194,11 +194,8 @@ export class Explorer {
     const { choice } = this;
     this.player.show(choice);
     this.originOf(state);
-    await Promise.all([
-      this.figure.show(choice, state),
-      this.points.show(choice),
-      this.trials.show(choice),
-    ]);
+    await this.figure.show(choice, state); // first: of many trials all takes seconds
+    await Promise.all([this.points.show(choice), this.trials.show(choice)]);
   }
 
   /** @param {boolean} one */
