@@ -27,9 +27,9 @@ replicates: {replicates}
 seed: 1
 record: {{metrics: [speed, polarization, dispersion, flock_radius]}}
 """
-SHARES = 200_000
-"""Of these one share is launched, which has a trial or a few."""
-FAILING = 1000
+LAUNCHED = 5
+"""About so many trials are launched, and never none."""
+FAILING = 100
 """One of so many trials failed."""
 
 
@@ -40,10 +40,12 @@ def many_trials(
     whose metrics are normal about 1. As in a launch, trials are stored in another order than planned.
     """
     study = read(SPEC.format(across=across, up=up, replicates=replicates))
-    share, stored = 1, None
-    while stored is None or not len(stored.trials):
-        launch(study, results, Serial(), share=Share(share, SHARES))
-        share, stored = share + 1, StoredStudy(study.name, results)
+    shares = -(-across * up * replicates // LAUNCHED)
+    for number in range(1, shares + 1):
+        launch(study, results, Serial(), share=Share(number, shares))
+        stored = StoredStudy(study.name, results)
+        if len(stored.trials):
+            break
     found = stored.store.read("trials")
     generator = np.random.default_rng(1)
     others = stored.plan.filter(_apart(stored.plan, found))

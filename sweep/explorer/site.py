@@ -19,7 +19,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.web.live import Live
 from sweep.web.replaying import Replay
 from sweep.web.server import PageServer, PageSite, Pairs
-from sweep.web.show import Show
+from sweep.web.show import RunShow, Show
 from sweep.web.state import begin
 
 HOME = "show.html"
@@ -57,7 +57,7 @@ def _answer(watched: Watched, name: str, pairs: Pairs) -> dict[str, Any]:
     return answer(watched, read(kind, pairs))
 
 
-def _replayed(watched: Watched, study: str, trial: str) -> Show:
+def _replayed(watched: Watched, study: str, trial: str) -> RunShow:
     return Replay(StoredStudy(study, watched.results, trust=watched.trust), trial)
 
 

@@ -27,7 +27,8 @@ class Request:
 class Hello(Request):
     """The page is there. `page` is its name: a page that comes back finds its session
     by it. Where there is none any more, the session begins with what the page has kept.
-    With a `trial` it is that of a stored trial of a study.
+    With a `trial` it is that of a stored trial of a study; `beside` names another one
+    of it that is played beside that one.
     """
 
     page: str
@@ -36,6 +37,7 @@ class Hello(Request):
     replicate: Whole = 0
     study: str = ""
     trial: str = ""
+    beside: str = ""
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ page knows which state is older than its last message. Only hello and ready have
 answer of this kind. A message may have a `side` too: which one of two runs side by side
 it is about, 0 or 1. What is said of the second one has side 1.
 
-    hello page yaml point replicate study trial
+    hello page yaml point replicate study trial beside
                                  first; answered by controls, scene, state, metrics and
                                  a frame. The next three are what `kept` has said, for
                                  a page whose session is gone; study and trial name a
-                                 stored trial to play
+                                 stored trial to play, and beside another one that is
+                                 played beside it
     set name value part          a setting, or `seed`; an infinite number is the text
                                  "inf"
     model model preset           another model, from its first step

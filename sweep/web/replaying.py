@@ -204,6 +204,7 @@ class Replay(Live):
             "study": self.study.name,
             "trial": self.job.trial_id,
             "which": self.which,
+            "replicate": self.job.replicate,
             "frames": [0, self.track.last, 1],
         }
         return about | {

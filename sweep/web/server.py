@@ -30,7 +30,8 @@ from sweep.web.demo import DEMOS, moving
 from sweep.web.messages import Hello
 from sweep.web.playing import Player
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, parse, write
-from sweep.web.show import Show
+from sweep.web.show import RunShow, Show
+from sweep.web.twin import Twin
 
 STATIC = Path(__file__).parent / "static"
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
@@ -65,7 +66,7 @@ Pairs = Sequence[tuple[str, str]]
 """The names and values of a query, in their order; a name may stand several times."""
 
 
-def _nothing_stored(study: str, trial: str) -> Show:
+def _nothing_stored(study: str, trial: str) -> RunShow:
     raise SpecError(f"there is no stored trial {trial} of {study} on this page")
 
 
@@ -75,12 +76,12 @@ class PageSite(NamedTuple):
     home     the file that its address shows
     answers  what it knows, by the names of questions: a function of the query of a GET,
              which returns plain data; a UserError that it raises is the answer too
-    stored   the show of a stored trial, by its study and its id
+    stored   the run of a stored trial, by its study and its id
     """
 
     home: str = "index.html"
     answers: Mapping[str, Callable[[Pairs], Any]] = {}
-    stored: Callable[[str, str], Show] = _nothing_stored
+    stored: Callable[[str, str], RunShow] = _nothing_stored
 
 
 class Socket:
@@ -121,7 +122,7 @@ class Rooms:
     def __init__(
         self,
         begin: Callable[[], Show],
-        stored: Callable[[str, str], Show] = _nothing_stored,
+        stored: Callable[[str, str], RunShow] = _nothing_stored,
     ) -> None:
         self.begin, self.stored = begin, stored
         self.players: dict[str, Player] = {}
@@ -156,7 +157,12 @@ class Rooms:
         return self.players[page]
 
     def _begin(self, hello: Hello) -> Show:
-        return self.stored(hello.study, hello.trial) if hello.trial else self.begin()
+        if not hello.trial:
+            return self.begin()
+        run = self.stored(hello.study, hello.trial)
+        if not hello.beside:
+            return run
+        return Twin(run, self.stored(hello.study, hello.beside))
 
     def _make_room(self) -> None:
         """Forget the sessions whose pages did not come back in time. If there are still

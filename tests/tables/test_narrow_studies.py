@@ -31,7 +31,8 @@ def test_a_narrow_study_has_the_rows_of_the_whole_in_the_order_of_the_plan(
     columns = list(narrow.trials.columns)
     pd.testing.assert_frame_equal(narrow.trials, many.trials[columns])
     assert narrow.means(METRICS).equals(many.means(METRICS))
-    assert (many.trials["status"] == "failed").sum() >= len(many.trials) // FAILING
+    failed = (many.trials["status"] == "failed").sum()
+    assert failed >= len(many.trials) // FAILING - 3  # whole hundreds of each part
     assert "polarization" not in columns
 
 

@@ -66,14 +66,27 @@ export class TrialTable {
     const rows = trials.rows.map((trial) => ({
       cells: cellsOf(trial),
       chosen: trial.trial_id === choice.trial,
-      choose: () => this.go({ trial: trial.trial_id }),
+      choose: () => this.go({ trial: trial.trial_id, beside: "" }),
       note: settingsSaid(settings[trial.point]),
+      more: this.besideOf(trial.trial_id, choice),
     }));
     const value = `${spaced(metric)}${unit ? ` (${unit})` : ""}`;
     const headings = ["trial", "replicate", value, "why look"].map((text) => ({
       text,
     }));
     this.table.show({ ...trials, headings, rows, what: "trials" });
+  }
+
+  // Any trial but the one that plays can be played beside that one.
+  /** @param {string} id @param {Choice} choice */
+  besideOf(id, { trial, beside }) {
+    if (!trial || id === trial) return null;
+    return {
+      text: "beside",
+      label: `Play ${id.slice(0, 8)} beside ${trial.slice(0, 8)}`,
+      chosen: id === beside,
+      choose: () => this.go({ beside: id === beside ? "" : id }),
+    };
   }
 
   /** @param {number} page */
@@ -95,61 +108,67 @@ const settingsSaid = (settings) =>
     `${spaced(name)} ${short(typeof value === "number" ? value : String(value))}`
   ).join(", ") || "the one point";
 
-// The player of the simulator, beside the figure.
+// The player of the simulator, beside the figure: one trial, or two of them on one clock.
 export class Player {
   /** @type {{ unmount(): void, view: View } | null} */
   mounted = null;
   shown = "";
 
-  constructor() {
+  /** @param {(change: Partial<Choice>) => void} go */
+  constructor(go) {
+    this.go = go;
+    this.title = make("h2");
     this.words = make("span", { className: "facts" });
-    this.open = make("a", {
-      target: "_blank",
-      rel: "noopener",
-      textContent: "Open in the simulator",
-      hidden: true,
-    });
+    this.links = make("span", { className: "row" });
     this.place = make("div", { className: "player" });
     this.element = make(
       "section",
       { className: "card", "aria-label": "player", hidden: true },
-      make(
-        "div",
-        { className: "row spread" },
-        make("h2", { textContent: "Trial" }),
-        this.words,
-        this.open,
-      ),
+      make("div", { className: "row spread" }, this.title, this.words, this.links),
       this.place,
     );
   }
 
   /** @param {Choice} choice */
-  show({ study, trial }) {
-    const wanted = trial && `${study} ${trial}`;
+  show({ study, trial, beside }) {
+    const wanted = trial && [study, trial, beside].join(" ");
     if (wanted === this.shown) return;
     this.shown = wanted;
     this.mounted?.unmount();
     this.mounted = null;
     this.element.hidden = !trial;
+    this.element.classList.toggle("two", Boolean(beside));
     if (!trial) return;
-    this.words.textContent = trial;
-    const page = `${pageId()} ${trial}`;
-    this.mounted = mount(this.place, new Socket(), { page, stored: { study, trial } });
-    this.link(study, trial);
+    const trials = [trial, beside].filter(Boolean);
+    this.title.textContent = beside ? "Two trials on one clock" : "Trial";
+    this.words.textContent = trials.join(" and ");
+    this.mounted = mount(this.place, new Socket(), {
+      page: [pageId(), ...trials].join(" "),
+      stored: { study, trial, beside },
+      alone: (side) => this.go({ trial: trials[side], beside: "" }),
+    });
+    this.link(study, trials);
   }
 
-  /** @param {string} study @param {string} trial */
-  async link(study, trial) {
-    this.open.hidden = true;
-    /** @type {{ yaml: string, point: string, replicate: number }} */
-    const { yaml, point, replicate } = await ask("spec", { study, trial });
-    const told = new URLSearchParams({
-      spec: yaml,
-      point,
-      replicate: String(replicate),
-    });
-    this.open.href = `index.html#${told}`;
-    this.open.hidden = false;
+  // A link to the simulator for each of the trials.
+  /** @param {string} study @param {string[]} trials */
+  async link(study, trials) {
+    this.links.replaceChildren();
+    const { shown } = this;
+    const links = await Promise.all(
+      trials.map(async (trial, i) => {
+        /** @type {{ yaml: string, point: string, replicate: number }} */
+        const { yaml, point, replicate } = await ask("spec", { study, trial });
+        const told = { spec: yaml, point, replicate: String(replicate) };
+        const which = trials.length > 1 ? `${"AB"[i]} ` : "";
+        return make("a", {
+          target: "_blank",
+          rel: "noopener",
+          textContent: `Open ${which}in the simulator`,
+          href: `index.html#${new URLSearchParams(told)}`,
+        });
+      }),
+    );
+    if (shown === this.shown) this.links.replaceChildren(...links);
   }
 }

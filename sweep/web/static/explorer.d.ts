@@ -152,6 +152,8 @@ export interface Choice {
   sort: string;
   point: string;
   trial: string;
+  /** Another trial, which plays beside the first one. */
+  beside: string;
 }
 
 /** uPlot 1.6.32, as far as it is used here. */

@@ -156,7 +156,7 @@ export class FigurePanel {
       /** @type {Dot | null} */ dot,
       /** @type {{ x: number, y: number }} */ at,
     ) => this.hover(panel, dot, at);
-    const choose = (/** @type {Dot} */ dot) => this.go({ point: dot.point, trial: "" });
+    const choose = (/** @type {Dot} */ dot) => this.go({ point: dot.point });
     if (range) return new Cells(range, panel, over, choose);
     const kind = figure.form === "lines" ? Lines : Dots;
     const board = new kind(figure, panel, over, choose);

@@ -39,6 +39,7 @@ function differing(one, other) {
   if (JSON.stringify(one.shapes) !== JSON.stringify(other.shapes)) {
     found.push("obstacles");
   }
+  if (one.replay?.replicate !== other.replay?.replicate) found.push("replicate");
   const sorted = [
     ...found.filter((name) => changed.has(name)),
     ...found.filter((name) => !changed.has(name)),
@@ -47,9 +48,13 @@ function differing(one, other) {
 }
 
 /** @param {State} state @param {string[]} names */
-function valuesOf({ settings, seed, shapes }, names) {
+function valuesOf({ settings, seed, shapes, replay }, names) {
   /** @type {Record<string, string | number | boolean>} */
-  const others = { seed, obstacles: shapes ? shapes.length : "as in the map" };
+  const others = {
+    seed,
+    obstacles: shapes ? shapes.length : "as in the map",
+    replicate: (replay?.replicate ?? 0) + 1,
+  };
   const words = names.map((name) =>
     `${spaced(name)} ${short(settings[name] ?? others[name], 6)}`
   );
@@ -87,8 +92,9 @@ class SideHead {
   /** @param {State} mine @param {State} other */
   show(mine, other) {
     const { replay } = mine;
-    const named = replay ? `${replay.study}, ${replay.which ?? replay.trial}` : "";
+    const named = replay ? `${replay.which ?? replay.trial}, ${replay.study}` : "";
     write(this.name, named || `${mine.model}, ${mine.preset}`);
+    this.name.title = named;
     const names = differing(mine, other);
     const [few, all] = valuesOf(mine, names);
     write(this.differs, names.length ? few : "the same settings");
@@ -160,6 +166,8 @@ export class Window {
       close: () => transport.close(),
     };
     if (transport.start) this.first.start = () => transport.start?.();
+    this.keep = options.alone ??
+      ((/** @type {number} */ side) => transport.send({ type: "alone", side }));
     /** @type {Transport} */
     this.second = {
       send: (message) => this.sendOfSecond(message),
@@ -192,9 +200,7 @@ export class Window {
     }
     if (heard.type === "anew") return this.alone();
     if (heard.side === 1) {
-      this.pair ??= new Pair(this.view, this.second, (side) => {
-        this.transport.send({ type: "alone", side });
-      });
+      this.pair ??= new Pair(this.view, this.second, this.keep);
       this.second.onmessage?.(heard);
     } else this.first.onmessage?.(heard);
     if (heard.type === "state") this.pair?.show();

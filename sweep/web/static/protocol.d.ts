@@ -88,10 +88,11 @@ export interface Controls {
   trials: Trials | null;
 }
 
-/** A stored trial: its study and its id. */
+/** A stored trial: its study and its id; and another one of it to play beside it. */
 export interface StoredName {
   study: string;
   trial: string;
+  beside?: string;
 }
 
 /** What a page needs to go on when its session is gone. */
@@ -202,6 +203,8 @@ export interface Replay {
   trial: string;
   /** Of a stored one: the values of what varies, and the replicate. */
   which?: string;
+  /** Of a stored trial, its number among those of its point. */
+  replicate?: number;
   frames: [first: number, last: number, every: number];
   equal: boolean;
   words: string;

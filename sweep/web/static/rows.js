@@ -3,9 +3,18 @@
 import { make } from "./dom.js";
 
 /**
+ * A row is chosen by its first cell, which may have another button after it.
+ *
+ * @typedef {{
+ *   cells: string[],
+ *   chosen: boolean,
+ *   choose: () => void,
+ *   note?: string,
+ *   more?: { text: string, label: string, chosen: boolean, choose: () => void } | null,
+ * }} Row
  * @typedef {{
  *   headings: { text: string, sort?: string }[],
- *   rows: { cells: string[], chosen: boolean, choose: () => void, note?: string }[],
+ *   rows: Row[],
  *   total: number,
  *   page: number,
  *   size: number,
@@ -91,18 +100,27 @@ export class PagedTable {
   }
 }
 
-/** @param {Content["rows"][number]} row */
-function rowOf({ cells: [first, ...others], chosen, choose, note }) {
+/** @param {Row} row */
+function rowOf({ cells: [first, ...others], chosen, choose, note, more }) {
   const opener = make("button", {
     type: "button",
     textContent: first,
     "aria-pressed": String(chosen),
     on: { click: choose },
   });
+  const second = more
+    ? [make("button", {
+      type: "button",
+      textContent: more.text,
+      "aria-label": more.label,
+      "aria-pressed": String(more.chosen),
+      on: { click: more.choose },
+    })]
+    : [];
   const line = make(
     "tr",
     { className: chosen ? "chosen" : "", title: note ?? "" },
-    make("td", {}, opener),
+    make("td", {}, opener, ...second),
     ...others.map((text) => make("td", { textContent: text })),
   );
   return line;

@@ -25,6 +25,7 @@ const KEYS = /** @type {const} */ ([
   "sort",
   "point",
   "trial",
+  "beside",
 ]);
 
 /** @returns {Choice} */
@@ -59,7 +60,7 @@ export class Explorer {
       id: "where",
       placeholder: "n=50, or separation_weight > 1",
       on: {
-        change: () => this.go({ where: this.where.value.trim(), point: "", trial: "" }),
+        change: () => this.go({ where: this.where.value.trim(), point: "" }),
       },
     });
     this.chosen = make(
@@ -74,11 +75,11 @@ export class Explorer {
       { className: "card", "aria-label": "studies" },
       this.list.element,
     );
-    this.panel = new StatePanel((trial) => this.go({ trial }));
+    this.panel = new StatePanel((trial) => this.go({ trial, beside: "" }));
     this.figure = new FigurePanel("figure", go, command);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go);
-    this.player = new Player();
+    this.player = new Player(go);
     this.origin = make("details", { className: "card" });
     this.study = make(
       "div",

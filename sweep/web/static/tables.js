@@ -82,7 +82,7 @@ export class PointTable {
     const rows = cells.map((row, i) => ({
       cells: row.length ? row : ["-"],
       chosen: chosen.has(points.points[i]),
-      choose: () => this.go({ point: points.points[i], trial: "" }),
+      choose: () => this.go({ point: points.points[i] }),
     }));
     const names = [...headings, ...metrics].map((name) => ({
       text: units[name] ? `${name} (${units[name]})` : name,

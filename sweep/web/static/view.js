@@ -47,12 +47,14 @@ import { bytesOf, download } from "./files.js";
 /**
  * `memory` keeps what a page goes on with when its session is gone, and has an address
  * of it; `entitle` is told what is shown, in a few words; `stored` names the stored
- * trial that is played, `opening` says how the first state is shown, and `demos` is the
+ * trial that is played, or two of them, of which `alone` is told that only one shall be
+ * shown, where whoever has named them does that; `opening` says how the first state is shown, and `demos` is the
  * address of the start page.
  *
  * @typedef {{
  *   page?: string,
  *   stored?: StoredName,
+ *   alone?: (side: number) => void,
  *   shortcuts?: Document | HTMLElement,
  *   memory?: { read(): Kept | null, write(kept: Kept): void, address(): string },
  *   entitle?: (words: string) => void,

@@ -1,0 +1,147 @@
+"""Two stored trials side by side in the explorer: one clock, and the difference of
+their series.
+"""
+
+import asyncio
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from sweep.errors import ChoiceError
+from sweep.explorer.site import explorer, site_of
+from sweep.explorer.watching import Watched
+from sweep.tables.stored_study import StoredStudy
+from sweep.web import messages
+from sweep.web.replaying import Replay
+from sweep.web.server import PageServer, Rooms
+from sweep.web.twin import Twin
+from tests import plotted
+from tests.web.chromium import in_a_thread
+
+PATIENCE = 90_000.0
+
+
+class Told:
+    """A line that keeps what a page is told."""
+
+    def __init__(self) -> None:
+        self.heard: list[Any] = []
+
+    async def tell(self, reply: Any) -> None:
+        self.heard.append(reply)
+
+
+@pytest.fixture(scope="module")
+def study() -> StoredStudy:
+    return plotted.study("small")
+
+
+@pytest.fixture(scope="module")
+def server(study: StoredStudy) -> Iterator[PageServer]:
+    results = study.store.folder.parent
+    with in_a_thread(explorer(results, None)[0]) as server:
+        yield server
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """A page in which nothing goes wrong."""
+    complaints: list[str] = []
+    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+    page.set_default_timeout(PATIENCE)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on(
+        "console",
+        lambda said: complaints.append(said.text) if said.type == "error" else None,
+    )
+    yield page
+    page.context.close()
+    assert complaints == []
+
+
+def begun(study: StoredStudy, first: str, second: str) -> Any:
+    """The show of a page that asks for these trials."""
+    site = site_of(Watched(study.store.folder.parent))
+    rooms = Rooms(lambda: Replay(study, first), site.stored)
+    hello = messages.Hello("page", study=study.name, trial=first, beside=second)
+    line: Any = Told()
+    # The browser of other tests has a loop in this thread.
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, rooms.player(hello, line)).result().show
+
+
+def test_a_page_that_names_two_trials_gets_both_at_the_same_step(
+    study: StoredStudy,
+) -> None:
+    first, _, last, *_ = study.trials["trial_id"]
+    show = begun(study, first, last)
+    assert isinstance(show, Twin)
+    show.handle(messages.Seek(5))
+    shown = [side.status()["replay"] for side in show.sides]
+    assert [one["trial"] for one in shown] == [first, last]
+    assert [one["replicate"] for one in shown] == [0, 2]
+    assert [one["equal"] for one in shown] == [True, True]
+    assert [side.step for side in show.sides] == [5, 5]
+    assert isinstance(begun(study, first, ""), Replay)
+
+
+def test_a_second_trial_that_is_not_there_is_refused(study: StoredStudy) -> None:
+    first = study.trials["trial_id"].iloc[0]
+    with pytest.raises(ChoiceError, match="unknown trial"):
+        begun(study, first, "zz")
+
+
+def choice_of(page: Page) -> dict[str, str]:
+    """What the address says."""
+    found = parse_qs(urlsplit(page.url).fragment)
+    return {name: values[0] for name, values in found.items()}
+
+
+def test_a_second_trial_plays_beside_the_first_one_on_its_clock(
+    page: Page, server: PageServer, study: StoredStudy
+) -> None:
+    points = list(study.points.index)
+    page.goto(f"{server.url}#study=small&point={points[0]}")
+    rows = page.locator("[aria-label=trials] tbody tr")
+    expect(rows).to_have_count(3)
+    assert not page.get_by_role("button", name="beside").count()
+    rows.nth(0).locator("button").first.click()
+    expect(page.locator(".player .record .exact")).to_be_visible()
+    # The second one is of another point; the first one goes on meanwhile.
+    page.locator("[aria-label=points] tbody button").nth(1).click()
+    expect(page.locator("[aria-label=trials] h2")).to_contain_text("separation weight 1")
+    expect(page.locator(".player .record .exact")).to_be_visible()
+    rows.nth(2).get_by_role("button", name="beside").click()
+    expect(page.locator(".twins .differences canvas").first).to_be_visible()
+    expect(page.locator(".head-of-side .differing").nth(1)).to_contain_text(
+        "separation weight 1, "
+    )
+    page.get_by_role("slider", name="step", exact=True).press("ArrowRight")
+    views = "const { view, second } = window.explorer.player.mounted"
+    page.wait_for_function(f"() => {{ {views}; return view.shown === 1; }}")
+    shown = page.locator(".differences .plot", has_text="speed").locator(".reading")
+    step, one, other = page.evaluate(
+        f"""() => {{
+          {views};
+          const [first, last] = [view, second].map(({{ charts }}) =>
+            charts.seriesOf("speed").values[1]);
+          return [second.shown, first, last];
+        }}"""
+    )
+    assert step == 1
+    # Four digits are shown.
+    assert float(shown.inner_text()) == pytest.approx(other - one, rel=5e-4)
+    before = choice_of(page)
+    assert before["trial"] != before["beside"]
+    page.reload()
+    expect(page.locator(".twins .differences canvas").first).to_be_visible()
+    page.get_by_role("button", name="Only B").click()
+    expect(page.locator(".twins")).to_have_count(0)
+    after = choice_of(page)
+    assert (after["trial"], "beside" in after) == (before["beside"], False)
+    link = page.get_by_role("link", name="in the simulator")
+    expect(link).to_have_count(1)
