@@ -37,7 +37,7 @@ def many_trials(
     results: Path, across: int, up: int, replicates: int, parts: int = 10
 ) -> StoredStudy:
     """The study of so many trials in so many parts and a small one, the numbers of
-    whose metrics are normal about 1. As in a launch, trials are stored in another order than planned.
+    whose metrics are normal about 1. They are not stored in the order of the plan.
     """
     study = read(SPEC.format(across=across, up=up, replicates=replicates))
     shares = -(-across * up * replicates // LAUNCHED)
@@ -63,9 +63,7 @@ def _apart(plan: pa.Table, stored: pa.Table) -> pa.Array:
     return pa.array([one not in there for one in plan["trial_id"].to_pylist()])
 
 
-def _rows(
-    stored: pa.Table, plan: pa.Table, generator: np.random.Generator
-) -> pa.Table:
+def _rows(stored: pa.Table, plan: pa.Table, generator: np.random.Generator) -> pa.Table:
     """A row for each trial of the plan, like the first of the stored ones."""
     first, count = stored.slice(0, 1).to_pylist()[0], plan.num_rows
     failed = np.arange(count) % FAILING == FAILING - 1

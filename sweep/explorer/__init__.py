@@ -10,6 +10,7 @@ that `sweep table` prints and `sweep plot` draws.
     points    the table of a study, a page at a time
     trials    the trials of a point, what to look at first
     drawn     figures as marks, each with its command
+    mentioned published numbers that hold at the points of a figure
     site      what the server of the page has
 
 A supplement is another page, one file of HTML for readers:

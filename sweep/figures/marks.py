@@ -22,13 +22,14 @@ MOST_IDS = 50
 
 class MarkedAxis(NamedTuple):
     """An axis: its label, whether its scale is logarithmic, and the names of the places
-    0, 1, ... where its values are no numbers.
+    0, 1, ... where its values are no numbers. Ticks stand at the `listed` values.
     """
 
     name: str
     label: str
     logarithmic: bool = False
     names: tuple[str, ...] = ()
+    listed: tuple[float, ...] = ()
 
 
 class MarkedPanel(NamedTuple):
@@ -72,7 +73,10 @@ def axis_of(selection: Selection, name: str) -> MarkedAxis:
     """The axis of a setting."""
     label = quantity(selection.study, name)
     if has_scale(selection.points[name]):
-        return MarkedAxis(name, label, bool(is_logarithmic(selection, name)))
+        listed = selection.values(name) if name in selection.listed else ()
+        ticks = tuple(float(str(value)) for value in listed)
+        logarithmic = bool(is_logarithmic(selection, name))
+        return MarkedAxis(name, label, logarithmic, listed=ticks)
     names = tuple(words(value) for value in selection.values(name))
     return MarkedAxis(name, label, names=names)
 

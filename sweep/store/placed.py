@@ -43,7 +43,7 @@ class PlacedTrials(NamedTuple):
 def placed_trials(
     parts: Sequence[Location], trial_ids: pa.ChunkedArray | pa.Array
 ) -> PlacedTrials:
-    """Where these trials lie in `parts`, oldest first: of a trial in several of them the
+    """Where these trials lie in `parts`, oldest first: of one in several of them the
     latest counts. Raises StoreError for a damaged part.
     """
     tables = each(parts, lambda part: load_table(part, "trials", [ID]))

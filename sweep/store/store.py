@@ -26,7 +26,6 @@ from pathlib import Path
 from typing import TypeVar
 
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from sweep.errors import StoreError
 from sweep.spec.study_folder import ASKED, PLAN, SPEC, code_file
@@ -57,8 +56,8 @@ from sweep.store.parquet import (
     stored_schema,
     table_writer,
 )
-from sweep.store.places import place_of
 from sweep.store.placed import PlacedTrials, in_order, load_each, placed_trials
+from sweep.store.places import place_of
 from sweep.store.regular import read_whole
 from sweep.store.uniting import united
 
@@ -409,7 +408,9 @@ def _current(
     if not holders:
         return []
     if only is not None:
-        rows = [one for one in placed_trials(parts, only).parts if one.part in {*holders}]
+        rows = [
+            one for one in placed_trials(parts, only).parts if one.part in {*holders}
+        ]
         return load_each(rows, name, columns)
     superseded = superseded_rows(parts)
     tables = each(holders, lambda part: load_table(part, name, columns))

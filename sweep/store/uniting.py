@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import pyarrow as pa
 
 
-def united(tables: Sequence[pa.Table], columns: Sequence[str] | None = None) -> pa.Table:
+def united(
+    tables: Sequence[pa.Table], columns: Sequence[str] | None = None
+) -> pa.Table:
     """Rows in the order given, metadata of the last table with any; without a table
     there are no rows, and `columns`.
     """

@@ -117,11 +117,7 @@ def _holders(
 def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
     names = table_names(part)
-    tables = {
-        name: _rows(part, name, ids)
-        for name in names
-        if name != LAST_STATES
-    }
+    tables = {name: _rows(part, name, ids) for name in names if name != LAST_STATES}
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
     derive, rows = expressions(trials.schema), trials.to_pylist()

@@ -20,7 +20,7 @@ def published(
     model: str, preset: str, experiments: Path
 ) -> tuple[tuple[str, Reply], ...]:
     """Published means of this model and preset, each with its metric: value, where,
-    says, frame and settings.
+    says, frame, half and settings. With `half` it is a mean over the last half.
 
     They come from each published.yaml in `experiments`. A file that is missing or
     cannot be read gives none. `settings` has every setting of the points that the claim
@@ -51,6 +51,7 @@ def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]
                 "where": str(claim["where"]),
                 "says": str(claim["says"]),
                 "frame": measure.get("frame"),
+                "half": Column.read(measure["mean"]).half,
                 "settings": _settings(study, measure.get("for", {})),
             },
         )

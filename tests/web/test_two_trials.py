@@ -113,7 +113,9 @@ def test_a_second_trial_plays_beside_the_first_one_on_its_clock(
     expect(page.locator(".player .record .exact")).to_be_visible()
     # The second one is of another point; the first one goes on meanwhile.
     page.locator("[aria-label=points] tbody button").nth(1).click()
-    expect(page.locator("[aria-label=trials] h2")).to_contain_text("separation weight 1")
+    expect(page.locator("[aria-label=trials] h2")).to_contain_text(
+        "separation weight 1"
+    )
     expect(page.locator(".player .record .exact")).to_be_visible()
     rows.nth(2).get_by_role("button", name="beside").click()
     expect(page.locator(".twins .differences canvas").first).to_be_visible()

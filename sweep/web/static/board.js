@@ -1,8 +1,10 @@
 // A canvas with two axes, on which marks are drawn and found again.
 
 import { contextOf, make, named, short, unitText } from "./dom.js";
+import { diamond, MarkPicker, ring } from "./picking.js";
 
-/** @import { Dot, FigureAxis, Known, Panel } from "./explorer.d.ts" */
+/** @import { Dot, FigureAxis, Known, Panel, Published } from "./explorer.d.ts" */
+/** @import { Place } from "./picking.js" */
 
 export const HEIGHT = 300;
 const LEFT = 66;
@@ -73,6 +75,8 @@ export class Scale {
 
   /** @returns {{ at: number, text: string }[]} */
   get ticks() {
+    const { listed } = this.axis;
+    if (listed.length) return listed.map((at) => ({ at, text: short(at) }));
     if (this.names.length) return this.names.map((text, at) => ({ at, text }));
     const step = niceStep((this.high - this.low) / TICKS, this.log);
     const first = Math.ceil(this.low / step);
@@ -92,29 +96,28 @@ function niceStep(least, whole) {
   return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
 }
 
+/** @param {Panel} panel */
+export const labelOf = ({ title, x, y }) =>
+  [`${y.label} against ${x.label}`, title].filter(Boolean).join(", ");
+
 export class Board {
   /**
    * @param {Panel} panel
-   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
-   * @param {(dot: Dot) => void} choose
+   * @param {Published[]} published
+   * @param {(dot: Dot | null, at: Place) => void} over
+   * @param {(points: string[]) => void} choose
    */
-  constructor(panel, over, choose) {
+  constructor(panel, published, over, choose) {
     this.panel = panel;
+    this.published = published;
+    this.over = over;
+    this.choose = choose;
     this.dots = dotsOf(panel);
     /** @type {Set<string>} */
     this.chosen = new Set();
-    this.canvas = make("canvas", { role: "img" });
+    this.canvas = make("canvas", { "aria-hidden": "true" });
     this.element = make("div", { className: "board" }, this.canvas);
-    this.canvas.addEventListener("pointermove", (event) => {
-      const dot = this.find(event.offsetX, event.offsetY);
-      this.canvas.classList.toggle("over", Boolean(dot));
-      over(dot, { x: event.clientX, y: event.clientY });
-    });
-    this.canvas.addEventListener("pointerleave", () => over(null, { x: 0, y: 0 }));
-    this.canvas.addEventListener("click", (event) => {
-      const dot = this.find(event.offsetX, event.offsetY);
-      if (dot) choose(dot);
-    });
+    this.picker = new MarkPicker(this, labelOf(panel));
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(this.element);
   }
@@ -144,7 +147,11 @@ export class Board {
   scales() {
     const { x, y } = this.panel;
     const across = known(this.dots.flatMap((dot) => [dot.x, dot.x_low, dot.x_high]));
-    const up = known(this.dots.flatMap((dot) => [dot.y, dot.low, dot.high]));
+    const values = this.published.map(({ value }) => value);
+    const up = known([
+      ...this.dots.flatMap((dot) => [dot.y, dot.low, dot.high]),
+      ...values,
+    ]);
     return [new Scale(across, x), new Scale(up, y)];
   }
 
@@ -169,6 +176,7 @@ export class Board {
     context.clip();
     this.paint(context, ink);
     context.restore();
+    this.mentioned(context, ink);
   }
 
   /**
@@ -216,19 +224,63 @@ export class Board {
   /** @param {CanvasRenderingContext2D} _context @param {string} _ink */
   paint(_context, _ink) {}
 
-  /** @param {number} left @param {number} top @returns {Dot | null} */
-  find(left, top) {
-    const { x, y } = this;
-    if (!x || !y) return null;
-    let best = null;
-    let nearest = REACH;
-    for (const dot of this.dots) {
-      if (dot.x === null || dot.y === null) continue;
-      const far = Math.hypot(x.pixel(dot.x) - left, y.pixel(dot.y) - top);
-      if (far < nearest) [best, nearest] = [dot, far];
+  // Published numbers, and the mark at which the keyboard is.
+  /** @param {CanvasRenderingContext2D} context @param {string} ink */
+  mentioned(context, ink) {
+    const ground = named(this.element, "--panel");
+    for (const { at, value } of this.publishedPlaces()) {
+      diamond(context, at, ink, this.filling(value) ?? ground);
     }
-    return best;
+    const { here } = this.picker;
+    const at = here && this.placeOf(here);
+    if (at) ring(context, at, 12, named(this.element, "--accent"));
   }
+
+  // The colour that stands for a published value, where colours stand for values.
+  /** @param {number} _value @returns {string | null} */
+  filling(_value) {
+    return null;
+  }
+
+  /** @returns {{ at: Place, value: number }[]} */
+  publishedPlaces() {
+    const { x, y } = this;
+    if (!x || !y) return [];
+    return this.published.flatMap(({ point, value }) => {
+      const dot = this.dots.find((one) => one.point === point);
+      if (!dot || dot.x === null) return [];
+      return [{ at: { x: x.pixel(dot.x), y: y.pixel(value) }, value }];
+    });
+  }
+
+  /** @param {Dot} dot @returns {Place | null} */
+  placeOf(dot) {
+    const { x, y } = this;
+    if (!x || !y || dot.x === null || dot.y === null) return null;
+    return { x: x.pixel(dot.x), y: y.pixel(dot.y) };
+  }
+
+  /** @param {Place} place @returns {Dot | null} */
+  find(place) {
+    return nearestTo(place, this, REACH);
+  }
+}
+
+// The mark that lies nearest to a place, at most so far away.
+/**
+ * @param {Place} place
+ * @param {{ dots: Dot[], placeOf(dot: Dot): Place | null }} board
+ * @param {number} reach
+ * @returns {Dot | null}
+ */
+export function nearestTo({ x, y }, board, reach) {
+  let [best, nearest] = [/** @type {Dot | null} */ (null), reach];
+  for (const dot of board.dots) {
+    const at = board.placeOf(dot);
+    const far = at ? Math.hypot(at.x - x, at.y - y) : Infinity;
+    if (far < nearest) [best, nearest] = [dot, far];
+  }
+  return best;
 }
 
 /** @param {CanvasRenderingContext2D} context @param {[number, number][]} places */

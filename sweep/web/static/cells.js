@@ -5,7 +5,9 @@ import { contextOf, make, short, unitText } from "./dom.js";
 import { Board, known, Scale, stroke } from "./board.js";
 
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
+/** @import { Place } from "./picking.js" */
 
+const LIGHT = 0.6; // of the range; above it hatches are dark
 // viridis, at equal steps
 const RAMP = [
   [68, 1, 84],
@@ -43,12 +45,13 @@ export function rangeOf(panels) {
 export class Cells extends Board {
   /**
    * @param {[number, number]} range
+   * @param {Figure} figure
    * @param {Panel} panel
-   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
-   * @param {(dot: Dot) => void} choose
+   * @param {(dot: Dot | null, at: Place) => void} over
+   * @param {(points: string[]) => void} choose
    */
-  constructor(range, panel, over, choose) {
-    super(panel, over, choose);
+  constructor(range, figure, panel, over, choose) {
+    super(panel, figure.published, over, choose);
     this.range = range;
   }
 
@@ -78,10 +81,10 @@ export class Cells extends Board {
     const [low, high] = this.range;
     for (const dot of this.dots) {
       const [left, top, right, bottom] = this.box(dot);
-      const part = high > low ? ((dot.y ?? low) - low) / (high - low) : 0.5;
-      context.fillStyle = ramp(part);
+      context.fillStyle = this.colour(dot.y);
       context.fillRect(left, top, right - left + 0.5, bottom - top + 0.5);
-      if (!dot.resolved) hatch(context, [left, top, right, bottom], part > 0.6);
+      const light = (dot.y ?? low) - low > LIGHT * (high - low);
+      if (!dot.resolved) hatch(context, [left, top, right, bottom], light);
     }
     for (const dot of this.dots.filter((one) => this.isChosen(one))) {
       const [left, top, right, bottom] = this.box(dot);
@@ -90,8 +93,35 @@ export class Cells extends Board {
     }
   }
 
-  /** @override @param {number} left @param {number} top @returns {Dot | null} */
-  find(left, top) {
+  /** @override @param {Dot} dot @returns {Place} */
+  placeOf(dot) {
+    const [left, top, right, bottom] = this.box(dot);
+    return { x: (left + right) / 2, y: (top + bottom) / 2 };
+  }
+
+  /** @override @param {number} value */
+  filling(value) {
+    return this.colour(value);
+  }
+
+  /** @param {number | null} value */
+  colour(value) {
+    const [low, high] = this.range;
+    return ramp(high > low ? ((value ?? low) - low) / (high - low) : 0.5);
+  }
+
+  /** @override @returns {{ at: Place, value: number }[]} */
+  publishedPlaces() {
+    return this.published.flatMap(({ point, value }) =>
+      this.dots.filter((dot) => dot.point === point).map((dot) => ({
+        at: this.placeOf(dot),
+        value,
+      }))
+    );
+  }
+
+  /** @override @param {Place} place @returns {Dot | null} */
+  find({ x: left, y: top }) {
     return this.dots.find((dot) => {
       const [first, upper, last, lower] = this.box(dot);
       return left >= first && left < last && top >= upper && top < lower;

@@ -1,8 +1,10 @@
 // Points with their intervals, drawn on a board.
 
 import { Board, stroke } from "./board.js";
+import { ring } from "./picking.js";
 
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
+/** @import { Place } from "./picking.js" */
 
 const MANY = 60; // so many have their intervals drawn, as in a printed figure
 
@@ -13,11 +15,11 @@ export class Dots extends Board {
   /**
    * @param {Figure} figure
    * @param {Panel} panel
-   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
-   * @param {(dot: Dot) => void} choose
+   * @param {(dot: Dot | null, at: Place) => void} over
+   * @param {(points: string[]) => void} choose
    */
   constructor(figure, panel, over, choose) {
-    super(panel, over, choose);
+    super(panel, figure.published, over, choose);
     this.colours = figure.colours;
   }
 
@@ -50,17 +52,4 @@ export class Dots extends Board {
       if (this.isChosen(dot)) ring(context, at, 9, ink);
     }
   }
-}
-
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {{ x: number, y: number }} at
- * @param {number} radius
- * @param {string} colour
- */
-function ring(context, at, radius, colour) {
-  Object.assign(context, { strokeStyle: colour, lineWidth: 2 });
-  context.beginPath();
-  context.arc(at.x, at.y, radius, 0, 2 * Math.PI);
-  context.stroke();
 }

@@ -92,6 +92,8 @@ export interface FigureAxis {
   label: string;
   logarithmic: boolean;
   names: string[];
+  /** The listed values at which ticks stand; none for ticks at round numbers. */
+  listed: number[];
 }
 
 export interface Panel {
@@ -117,7 +119,16 @@ export interface Figure {
   colours: string[];
   note: string;
   thinned: string;
+  published: Published[];
   command: string;
+}
+
+/** A published number, which holds at the settings of a point. */
+export interface Published {
+  point: string;
+  value: number;
+  where: string;
+  says: string;
 }
 
 /** One mark: what a row of a panel says. */
@@ -161,6 +172,9 @@ export interface Plotted {
   readonly root: HTMLElement;
   readonly over: HTMLElement;
   readonly data: (number | null)[][];
+  readonly ctx: CanvasRenderingContext2D;
+  /** The plotting area, in pixels of the canvas. */
+  readonly bbox: { left: number; top: number; width: number; height: number };
   setSize(size: { width: number; height: number }): void;
   valToPos(value: number, scale: string): number;
   destroy(): void;
@@ -170,9 +184,12 @@ declare global {
   interface Window {
     explorer: Explorer;
   }
-  const uPlot: new (
-    options: Record<string, unknown>,
-    data: (number | null)[][],
-    target: HTMLElement,
-  ) => Plotted;
+  const uPlot: {
+    new (
+      options: Record<string, unknown>,
+      data: (number | null)[][],
+      target: HTMLElement,
+    ): Plotted;
+    rangeNum(low: number, high: number, room: number, extra: boolean): [number, number];
+  };
 }

@@ -5,8 +5,10 @@ import { ask, Refused } from "./ask.js";
 import { Cells, rampLegend, rangeOf } from "./cells.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
+import { MOST_POINTS } from "./picking.js";
 
 /** @import { Choice, Dot, Figure, Panel, StudyState } from "./explorer.d.ts" */
+/** @import { Place } from "./picking.js" */
 
 /**
  * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
@@ -44,7 +46,8 @@ export class FigurePanel {
     const pickers = [this.kind, this.metric, this.half, ...this.axes].map((one) =>
       one.element
     );
-    this.tip = make("div", { className: "tip", hidden: true });
+    this.tip = make("div", { className: "tip", role: "status", hidden: true });
+    this.crowd = make("p", { className: "refusal", role: "alert", hidden: true });
     this.panels = make("div", { className: "panels" });
     this.legend = make("div");
     this.note = make("p", { className: "facts said" });
@@ -55,6 +58,7 @@ export class FigurePanel {
       { className: "card figure", "aria-label": "figure" },
       make("div", { className: "choices-of-figure" }, ...pickers),
       this.refusal,
+      this.crowd,
       this.legend,
       this.panels,
       this.note,
@@ -137,6 +141,7 @@ export class FigurePanel {
     for (const board of this.boards) board.draw();
     this.legend.replaceChildren(
       range ? rampLegend(figure, range) : this.colours(figure),
+      ...publishedLegend(figure),
     );
     this.note.textContent = [
       figure.thinned && `${figure.thinned} are shown`,
@@ -152,15 +157,22 @@ export class FigurePanel {
    * @param {[number, number] | null} range
    */
   board(figure, panel, range) {
-    const over = (
-      /** @type {Dot | null} */ dot,
-      /** @type {{ x: number, y: number }} */ at,
-    ) => this.hover(panel, dot, at);
-    const choose = (/** @type {Dot} */ dot) => this.go({ point: dot.point });
-    if (range) return new Cells(range, panel, over, choose);
+    const over = (/** @type {Dot | null} */ dot, /** @type {Place} */ at) =>
+      this.hover(panel, dot, at);
+    const choose = (/** @type {string[]} */ points) => this.choosePoints(points);
+    if (range) return new Cells(range, figure, panel, over, choose);
     const kind = figure.form === "lines" ? Lines : Dots;
     const board = new kind(figure, panel, over, choose);
     return board;
+  }
+
+  /** @param {string[]} points */
+  choosePoints(points) {
+    const many = points.length > MOST_POINTS;
+    this.crowd.hidden = !many;
+    this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
+      `${MOST_POINTS} can be chosen at once`;
+    if (!many) this.go({ point: points.join(" ") });
   }
 
   // The points that are chosen stand out.
@@ -235,16 +247,29 @@ export class FigurePanel {
   /**
    * @param {Panel} panel
    * @param {Dot | null} dot
-   * @param {{ x: number, y: number }} at
+   * @param {Place} at
    */
   hover(panel, dot, at) {
     this.tip.hidden = !dot;
     if (!dot) return;
-    this.tip.textContent = described(panel, dot);
+    const published =
+      this.figure?.published.filter(({ point }) => point === dot.point) ??
+        [];
+    const lines = published.map(({ value, where }) => `published: ${value}, ${where}`);
+    this.tip.textContent = [described(panel, dot), ...lines].join("\n");
     const box = this.element.getBoundingClientRect();
     this.tip.style.left = `${Math.min(at.x - box.left + 14, box.width - 240)}px`;
     this.tip.style.top = `${at.y - box.top + 14}px`;
   }
+}
+
+/** @param {Figure} figure */
+function publishedLegend({ published, form }) {
+  if (!published.length) return [];
+  const coloured = form === "cells" ? "; its colour is its value" : "";
+  const textContent =
+    `◇ a published number, which holds at the settings of its point${coloured}`;
+  return [make("p", { className: "legend" }, make("span", { textContent }))];
 }
 
 /** @param {Panel} panel @param {Dot} dot */

@@ -1,24 +1,29 @@
 // Lines with bands, by uPlot.
 
 import { make, named, short, unitText } from "./dom.js";
-import { dotsOf, HEIGHT, known } from "./board.js";
+import { dotsOf, HEIGHT, known, labelOf, nearestTo } from "./board.js";
 import { shade } from "./dots.js";
+import { diamond, MarkPicker, ring } from "./picking.js";
 
 /** @import { Dot, Figure, Panel, Plotted } from "./explorer.d.ts" */
+/** @import { Place } from "./picking.js" */
 
 const REACH = 24; // pixels from a mark
+const TICK = 60; // pixels of a tick with its number
+const ROOM = 0.1; // of the values, above and below them
 
 export class Lines {
   /** @type {Plotted | null} */
   plot = null;
   /** @type {Set<string>} */
   chosen = new Set();
+  origin = { x: 0, y: 0 }; // of the plotting area in the element
 
   /**
    * @param {Figure} figure
    * @param {Panel} panel
-   * @param {(dot: Dot | null, at: { x: number, y: number }) => void} over
-   * @param {(dot: Dot) => void} choose
+   * @param {(dot: Dot | null, at: Place) => void} over
+   * @param {(points: string[]) => void} choose
    */
   constructor(figure, panel, over, choose) {
     this.figure = figure;
@@ -27,6 +32,7 @@ export class Lines {
     this.choose = choose;
     this.dots = dotsOf(panel);
     this.element = make("div", { className: "board" });
+    this.picker = new MarkPicker(this, labelOf(panel));
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(this.element);
   }
@@ -77,16 +83,10 @@ export class Lines {
       data,
       this.element,
     );
-    const { over } = this.plot;
-    over.addEventListener("pointermove", (event) => {
-      const dot = this.find(event.offsetX, event.offsetY);
-      this.over(dot, { x: event.clientX, y: event.clientY });
-    });
-    over.addEventListener("pointerleave", () => this.over(null, { x: 0, y: 0 }));
-    over.addEventListener("click", (event) => {
-      const dot = this.find(event.offsetX, event.offsetY);
-      if (dot) this.choose(dot);
-    });
+    const [own, over] = [this.element, this.plot.over].map((one) =>
+      one.getBoundingClientRect()
+    );
+    this.origin = { x: over.left - own.left, y: over.top - own.top };
   }
 
   /** @param {number} width @param {CSSStyleDeclaration} style @param {number} places */
@@ -118,14 +118,28 @@ export class Lines {
     };
     const values = (/** @type {unknown} */ _, /** @type {(number | null)[]} */ ticks) =>
       ticks.map((tick) => (tick === null ? "" : short(tick)));
+    const few = x.listed.length > 0 && x.listed.length * TICK <= width;
+    const at = few ? { splits: () => x.listed } : {};
     return {
       width,
       height: HEIGHT,
       legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false } },
-      scales: { x: { time: false, distr: x.logarithmic ? 3 : 1 }, y: {} },
+      scales: {
+        x: { time: false, distr: x.logarithmic ? 3 : 1 },
+        y: {
+          range: (
+            /** @type {unknown} */ _,
+            /** @type {number} */ low,
+            /** @type {number} */ high,
+          ) => this.reach(low, high),
+        },
+      },
+      hooks: {
+        draw: [(/** @type {Plotted} */ plot) => this.mentioned(plot, ink)],
+      },
       axes: [
-        { ...look, label: unitText(x.label), values, labelSize: 22, size: 34 },
+        { ...look, label: unitText(x.label), values, ...at, labelSize: 22, size: 34 },
         { ...look, label: unitText(y.label), values, labelSize: 22, size: 52 },
       ],
       series: [{}, ...lines.flatMap((line) => [line, bounds, bounds])],
@@ -136,20 +150,57 @@ export class Lines {
     };
   }
 
-  /** @param {number} left @param {number} top @returns {Dot | null} */
-  find(left, top) {
-    const { plot } = this;
+  /** @param {Dot} dot @returns {Place | null} */
+  placeOf({ x, y }) {
+    return x === null || y === null ? null : this.placeAt(x, y);
+  }
+
+  // The range of an axis that has all values, published ones too.
+  /** @param {number} low @param {number} high */
+  reach(low, high) {
+    const values = this.figure.published.map(({ value }) => value);
+    return uPlot.rangeNum(
+      Math.min(low, ...values),
+      Math.max(high, ...values),
+      ROOM,
+      true,
+    );
+  }
+
+  /** @param {number} x @param {number} y @returns {Place | null} */
+  placeAt(x, y) {
+    const { plot, origin } = this;
     if (!plot) return null;
-    let best = null;
-    let nearest = REACH;
-    for (const dot of this.dots) {
-      if (dot.x === null || dot.y === null) continue;
-      const far = Math.hypot(
-        plot.valToPos(dot.x, "x") - left,
-        plot.valToPos(dot.y, "y") - top,
-      );
-      if (far < nearest) [best, nearest] = [dot, far];
+    return { x: origin.x + plot.valToPos(x, "x"), y: origin.y + plot.valToPos(y, "y") };
+  }
+
+  /** @param {Place} place @returns {Dot | null} */
+  find(place) {
+    return nearestTo(place, this, REACH);
+  }
+
+  // The chosen marks, published numbers, and the mark at which the keyboard is.
+  /** @param {Plotted} plot @param {string} ink */
+  mentioned(plot, ink) {
+    const { ctx: context, bbox } = plot;
+    const ratio = devicePixelRatio || 1;
+    /** @param {number | null} x @param {number | null} y @returns {Place} */
+    const at = (x, y) => ({
+      x: bbox.left / ratio + plot.valToPos(x ?? 0, "x"),
+      y: bbox.top / ratio + plot.valToPos(y ?? 0, "y"),
+    });
+    context.save();
+    context.scale(ratio, ratio);
+    for (const { x, y } of this.dots.filter(({ point }) => this.chosen.has(point))) {
+      if (x !== null && y !== null) ring(context, at(x, y), 8, ink);
     }
-    return best;
+    const ground = named(this.element, "--panel");
+    for (const { point, value } of this.figure.published) {
+      const dot = this.dots.find((one) => one.point === point);
+      if (dot) diamond(context, at(dot.x, value), ink, ground);
+    }
+    const { here } = this.picker;
+    if (here) ring(context, at(here.x, here.y), 12, named(this.element, "--accent"));
+    context.restore();
   }
 }
