@@ -14,7 +14,7 @@ from sweep.explorer.points import points
 from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
-from sweep.store.locations import Location
+from sweep.store.locations import Location, local_folder
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.live import Live
 from sweep.web.replaying import Replay
@@ -37,11 +37,14 @@ def explorer(
     results: Location, study: str | None, port: int = 0, *, trust: bool = False
 ) -> tuple[PageServer, str]:
     """The server of the explorer of a folder of results, and the address that begins
-    with a study, or with the list of all. Raises StoreError where there is none.
+    with a study, or with the list of all, which an object store has not. Raises
+    StoreError where there is none.
     """
     watched = Watched(results, trust=trust)
     if study:
         watched.counted(study)
+    else:
+        local_folder(results, "to begin with the list of studies needs")
     server = PageServer(_simulator, port, site_of(watched))
     return server, server.url + (f"#study={quote(study)}" if study else "")
 

@@ -23,7 +23,7 @@ DONE, NOT_DONE, MISSING = range(3)
 
 def studies(watched: Watched, asked: AskStudies) -> dict[str, Any]:  # noqa: ARG001
     """The rows of `sweep list --json`, as `studies`."""
-    found = overview(local_folder(watched.results, "the list of studies"))
+    found = overview(local_folder(watched.results, "the list of studies needs"))
     return {"studies": json.loads(found.to_json(orient="records"))}
 
 

@@ -8,10 +8,12 @@ import { diamond, MarkPicker, ring } from "./picking.js";
 
 export const HEIGHT = 300;
 const LEFT = 66;
+const MOST_LEFT = 0.25; // of the width, for names
 const BOTTOM = 44;
 const TOP = 8;
 const RIGHT = 12;
 const TICKS = 6;
+const FONT = "12px system-ui, sans-serif";
 const REACH = 14; // pixels from a mark
 
 /** @param {Panel} panel @returns {Dot[]} */
@@ -115,6 +117,7 @@ export class Board {
     this.dots = dotsOf(panel);
     /** @type {Set<string>} */
     this.chosen = new Set();
+    this.left = LEFT; // of the plotting area, in pixels
     this.canvas = make("canvas", { "aria-hidden": "true" });
     this.element = make("div", { className: "board" }, this.canvas);
     this.picker = new MarkPicker(this, labelOf(panel));
@@ -167,12 +170,15 @@ export class Board {
     const ink = style.color;
     const line = named(this.element, "--line");
     const [x, y] = this.scales();
-    this.x = x.span(LEFT, width - RIGHT);
+    context.font = FONT;
+    const names = y.names.map((text) => context.measureText(text).width + 30);
+    this.left = Math.min(Math.max(LEFT, ...names), Math.max(LEFT, MOST_LEFT * width));
+    this.x = x.span(this.left, width - RIGHT);
     this.y = y.span(HEIGHT - BOTTOM, TOP);
     this.axes(context, ink, line);
     context.save();
     context.beginPath();
-    context.rect(LEFT, TOP, width - RIGHT - LEFT, HEIGHT - BOTTOM - TOP);
+    context.rect(this.left, TOP, width - RIGHT - this.left, HEIGHT - BOTTOM - TOP);
     context.clip();
     this.paint(context, ink);
     context.restore();
@@ -185,11 +191,11 @@ export class Board {
    * @param {string} line
    */
   axes(context, ink, line) {
-    const { x, y, panel, width } = this;
+    const { x, y, panel, width, left } = this;
     if (!x || !y) return;
     const bottom = HEIGHT - BOTTOM;
     Object.assign(context, {
-      font: "12px system-ui, sans-serif",
+      font: FONT,
       fillStyle: ink,
       strokeStyle: line,
     });
@@ -209,11 +215,11 @@ export class Board {
       const place = y.pixel(at);
       if (place > above - 13) continue;
       above = place;
-      stroke(context, [[LEFT, place], [width - RIGHT, place]]);
-      context.fillText(fitting(context, text, LEFT - 24), LEFT - 6, place + 4);
+      stroke(context, [[left, place], [width - RIGHT, place]]);
+      context.fillText(fitting(context, text, left - 24), left - 6, place + 4);
     }
     context.textAlign = "center";
-    context.fillText(unitText(panel.x.label), (LEFT + width) / 2, HEIGHT - 8);
+    context.fillText(unitText(panel.x.label), (left + width) / 2, HEIGHT - 8);
     context.save();
     context.translate(12, (TOP + bottom) / 2);
     context.rotate(-Math.PI / 2);
@@ -227,30 +233,27 @@ export class Board {
   // Published numbers, and the mark at which the keyboard is.
   /** @param {CanvasRenderingContext2D} context @param {string} ink */
   mentioned(context, ink) {
-    const ground = named(this.element, "--panel");
-    for (const { at, value } of this.publishedPlaces()) {
-      diamond(context, at, ink, this.filling(value) ?? ground);
+    const around = named(this.element, "--panel");
+    for (const { point, value } of this.published) {
+      const dot = this.dots.find((one) => one.point === point);
+      const at = dot && this.placeOfPublished(dot, value);
+      if (at) {
+        diamond(context, at, { around, ...this.lookOfPublished(dot, value, ink) });
+      }
     }
     const { here } = this.picker;
     const at = here && this.placeOf(here);
     if (at) ring(context, at, 12, named(this.element, "--accent"));
   }
 
-  // The colour that stands for a published value, where colours stand for values.
-  /** @param {number} _value @returns {string | null} */
-  filling(_value) {
-    return null;
+  /** @param {Dot} _dot @param {number} _value @param {string} ink */
+  lookOfPublished(_dot, _value, ink) {
+    return { colour: ink, filling: named(this.element, "--panel") };
   }
 
-  /** @returns {{ at: Place, value: number }[]} */
-  publishedPlaces() {
-    const { x, y } = this;
-    if (!x || !y) return [];
-    return this.published.flatMap(({ point, value }) => {
-      const dot = this.dots.find((one) => one.point === point);
-      if (!dot || dot.x === null) return [];
-      return [{ at: { x: x.pixel(dot.x), y: y.pixel(value) }, value }];
-    });
+  /** @param {Dot} dot @param {number} value @returns {Place | null} */
+  placeOfPublished(dot, value) {
+    return this.placeOf({ ...dot, y: value });
   }
 
   /** @param {Dot} dot @returns {Place | null} */

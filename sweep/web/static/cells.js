@@ -99,25 +99,21 @@ export class Cells extends Board {
     return { x: (left + right) / 2, y: (top + bottom) / 2 };
   }
 
-  /** @override @param {number} value */
-  filling(value) {
-    return this.colour(value);
+  /** @override @param {Dot} dot @param {number} value @param {string} ink */
+  lookOfPublished(dot, value, ink) {
+    return { ...super.lookOfPublished(dot, value, ink), filling: this.colour(value) };
+  }
+
+  // In its cell, of which it has no place but a colour.
+  /** @override @param {Dot} dot @param {number} _value */
+  placeOfPublished(dot, _value) {
+    return this.placeOf(dot);
   }
 
   /** @param {number | null} value */
   colour(value) {
     const [low, high] = this.range;
     return ramp(high > low ? ((value ?? low) - low) / (high - low) : 0.5);
-  }
-
-  /** @override @returns {{ at: Place, value: number }[]} */
-  publishedPlaces() {
-    return this.published.flatMap(({ point, value }) =>
-      this.dots.filter((dot) => dot.point === point).map((dot) => ({
-        at: this.placeOf(dot),
-        value,
-      }))
-    );
   }
 
   /** @override @param {Place} place @returns {Dot | null} */

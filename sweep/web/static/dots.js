@@ -23,6 +23,12 @@ export class Dots extends Board {
     this.colours = figure.colours;
   }
 
+  /** @override @param {Dot} dot @param {number} value @param {string} ink */
+  lookOfPublished(dot, value, ink) {
+    const colour = shade(this.colours[dot.colour], ink);
+    return { ...super.lookOfPublished(dot, value, ink), colour };
+  }
+
   /** @override @param {CanvasRenderingContext2D} context @param {string} ink */
   paint(context, ink) {
     const { x, y, dots } = this;

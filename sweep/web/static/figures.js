@@ -23,6 +23,7 @@ export class FigurePanel {
   figure = null;
   /** @type {Choice | null} */
   choice = null;
+  shown = ""; // what was asked for, at which revision
 
   /**
    * @param {string} prefix
@@ -100,15 +101,20 @@ export class FigurePanel {
   async show(choice, state) {
     this.choice = choice;
     const asked = JSON.stringify(this.asked);
+    const wanted = `${state.revision} ${asked}`;
+    if (wanted === this.shown) return this.mark(); // only other points are chosen
     try {
       /** @type {Figure} */
       const figure = await ask("figure", this.asked);
       if (asked !== JSON.stringify(this.asked)) return;
       this.draw(figure, state);
       this.refuse("");
+      this.shown = wanted;
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      if (asked === JSON.stringify(this.asked)) this.refuse(error.message);
+      if (asked !== JSON.stringify(this.asked)) return;
+      this.refuse(error.message);
+      this.shown = "";
     }
   }
 
@@ -258,7 +264,8 @@ export class FigurePanel {
     const lines = published.map(({ value, where }) => `published: ${value}, ${where}`);
     this.tip.textContent = [described(panel, dot), ...lines].join("\n");
     const box = this.element.getBoundingClientRect();
-    this.tip.style.left = `${Math.min(at.x - box.left + 14, box.width - 240)}px`;
+    const most = box.width - this.tip.offsetWidth - 8;
+    this.tip.style.left = `${Math.max(0, Math.min(at.x - box.left + 14, most))}px`;
     this.tip.style.top = `${at.y - box.top + 14}px`;
   }
 }

@@ -17,7 +17,6 @@ export class Lines {
   plot = null;
   /** @type {Set<string>} */
   chosen = new Set();
-  origin = { x: 0, y: 0 }; // of the plotting area in the element
 
   /**
    * @param {Figure} figure
@@ -83,10 +82,6 @@ export class Lines {
       data,
       this.element,
     );
-    const [own, over] = [this.element, this.plot.over].map((one) =>
-      one.getBoundingClientRect()
-    );
-    this.origin = { x: over.left - own.left, y: over.top - own.top };
   }
 
   /** @param {number} width @param {CSSStyleDeclaration} style @param {number} places */
@@ -167,11 +162,16 @@ export class Lines {
     );
   }
 
+  // uPlot lays itself out after it was made: before that its area is empty.
   /** @param {number} x @param {number} y @returns {Place | null} */
   placeAt(x, y) {
-    const { plot, origin } = this;
-    if (!plot) return null;
-    return { x: origin.x + plot.valToPos(x, "x"), y: origin.y + plot.valToPos(y, "y") };
+    const { plot } = this;
+    if (!plot?.bbox.width) return null;
+    const ratio = devicePixelRatio || 1;
+    return {
+      x: plot.bbox.left / ratio + plot.valToPos(x, "x"),
+      y: plot.bbox.top / ratio + plot.valToPos(y, "y"),
+    };
   }
 
   /** @param {Place} place @returns {Dot | null} */
@@ -182,25 +182,24 @@ export class Lines {
   // The chosen marks, published numbers, and the mark at which the keyboard is.
   /** @param {Plotted} plot @param {string} ink */
   mentioned(plot, ink) {
-    const { ctx: context, bbox } = plot;
+    const { ctx: context } = plot;
     const ratio = devicePixelRatio || 1;
-    /** @param {number | null} x @param {number | null} y @returns {Place} */
-    const at = (x, y) => ({
-      x: bbox.left / ratio + plot.valToPos(x ?? 0, "x"),
-      y: bbox.top / ratio + plot.valToPos(y ?? 0, "y"),
-    });
     context.save();
     context.scale(ratio, ratio);
-    for (const { x, y } of this.dots.filter(({ point }) => this.chosen.has(point))) {
-      if (x !== null && y !== null) ring(context, at(x, y), 8, ink);
+    const chosen = this.dots.filter(({ point }) => this.chosen.has(point));
+    for (const place of chosen.map((dot) => this.placeOf(dot))) {
+      if (place) ring(context, place, 8, ink);
     }
-    const ground = named(this.element, "--panel");
+    const around = named(this.element, "--panel");
     for (const { point, value } of this.figure.published) {
       const dot = this.dots.find((one) => one.point === point);
-      if (dot) diamond(context, at(dot.x, value), ink, ground);
+      const place = dot && this.placeOf({ ...dot, y: value });
+      const colour = shade(this.figure.colours[dot?.colour ?? 0], ink);
+      if (place) diamond(context, place, { colour, around, filling: around });
     }
     const { here } = this.picker;
-    if (here) ring(context, at(here.x, here.y), 12, named(this.element, "--accent"));
+    const place = here && this.placeOf(here);
+    if (place) ring(context, place, 12, named(this.element, "--accent"));
     context.restore();
   }
 }

@@ -200,7 +200,8 @@ export class MarkPicker {
   }
 }
 
-// A ring about the mark at which the keyboard is, and diamonds for published numbers.
+// What is drawn about a mark that is chosen, and for a published number: a diamond that
+// can be seen on any colour.
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {Place} at
@@ -217,16 +218,18 @@ export function ring(context, at, radius, colour) {
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {Place} at
- * @param {string} colour
- * @param {string} ground
+ * @param {{ colour: string, around: string, filling: string }} look
  */
-export function diamond(context, { x, y }, colour, ground) {
-  Object.assign(context, { strokeStyle: colour, fillStyle: ground, lineWidth: 1.8 });
+export function diamond(context, { x, y }, { colour, around, filling }) {
   context.beginPath();
   for (const [right, down] of [[0, -6], [6, 0], [0, 6], [-6, 0]]) {
     context.lineTo(x + right, y + down);
   }
   context.closePath();
+  for (const [strokeStyle, lineWidth] of [[around, 5], [colour, 2]]) {
+    Object.assign(context, { strokeStyle, lineWidth });
+    context.stroke();
+  }
+  context.fillStyle = filling;
   context.fill();
-  context.stroke();
 }

@@ -196,7 +196,10 @@ export class Explorer {
     this.player.show(choice);
     this.originOf(state);
     await this.figure.show(choice, state); // first: of many trials all takes seconds
-    await Promise.all([this.points.show(choice), this.trials.show(choice)]);
+    await Promise.all([
+      this.points.show(choice, state.revision),
+      this.trials.show(choice),
+    ]);
   }
 
   /** @param {boolean} one */

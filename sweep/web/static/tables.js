@@ -11,6 +11,8 @@ export class PointTable {
   page = 0;
   /** @type {Points | null} */
   points = null;
+  revision = "";
+  shown = ""; // what was asked for, at which revision
 
   /**
    * @param {(change: Partial<Choice>) => void} go
@@ -60,17 +62,21 @@ export class PointTable {
     };
   }
 
-  /** @param {Choice} choice */
-  async show(choice) {
+  /** @param {Choice} choice @param {string} [revision] */
+  async show(choice, revision = this.revision) {
     const before = JSON.stringify(this.asked);
     this.choice = choice;
+    this.revision = revision;
     if (JSON.stringify(this.asked) !== before) this.page = 0;
     const page = this.page ? String(this.page) : "";
     const asked = JSON.stringify(this.asked);
+    const wanted = [revision, page, asked].join(" ");
+    if (wanted === this.shown) return this.draw(); // only other points are chosen
     /** @type {Points} */
     const points = await ask("points", { ...this.asked, page });
     if (asked !== JSON.stringify(this.asked)) return;
     this.points = points;
+    this.shown = wanted;
     this.draw();
   }
 

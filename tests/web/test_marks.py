@@ -1,0 +1,138 @@
+"""The marks of a figure in the explorer: by keys, by a rectangle, and by a click."""
+
+from collections.abc import Iterator
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from sweep.explorer.site import explorer
+from sweep.web.server import PageServer
+from tests import plotted
+from tests.web.chromium import in_a_thread
+
+PATIENCE = 90_000.0
+BOARD = "window.explorer.figure.boards[0]"
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[PageServer]:
+    for name in ("small", "grid"):
+        results = plotted.study(name).store.folder.parent
+    with in_a_thread(explorer(results, None)[0]) as server:
+        yield server
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """A page in which nothing goes wrong."""
+    complaints: list[str] = []
+    page = browser.new_context(viewport={"width": 1300, "height": 900}).new_page()
+    page.set_default_timeout(PATIENCE)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on(
+        "console",
+        lambda said: complaints.append(said.text) if said.type == "error" else None,
+    )
+    yield page
+    page.context.close()
+    assert complaints == []
+
+
+def chosen(page: Page) -> list[str]:
+    """The points that the address names."""
+    found = parse_qs(urlsplit(page.url).fragment)
+    return found.get("point", [""])[0].split()
+
+
+def drawn(page: Page, address: str) -> None:
+    """Open a figure, and wait until its marks have places."""
+    page.goto(address)
+    page.wait_for_function(f"() => {BOARD}?.placeOf({BOARD}.dots[0])?.x > 0")
+
+
+def places(page: Page) -> list[dict[str, Any]]:
+    """The places of all marks on the screen, and the points behind them."""
+    found: list[dict[str, Any]] = page.evaluate(
+        f"""() => {{
+          const board = {BOARD};
+          const {{ left, top }} = board.element.getBoundingClientRect();
+          return board.dots.map((dot) => {{
+            const {{ x, y }} = board.placeOf(dot);
+            return {{ x: left + x, y: top + y, point: dot.point }};
+          }});
+        }}"""
+    )
+    return found
+
+
+def test_arrow_keys_go_from_cell_to_cell_and_enter_chooses(
+    page: Page, server: PageServer
+) -> None:
+    drawn(page, f"{server.url}#study=grid&metric=speed&kind=heatmap")
+    points = plotted.study("grid").points
+    board = page.get_by_role("application", name="separation weight").first
+    board.focus()
+    for key in ("Home", "ArrowRight", "ArrowRight", "ArrowUp", "ArrowLeft"):
+        page.keyboard.press(key)
+    tip = page.locator(".figure [role=status]")
+    expect(tip).to_contain_text("of 3 trials")
+    page.keyboard.press("Enter")
+    expect(page.locator("[aria-label=trials] h2")).to_contain_text(
+        "separation weight 1"
+    )
+    (point,) = chosen(page)
+    assert tuple(points.loc[point, ["separation_weight", "borders"]]) == (1, "torus")
+    # The board is still there, and has the keyboard.
+    assert page.evaluate(f"document.activeElement === {BOARD}.element")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press(" ")
+    expect(page.locator("[aria-label=trials] h2")).to_have_text("Trials of 2 points")
+    assert len(chosen(page)) == 2
+    page.keyboard.press(" ")
+    expect(page.locator("[aria-label=trials] h2")).to_contain_text(
+        "separation weight 1"
+    )
+    assert chosen(page) == [point]
+
+
+@pytest.mark.parametrize("address", ["small&kind=scatter", "grid&kind=heatmap"])
+def test_a_rectangle_chooses_the_points_within(
+    page: Page, server: PageServer, address: str
+) -> None:
+    drawn(page, f"{server.url}#study={address}&metric=speed")
+    marks = places(page)
+    within = [one for one in marks if one["x"] <= marks[-1]["x"] - 1]
+    page.mouse.move(
+        min(one["x"] for one in marks) - 9, min(one["y"] for one in marks) - 9
+    )
+    page.mouse.down()
+    right, lowest = max(one["x"] for one in within), max(one["y"] for one in marks)
+    page.mouse.move(right + 9, lowest + 9, steps=3)
+    expect(page.locator(".brush").first).to_be_visible()
+    page.mouse.up()
+    expect(page.locator(".brush").first).to_be_hidden()
+    expect(page.locator("[aria-label=trials] h2")).to_be_visible()
+    assert sorted(chosen(page)) == sorted(one["point"] for one in within)
+    expect(page.locator("[aria-label=points] tr.chosen")).to_have_count(len(within))
+
+
+def test_escape_ends_a_rectangle_and_more_than_allowed_is_said(
+    page: Page, server: PageServer
+) -> None:
+    drawn(page, f"{server.url}#study=small&kind=scatter&metric=speed")
+    box = page.locator(".board").bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 20, box["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] - 5, box["y"] + box["height"] - 5, steps=3)
+    expect(page.locator(".brush")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator(".brush")).to_be_hidden()
+    page.mouse.up()
+    assert chosen(page) == []
+    many = "Array.from({ length: 101 }, (_, i) => String(i))"
+    page.evaluate(f"window.explorer.figure.choosePoints({many})")
+    expect(page.get_by_role("alert").filter(has_text="101 points")).to_be_visible()
+    assert chosen(page) == []
