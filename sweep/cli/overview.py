@@ -16,7 +16,7 @@ def list_studies(results: Results = Path("results"), as_json: Json = False) -> N
     from sweep.store.locations import local_folder
     from sweep.tables.overview import studies
 
-    found = studies(local_folder(results, "the list of studies"))
+    found = studies(local_folder(results, "the list of studies needs"))
     if found.empty and not as_json:
         print(f"{results}: no study is stored here", file=sys.stderr)
         return

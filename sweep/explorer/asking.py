@@ -85,6 +85,15 @@ class AskFigure:
     half: Flag = False
 
 
+@dataclass(frozen=True)
+class AskPublished:
+    """The published means of a metric that hold at points of a study."""
+
+    study: str
+    metric: str
+    half: Flag = False
+
+
 def read(kind: type[Q], pairs: Sequence[tuple[str, str]]) -> Q:
     """The question of this kind that a query asks. Raises ChoiceError where it is none.
 

@@ -7,7 +7,6 @@ from typing import Any
 
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import AskFigure
-from sweep.explorer.mentioned import published_in
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
 from sweep.figures.kinds import KINDS
@@ -48,7 +47,6 @@ def figure(watched: Watched, asked: AskFigure) -> dict[str, Any]:
         "colours": marks.colours,
         "note": marks.note,
         "thinned": marks.thinned,
-        "published": published_in(study, marks, half=asked.half),
         "metrics": marks.metrics,
         "command": figure_command(
             watched, asked, chosen, choices._replace(metrics=marks.metrics)

@@ -10,6 +10,7 @@ from urllib.parse import quote
 from sweep.explorer import asking
 from sweep.explorer.asking import read
 from sweep.explorer.drawn import figure
+from sweep.explorer.mentioned import published_at
 from sweep.explorer.points import points
 from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
@@ -30,6 +31,7 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "trials": (asking.AskTrials, trials),
     "spec": (asking.AskSpec, spec),
     "figure": (asking.AskFigure, figure),
+    "published": (asking.AskPublished, published_at),
 }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
@@ -68,6 +68,14 @@ POINT_COLUMNS = (*("point", "model", "preset", "replicate", "status", "error"),)
 """What is read of trials, beside their ids, for the means of points."""
 SHOWN_IDS = 3
 """Of trials whose ids begin alike, in an error."""
+
+
+class NarrowTrials(NamedTuple):
+    """Some columns of trials: where their rows lie, as a table and as a frame."""
+
+    placed: PlacedTrials
+    table: pa.Table
+    trials: pd.DataFrame
 
 
 class StoredStudy:
@@ -185,29 +193,34 @@ class StoredStudy:
         except StoreError:  # parts may have been merged since
             vars(self).pop("_settled", None)
             found = self._with_metrics(chosen)
-        needed = (*self.varied, *chosen) if found.num_rows else ()
-        table = checked(self.name, "trials", found, self.known, needed)
         part = copy.copy(self)
-        part.trials = table.to_pandas() if len(table) else self.trials
-        part.distributions = self._declared(table.schema)
-        part.units = self._units(table.schema)
+        part.trials = found.trials if len(found.trials) else self.trials
+        part.distributions = self._declared(found.table.schema)
+        part.units = self._units(found.table.schema)
         return part
 
     @cached_property
-    def _settled(self) -> tuple[PlacedTrials, pa.Table]:
-        """Where the rows of its trials lie, in the order of the spec, and what narrow
-        ones always have of them.
-        """
+    def _settled(self) -> NarrowTrials:
+        """What narrow studies always have of its trials, in the order of the spec."""
         placed = self.store.placed(self.plan["trial_id"])
-        return placed, self.store.columns(placed, [*POINT_COLUMNS, *self.varied])
+        found = self.store.columns(placed, [*POINT_COLUMNS, *self.varied])
+        needed = self.varied if found.num_rows else ()
+        table = checked(self.name, "trials", found, self.known, needed)
+        return NarrowTrials(placed, table, table.to_pandas())
 
-    def _with_metrics(self, metrics: Sequence[str]) -> pa.Table:
-        placed, table = self._settled
-        found = self.store.columns(placed, columns_of(metrics)) if metrics else table
-        for place, name in enumerate(found.column_names if metrics else ()):
-            if name not in table.column_names:
-                table = table.append_column(found.schema.field(place), found[name])
-        return table
+    def _with_metrics(self, metrics: Sequence[str]) -> NarrowTrials:
+        """The same with metrics. Texts, which are most of it, are made only once."""
+        placed, table, trials = self._settled
+        if not metrics:
+            return self._settled
+        found = self.store.columns(placed, columns_of(metrics))
+        new = [name for name in found.column_names if name not in table.column_names]
+        for name in new:
+            table = table.append_column(found.schema.field(name), found[name])
+        needed = metrics if table.num_rows else ()
+        table = checked(self.name, "trials", table, self.known, needed)
+        more = table.select(new).to_pandas()
+        return NarrowTrials(placed, table, pd.concat([trials, more], axis=1))
 
     @cached_property
     def tried(self) -> NDArray[np.bool_]:

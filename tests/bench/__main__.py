@@ -21,6 +21,7 @@ ratio within one run.
     threads     one trial on two cores, against the same trial on one, same bits
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it
+    explorer    the first picture of a study of a million trials, against reading it
 
 Name some of them to run only those.
 """
@@ -43,6 +44,7 @@ from sweep.trial.simulation import Simulation
 from tests import ROOT
 from tests.bench.cases import BEST, MODEL, covering, large
 from tests.bench.cpp import cpp
+from tests.bench.explorer import explorer
 from tests.bench.first import first
 from tests.bench.flocks import flocks
 from tests.bench.framework import framework
@@ -178,6 +180,7 @@ ALL: dict[str, Callable[[], None]] = {
     "lanes": lanes,
     "view": view,
     "page": page,
+    "explorer": explorer,
 }
 
 if __name__ == "__main__":

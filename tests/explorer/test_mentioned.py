@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from sweep.errors import ChoiceError
 from sweep.explorer import mentioned
 from sweep.explorer.site import site_of
 from sweep.explorer.watching import Watched
@@ -51,7 +52,7 @@ def experiments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def told(*pairs: tuple[str, str]) -> dict[str, Any]:
     results = plotted.study("small").store.folder.parent
-    answer = site_of(Watched(results)).answers["figure"]
+    answer = site_of(Watched(results)).answers["published"]
     found: dict[str, Any] = answer([("study", "small"), *pairs])
     return found
 
@@ -63,8 +64,6 @@ def told(*pairs: tuple[str, str]) -> dict[str, Any]:
         ([("metric", "speed")], [("here", 1.5, 0), ("at its end", 2.5, 1)]),
         ([("metric", "speed"), ("half", "yes")], [("half", 3.5, 1)]),
         ([("metric", "dispersion")], [("another", 8.5, 0)]),
-        ([("kind", "curves")], []),
-        ([("kind", "pareto"), ("metric", "speed+"), ("metric", "dispersion-")], []),
     ],
 )
 def test_a_published_number_stands_at_the_very_settings(
@@ -79,6 +78,11 @@ def test_a_published_number_stands_at_the_very_settings(
 
 def test_numbers_of_the_package_stand_at_no_study_with_other_settings() -> None:
     assert told(("metric", "speed"))["published"] == []
+
+
+def test_a_metric_that_is_not_recorded_is_refused() -> None:
+    with pytest.raises(ChoiceError, match='unknown metric "sped"; did you mean'):
+        told(("metric", "sped"))
 
 
 def test_ticks_of_listed_values_stand_at_them_and_others_at_none() -> None:

@@ -105,13 +105,13 @@ export const labelOf = ({ title, x, y }) =>
 export class Board {
   /**
    * @param {Panel} panel
-   * @param {Published[]} published
    * @param {(dot: Dot | null, at: Place) => void} over
    * @param {(points: string[]) => void} choose
    */
-  constructor(panel, published, over, choose) {
+  constructor(panel, over, choose) {
     this.panel = panel;
-    this.published = published;
+    /** @type {Published[]} */
+    this.published = [];
     this.over = over;
     this.choose = choose;
     this.dots = dotsOf(panel);
@@ -128,6 +128,12 @@ export class Board {
   remove() {
     this.watch.disconnect();
     this.element.remove();
+  }
+
+  /** @param {Published[]} published */
+  mention(published) {
+    this.published = published;
+    this.draw();
   }
 
   /** @param {Set<string>} points */

@@ -45,13 +45,12 @@ export function rangeOf(panels) {
 export class Cells extends Board {
   /**
    * @param {[number, number]} range
-   * @param {Figure} figure
    * @param {Panel} panel
    * @param {(dot: Dot | null, at: Place) => void} over
    * @param {(points: string[]) => void} choose
    */
-  constructor(range, figure, panel, over, choose) {
-    super(panel, figure.published, over, choose);
+  constructor(range, panel, over, choose) {
+    super(panel, over, choose);
     this.range = range;
   }
 

@@ -19,7 +19,7 @@ export class Dots extends Board {
    * @param {(points: string[]) => void} choose
    */
   constructor(figure, panel, over, choose) {
-    super(panel, figure.published, over, choose);
+    super(panel, over, choose);
     this.colours = figure.colours;
   }
 

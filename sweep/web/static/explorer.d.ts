@@ -119,7 +119,6 @@ export interface Figure {
   colours: string[];
   note: string;
   thinned: string;
-  published: Published[];
   command: string;
 }
 

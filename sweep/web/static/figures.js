@@ -7,7 +7,7 @@ import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
 
-/** @import { Choice, Dot, Figure, Panel, StudyState } from "./explorer.d.ts" */
+/** @import { Choice, Dot, Figure, Panel, Published, StudyState } from "./explorer.d.ts" */
 /** @import { Place } from "./picking.js" */
 
 /**
@@ -24,6 +24,9 @@ export class FigurePanel {
   /** @type {Choice | null} */
   choice = null;
   shown = ""; // what was asked for, at which revision
+  told = ""; // the same, of published numbers
+  /** @type {Published[]} */
+  published = [];
 
   /**
    * @param {string} prefix
@@ -51,6 +54,7 @@ export class FigurePanel {
     this.crowd = make("p", { className: "refusal", role: "alert", hidden: true });
     this.panels = make("div", { className: "panels" });
     this.legend = make("div");
+    this.mentioned = make("p", { className: "legend" });
     this.note = make("p", { className: "facts said" });
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.line = make("div");
@@ -118,6 +122,22 @@ export class FigurePanel {
     }
   }
 
+  // Published numbers come after the figure: to read them takes longer.
+  async mention() {
+    const { figure, shown } = this;
+    if (!figure || !shown || shown === this.told) return;
+    this.told = shown;
+    const { metrics, panels, form } = figure;
+    if (metrics.length > 1 || panels[0].x.name === "frame") return;
+    const { study, half } = this.asked;
+    /** @type {{ published: Published[] }} */
+    const answer = await ask("published", { study, half, metric: metrics[0] });
+    if (shown !== this.shown) return;
+    this.published = answer.published;
+    this.mentioned.textContent = publishedLegend(this.published, form);
+    for (const board of this.boards) board.mention(this.published);
+  }
+
   /** @param {string} words */
   refuse(words) {
     this.refusal.textContent = words;
@@ -130,6 +150,8 @@ export class FigurePanel {
   /** @param {Figure} figure @param {StudyState} state */
   draw(figure, state) {
     this.figure = figure;
+    this.published = [];
+    this.mentioned.textContent = "";
     this.offer(figure, state);
     for (const board of this.boards) board.remove();
     const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
@@ -147,7 +169,7 @@ export class FigurePanel {
     for (const board of this.boards) board.draw();
     this.legend.replaceChildren(
       range ? rampLegend(figure, range) : this.colours(figure),
-      ...publishedLegend(figure),
+      this.mentioned,
     );
     this.note.textContent = [
       figure.thinned && `${figure.thinned} are shown`,
@@ -166,7 +188,7 @@ export class FigurePanel {
     const over = (/** @type {Dot | null} */ dot, /** @type {Place} */ at) =>
       this.hover(panel, dot, at);
     const choose = (/** @type {string[]} */ points) => this.choosePoints(points);
-    if (range) return new Cells(range, figure, panel, over, choose);
+    if (range) return new Cells(range, panel, over, choose);
     const kind = figure.form === "lines" ? Lines : Dots;
     const board = new kind(figure, panel, over, choose);
     return board;
@@ -258,9 +280,7 @@ export class FigurePanel {
   hover(panel, dot, at) {
     this.tip.hidden = !dot;
     if (!dot) return;
-    const published =
-      this.figure?.published.filter(({ point }) => point === dot.point) ??
-        [];
+    const published = this.published.filter(({ point }) => point === dot.point);
     const lines = published.map(({ value, where }) => `published: ${value}, ${where}`);
     this.tip.textContent = [described(panel, dot), ...lines].join("\n");
     const box = this.element.getBoundingClientRect();
@@ -270,13 +290,11 @@ export class FigurePanel {
   }
 }
 
-/** @param {Figure} figure */
-function publishedLegend({ published, form }) {
-  if (!published.length) return [];
+/** @param {Published[]} published @param {string} form */
+function publishedLegend(published, form) {
+  if (!published.length) return "";
   const coloured = form === "cells" ? "; its colour is its value" : "";
-  const textContent =
-    `◇ a published number, which holds at the settings of its point${coloured}`;
-  return [make("p", { className: "legend" }, make("span", { textContent }))];
+  return `◇ a published number, which holds at the settings of its point${coloured}`;
 }
 
 /** @param {Panel} panel @param {Dot} dot */

@@ -5,7 +5,7 @@ import { dotsOf, HEIGHT, known, labelOf, nearestTo } from "./board.js";
 import { shade } from "./dots.js";
 import { diamond, MarkPicker, ring } from "./picking.js";
 
-/** @import { Dot, Figure, Panel, Plotted } from "./explorer.d.ts" */
+/** @import { Dot, Figure, Panel, Plotted, Published } from "./explorer.d.ts" */
 /** @import { Place } from "./picking.js" */
 
 const REACH = 24; // pixels from a mark
@@ -30,6 +30,8 @@ export class Lines {
     this.over = over;
     this.choose = choose;
     this.dots = dotsOf(panel);
+    /** @type {Published[]} */
+    this.published = [];
     this.element = make("div", { className: "board" });
     this.picker = new MarkPicker(this, labelOf(panel));
     this.watch = new ResizeObserver(() => this.draw());
@@ -40,6 +42,12 @@ export class Lines {
     this.watch.disconnect();
     this.plot?.destroy();
     this.element.remove();
+  }
+
+  /** @param {Published[]} published */
+  mention(published) {
+    this.published = published;
+    this.draw();
   }
 
   /** @param {Set<string>} points */
@@ -153,7 +161,7 @@ export class Lines {
   // The range of an axis that has all values, published ones too.
   /** @param {number} low @param {number} high */
   reach(low, high) {
-    const values = this.figure.published.map(({ value }) => value);
+    const values = this.published.map(({ value }) => value);
     return uPlot.rangeNum(
       Math.min(low, ...values),
       Math.max(high, ...values),
@@ -191,7 +199,7 @@ export class Lines {
       if (place) ring(context, place, 8, ink);
     }
     const around = named(this.element, "--panel");
-    for (const { point, value } of this.figure.published) {
+    for (const { point, value } of this.published) {
       const dot = this.dots.find((one) => one.point === point);
       const place = dot && this.placeOf({ ...dot, y: value });
       const colour = shade(this.figure.colours[dot?.colour ?? 0], ink);

@@ -199,6 +199,7 @@ export class Explorer {
     await Promise.all([
       this.points.show(choice, state.revision),
       this.trials.show(choice),
+      this.figure.mention(),
     ]);
   }
 
