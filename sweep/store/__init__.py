@@ -6,6 +6,8 @@ rows        results as tables
 parquet     checksummed files of rows
 manifest    what a part consists of
 merging     many small parts as few large ones
+uniting     tables of parts as one
+placed      where the rows of trials lie
 locations   a folder or a bucket
 finding     which studies there are
 places      what a store asks of either

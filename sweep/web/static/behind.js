@@ -108,7 +108,7 @@ const settingsSaid = (settings) =>
     `${spaced(name)} ${short(typeof value === "number" ? value : String(value))}`
   ).join(", ") || "the one point";
 
-// The player of the simulator, beside the figure: one trial, or two of them on one clock.
+// The player of the simulator, beside the figure: one trial, or two on one clock.
 export class Player {
   /** @type {{ unmount(): void, view: View } | null} */
   mounted = null;

@@ -7,7 +7,16 @@ import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
 
-/** @import { Choice, Dot, Figure, Panel, Published, StudyState } from "./explorer.d.ts" */
+/**
+ * @import {
+ *   Choice,
+ *   Dot,
+ *   Figure,
+ *   Panel,
+ *   Published,
+ *   StudyState,
+ * } from "./explorer.d.ts"
+ */
 /** @import { Place } from "./picking.js" */
 
 /**

@@ -47,9 +47,9 @@ import { bytesOf, download } from "./files.js";
 /**
  * `memory` keeps what a page goes on with when its session is gone, and has an address
  * of it; `entitle` is told what is shown, in a few words; `stored` names the stored
- * trial that is played, or two of them, of which `alone` is told that only one shall be
- * shown, where whoever has named them does that; `opening` says how the first state is shown, and `demos` is the
- * address of the start page.
+ * trial that is played, or two, and then `alone` is told if only one shall be shown;
+ * `opening` says how the first state is shown, and `demos` is the address of the start
+ * page.
  *
  * @typedef {{
  *   page?: string,
