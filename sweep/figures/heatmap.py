@@ -21,7 +21,13 @@ from sweep.analysis.intervals import group_bounds
 from sweep.analysis.mean_bounds import equal
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
-from sweep.figures.marks import MOST_IDS, FigureMarks, MarkedPanel, axis_of
+from sweep.figures.marks import (
+    MOST_IDS,
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
+    axis_of,
+)
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import (
     Floats,
@@ -390,7 +396,7 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
     selection = layout.selection
     table = selection.table([metric])
     cells = [_cells(layout, table.loc[facet.points]) for facet in layout.facets]
-    x, y = (axis_of(selection, name) for name in (layout.x, layout.y))
+    x, y = (_marked_axis(layout, name) for name in (layout.x, layout.y))
     panels = [
         MarkedPanel(
             facet.title,
@@ -404,6 +410,12 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
     note = _note(layout, table, cells)
     shown = (Column.read(metric).metric,)
     return FigureMarks("cells", shown, panels, note, quantity(selection.study, metric))
+
+
+def _marked_axis(layout: Heatmap, name: str) -> MarkedAxis:
+    """The axis of a setting: a bin stands at none of its values."""
+    axis = axis_of(layout.selection, name)
+    return axis._replace(listed=()) if name in layout.binned else axis
 
 
 def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from sweep.explorer import mentioned
 from sweep.explorer.site import site_of
 from sweep.explorer.watching import Watched
 from tests import plotted
+from tests.many_trials import many_trials
 from tests.studies import SMALL
 
 CLAIM = """
@@ -94,3 +95,11 @@ def test_ticks_of_listed_values_stand_at_them_and_others_at_none() -> None:
     drawn = answer([("study", "drawn"), ("kind", "scatter")])["panels"]
     listed = {one["x"]["name"]: one["x"]["listed"] for one in drawn}
     assert listed["separation_weight"] == ()
+
+
+def test_a_bin_has_no_tick_at_a_listed_value(tmp_path: Path) -> None:
+    many_trials(tmp_path, 31, 2, 1, parts=1)
+    answer = site_of(Watched(tmp_path)).answers["figure"]
+    panel = answer([("study", "many"), ("kind", "heatmap")])["panels"][0]
+    assert len(panel["edges"][0]) < 31
+    assert (panel["x"]["listed"], panel["y"]["listed"]) == ((), (0, 1))

@@ -1,6 +1,7 @@
 """The marks of a figure in the explorer: by keys, by a rectangle, and by a click."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -10,6 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 from sweep.explorer.site import explorer
 from sweep.web.server import PageServer
 from tests import plotted
+from tests.studies import SMALL, launched, relaunch
 from tests.web.chromium import in_a_thread
 
 PATIENCE = 90_000.0
@@ -136,3 +138,24 @@ def test_escape_ends_a_rectangle_and_more_than_allowed_is_said(
     page.evaluate(f"window.explorer.figure.choosePoints({many})")
     expect(page.get_by_role("alert").filter(has_text="101 points")).to_be_visible()
     assert chosen(page) == []
+
+
+def test_intervals_are_drawn_anew_when_something_was_stored(
+    page: Page, tmp_path: Path
+) -> None:
+    """Without a reload, and only then."""
+    launched(SMALL, tmp_path)
+    half = f"{BOARD}.dots.map(({{ low, high }}) => high - low)"
+    with in_a_thread(explorer(tmp_path, "small")[0]) as server:
+        drawn(page, f"{server.url}#study=small&metric=dispersion&kind=scatter")
+        before = page.evaluate(half)
+        page.evaluate(f"window.first = {BOARD}")
+        page.locator("[aria-label=points] tbody button").first.click()
+        expect(page.locator("[aria-label=trials] h2")).to_be_visible()
+        assert page.evaluate(f"window.first === {BOARD}")
+        relaunch(SMALL.replace("replicates: 3", "replicates: 12"), tmp_path)
+        expect(page.locator(".figure .said")).to_contain_text("12 trials a point")
+        after = page.evaluate(half)
+        page.goto("about:blank")  # it asks no server that is gone
+    assert len(before) == len(after) == 2
+    assert sum(after) < sum(before)

@@ -13,6 +13,7 @@ const BOTTOM = 44;
 const TOP = 8;
 const RIGHT = 12;
 const TICKS = 6;
+const MOST_LISTED = 12; // ticks; of more values each second, third and so on has one
 const FONT = "12px system-ui, sans-serif";
 const REACH = 14; // pixels from a mark
 
@@ -78,7 +79,13 @@ export class Scale {
   /** @returns {{ at: number, text: string }[]} */
   get ticks() {
     const { listed } = this.axis;
-    if (listed.length) return listed.map((at) => ({ at, text: short(at) }));
+    const every = Math.ceil(listed.length / MOST_LISTED);
+    if (listed.length) {
+      return listed.filter((_, i) => i % every === 0).map((at) => ({
+        at,
+        text: short(at),
+      }));
+    }
     if (this.names.length) return this.names.map((text, at) => ({ at, text }));
     const step = niceStep((this.high - this.low) / TICKS, this.log);
     const first = Math.ceil(this.low / step);
