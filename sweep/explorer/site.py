@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from sweep.explorer import asking
 from sweep.explorer.asking import read
+from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
 from sweep.explorer.points import points
 from sweep.explorer.states import state, studies
@@ -30,6 +31,7 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "trials": (asking.AskTrials, trials),
     "spec": (asking.AskSpec, spec),
     "figure": (asking.AskFigure, figure),
+    "comparison": (asking.AskComparison, comparison),
 }
 
 

@@ -58,6 +58,14 @@ class Watched:
                 seen.narrow[wanted] = by_phase(seen.study.narrow(wanted))
             return seen.revision, seen.narrow[wanted]
 
+    def whole(self, name: str) -> StoredStudy:
+        """A study with all that is stored of its trials; the phases of a search are
+        apart. Raises as StoredStudy.
+        """
+        seen = self._study(name)
+        with self._lock:
+            return by_phase(seen.study)
+
     def _study(self, name: str) -> Revised:
         with self._lock:
             revision = self.revision(name)
