@@ -8,6 +8,7 @@ from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskComparison
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
+from sweep.spec.recorded import Column
 from sweep.tables.comparison import (
     Comparison,
     Method,
@@ -18,6 +19,7 @@ from sweep.tables.comparison import (
 from sweep.tables.comparison_facts import comparison_facts
 from sweep.tables.comparison_sides import Side, side_of, study_named
 from sweep.tables.comparison_words import cells, heading, notes, titles
+from sweep.tables.matched_points import telling
 from sweep.tables.safe_csv import as_csv
 from sweep.text import unknown
 
@@ -27,9 +29,11 @@ def comparison(watched: Watched, asked: AskComparison) -> dict[str, Any]:
 
     `revision` is a word for what is stored of both sides; where the page has seen it,
     only that is answered. `facts` are those of `sweep compare --json` with the rows of
-    this page; `cells` has the texts of each row below `titles`, `points` for each the
-    ids of its points on side a and on side b. `heading` and `notes` stand above and
-    below the table that `command` prints. `metrics` are those that can be compared.
+    this page; `cells` has the texts of each row below `titles`, and `behind` says for
+    each whose trials it rests on: a metric, and a point of side a and of side b, by
+    their ids. `settings` are those that tell rows apart. `heading` and `notes` stand
+    above and below the table that `command` prints. `metrics` can be compared, and
+    `corrections` are the words of `--together`.
     With `csv` the whole table is `csv`, as `sweep compare --csv` prints it. Raises
     ChoiceError as `compare_sides`.
     """
@@ -47,13 +51,13 @@ def comparison(watched: Watched, asked: AskComparison) -> dict[str, Any]:
     start = asked.page * MOST_ROWS
     shown = found.rows.iloc[start : start + MOST_ROWS]
     facts = comparison_facts(found)
-    pairs = found.matching.points
     return {
         "revision": revision,
         "facts": {**facts, "rows": facts["rows"][start : start + MOST_ROWS]},
         "titles": titles(found),
         "cells": cells(found, shown),
-        "points": [list(pairs[row % len(pairs)]) for row in shown.index],
+        "behind": [_behind(found, place) for place in shown.index],
+        "settings": telling(found.matching.settings),
         "total": len(found.rows),
         "page": asked.page,
         "size": MOST_ROWS,
@@ -63,6 +67,14 @@ def comparison(watched: Watched, asked: AskComparison) -> dict[str, Any]:
         "corrections": list(get_args(Together)),
         "command": comparison_command(watched, asked),
     }
+
+
+def _behind(found: Comparison, place: int) -> dict[str, str]:
+    """Whose trials stand behind the row at a place."""
+    pairs = found.matching.points
+    metric = Column.read(found.rows["metric"].iloc[place]).metric
+    a, b = pairs[place % len(pairs)]
+    return {"metric": metric, "a": a, "b": b}
 
 
 def _compared(one: Side, other: Side, asked: AskComparison) -> Comparison:
@@ -82,8 +94,8 @@ def comparison_command(watched: Watched, asked: AskComparison) -> str:
     options = {
         "--metric": asked.metric,
         "--over": ["half"] if asked.half else [],
-        "--margin": [] if asked.margin is None else [f"{asked.margin:g}"],
-        "--confidence": [] if asked.confidence is None else [f"{asked.confidence:g}"],
+        "--margin": [] if asked.margin is None else [str(asked.margin)],
+        "--confidence": [] if asked.confidence is None else [str(asked.confidence)],
         "--together": [asked.together] if asked.together else [],
     }
     return spelled_command("compare", [asked.a, asked.b], options, watched)

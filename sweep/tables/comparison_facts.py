@@ -16,7 +16,7 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
     """
     matching, method = comparison.matching, comparison.method
     alone = [table.to_dict(orient="records") for table in matching.alone]
-    return _plain(
+    facts: dict[str, Any] = _plain(
         {
             "a": _about(comparison.one, alone[0]),
             "b": _about(comparison.other, alone[1]),
@@ -40,6 +40,7 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
             "summary": list(summary(comparison)),
         }
     )
+    return facts
 
 
 def _about(side: Side, alone: list[dict[Any, Any]]) -> dict[str, Any]:

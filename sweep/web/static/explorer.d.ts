@@ -139,6 +139,50 @@ export interface Dot {
   point: string;
 }
 
+/** A row of a comparison, as sweep compare --json has it, with its settings. */
+export interface Difference {
+  metric: string;
+  unit: string;
+  a: Known;
+  b: Known;
+  difference: Known;
+  low: Known | string;
+  high: Known | string;
+  p: Known;
+  paired: boolean;
+  verdict: string;
+}
+
+/** Whose trials a row of a comparison rests on. */
+export interface Behind {
+  metric: string;
+  a: string;
+  b: string;
+}
+
+export interface Compared {
+  revision: string;
+  facts: {
+    a: { selection: string; study: string };
+    b: { selection: string; study: string };
+    method: { confidence: number; together: string; margin: Known };
+    rows: Difference[];
+    summary: string[];
+  };
+  titles: string[];
+  cells: string[][];
+  behind: Behind[];
+  settings: string[];
+  total: number;
+  page: number;
+  size: number;
+  heading: string[];
+  notes: string[];
+  metrics: string[];
+  corrections: string[];
+  command: string;
+}
+
 /** What the page shows, as its address says it. */
 export interface Choice {
   study: string;
@@ -152,6 +196,13 @@ export interface Choice {
   sort: string;
   point: string;
   trial: string;
+  a: string;
+  b: string;
+  margin: string;
+  confidence: string;
+  together: string;
+  ranked: string;
+  side: string;
 }
 
 /** uPlot 1.6.32, as far as it is used here. */

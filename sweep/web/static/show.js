@@ -1,10 +1,11 @@
-// The explorer: the studies of a folder, or one study with its state, a figure, its
-// points, the trials behind a point, and a trial that plays. What is shown is what the
-// address says.
+// The explorer: the studies of a folder; one study with its state, a figure, its points,
+// the trials behind a point, and a trial that plays; or two sides compared. What is
+// shown is what the address says.
 
 import { button, make } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { Player, TrialTable } from "./behind.js";
+import { ComparedView, SidesForm } from "./compared.js";
 import { FigurePanel } from "./figures.js";
 import { PagedTable } from "./rows.js";
 import { StatePanel } from "./strip.js";
@@ -25,6 +26,13 @@ const KEYS = /** @type {const} */ ([
   "sort",
   "point",
   "trial",
+  "a",
+  "b",
+  "margin",
+  "confidence",
+  "together",
+  "ranked",
+  "side",
 ]);
 
 /** @returns {Choice} */
@@ -80,12 +88,21 @@ export class Explorer {
     this.trials = new TrialTable(go);
     this.player = new Player();
     this.origin = make("details", { className: "card" });
+    this.sides = new SidesForm("study", go);
+    const compare = make(
+      "details",
+      { className: "card", "aria-label": "compare" },
+      make("summary", { textContent: "Compare it with another side" }),
+      this.sides.element,
+    );
+    this.compared = new ComparedView(go, command);
     this.study = make(
       "div",
       { className: "study", hidden: true },
       this.panel.element,
       make("div", { className: "seen" }, this.figure.element, this.points.element),
       make("div", { className: "behind" }, this.trials.element, this.player.element),
+      compare,
       this.origin,
     );
     root.append(
@@ -93,6 +110,7 @@ export class Explorer {
       this.banner,
       this.studies,
       this.study,
+      this.compared.element,
     );
     addEventListener("hashchange", () => this.follow());
     this.follow();
@@ -121,7 +139,7 @@ export class Explorer {
   async look(all) {
     const look = ++this.looks;
     try {
-      await (this.choice.study ? this.lookAtStudy(all) : this.lookAtStudies());
+      await this.lookAt(this.choice, all);
       this.complain("");
     } catch (error) {
       const away = "The server does not answer; is sweep show still running?";
@@ -132,6 +150,14 @@ export class Explorer {
     }
   }
 
+  /** @param {Choice} choice @param {boolean} all */
+  async lookAt(choice, all) {
+    this.display(choice);
+    if (choice.a && choice.b) await this.compared.show(choice, all);
+    else if (choice.study) await this.lookAtStudy(all);
+    else await this.lookAtStudies();
+  }
+
   /** @param {string} words */
   complain(words) {
     this.banner.textContent = words;
@@ -139,7 +165,6 @@ export class Explorer {
   }
 
   async lookAtStudies() {
-    this.display(false);
     /** @type {{ studies: Study[] }} */
     const { studies } = await ask("studies", {});
     const rows = studies.map((one) => ({
@@ -177,7 +202,6 @@ export class Explorer {
   /** @param {boolean} all */
   async lookAtStudy(all) {
     const { study } = this.choice;
-    this.display(true);
     /** @type {StudyState} */
     const state = await ask("state", { study, seen: this.state?.revision ?? "" });
     if (study !== this.choice.study) return;
@@ -201,15 +225,19 @@ export class Explorer {
     ]);
   }
 
-  /** @param {boolean} one */
-  display(one) {
-    this.studies.hidden = one;
-    this.study.hidden = !one;
-    this.chosen.hidden = !one;
-    this.home.hidden = !one;
-    this.name.textContent = this.choice.study || "Results";
-    this.where.value = this.choice.where;
-    document.title = `${this.choice.study || "results"} · boidsweep`;
+  /** @param {Choice} choice */
+  display({ study, a, b, where }) {
+    const both = Boolean(a && b);
+    const name = both ? `${a} and ${b}` : study;
+    this.compared.element.hidden = !both;
+    this.study.hidden = both || !study;
+    this.studies.hidden = both || Boolean(study);
+    this.chosen.hidden = this.study.hidden;
+    this.home.hidden = !name;
+    this.name.textContent = name || "Results";
+    this.where.value = where;
+    this.sides.show(study, "");
+    document.title = `${name || "results"} · boidsweep`;
   }
 
   /** @param {StudyState} state */
