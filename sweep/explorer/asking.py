@@ -18,7 +18,8 @@ MOST_ROWS = 200
 Texts = tuple[str, ...]
 Flag = Annotated[bool, "yes or no"]
 Number = Annotated[int, "from 0"]
-Real = Annotated[float | None, "a finite number"]
+Real = Annotated[float, "a finite number"]
+MaybeReal = Real | None
 Q = TypeVar("Q")
 
 
@@ -74,9 +75,9 @@ class AskComparison:
     b: str
     metric: Texts = ()
     half: Flag = False
-    margin: Real = None
-    confidence: Real = None
-    together: str = ""
+    margin: MaybeReal = None
+    confidence: Real = 0.95
+    together: str = "holm"
     page: Number = 0
     csv: Flag = False
     seen: str = ""
@@ -140,7 +141,7 @@ def _read(name: str, hint: Any, values: list[str]) -> Any:
         raise ChoiceError(f"{name} stands {len(values)} times; allowed: once")
     if hint == Flag:
         return _flag(name, values[0])
-    if hint == Real:
+    if hint in (Real, MaybeReal):
         return _real(name, values[0])
     return _number(name, values[0]) if hint == Number else values[0]
 

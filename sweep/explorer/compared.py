@@ -2,7 +2,7 @@
 with the points whose trials stand behind it.
 """
 
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskComparison
@@ -78,24 +78,24 @@ def _behind(found: Comparison, place: int) -> dict[str, str]:
 
 
 def _compared(one: Side, other: Side, asked: AskComparison) -> Comparison:
-    if asked.together and asked.together not in get_args(Together):
-        raise ChoiceError(unknown("correction", asked.together, get_args(Together)))
-    given = {
-        name: value
-        for name in ("confidence", "together", "margin")
-        if (value := getattr(asked, name)) not in (None, "")
-    }
-    method = Method(**given)
+    corrections = get_args(Together)
+    if asked.together not in corrections:
+        raise ChoiceError(unknown("correction", asked.together, corrections))
+    together = cast(Together, asked.together)
+    method = Method(asked.confidence, together, asked.margin)
     return compare_sides(one, other, asked.metric, half=asked.half, method=method)
 
 
 def comparison_command(watched: Watched, asked: AskComparison) -> str:
     """The command that prints the comparison."""
+    usual = Method()
     options = {
         "--metric": asked.metric,
         "--over": ["half"] if asked.half else [],
         "--margin": [] if asked.margin is None else [str(asked.margin)],
-        "--confidence": [] if asked.confidence is None else [str(asked.confidence)],
-        "--together": [asked.together] if asked.together else [],
+        "--confidence": (
+            [] if asked.confidence == usual.confidence else [str(asked.confidence)]
+        ),
+        "--together": [] if asked.together == usual.together else [asked.together],
     }
     return spelled_command("compare", [asked.a, asked.b], options, watched)

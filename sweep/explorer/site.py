@@ -3,12 +3,13 @@ stored trials that it plays.
 """
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from sweep.explorer import asking
-from sweep.explorer.asking import read
+from sweep.explorer.asking import AskComparison, read
 from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
 from sweep.explorer.points import points
@@ -36,16 +37,41 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
 
 
 def explorer(
-    results: Location, study: str | None, port: int = 0, *, trust: bool = False
+    results: Location,
+    first: str | AskComparison | None,
+    port: int = 0,
+    *,
+    trust: bool = False,
 ) -> tuple[PageServer, str]:
     """The server of the explorer of a folder of results, and the address that begins
-    with a study, or with the list of all. Raises StoreError where there is none.
+    with `first`: a study, two sides compared, or the list of all studies. Raises
+    StoreError where there is none, and ChoiceError for what cannot be compared.
     """
-    watched = Watched(results, trust=trust)
-    if study:
-        watched.narrow(study)
+    watched, begin = Watched(results, trust=trust), ""
+    if isinstance(first, AskComparison):
+        comparison(watched, first)
+        begin = f"#{address(first)}"
+    elif first:
+        watched.narrow(first)
+        begin = f"#study={quote(first)}"
     server = PageServer(_simulator, port, site_of(watched))
-    return server, server.url + (f"#study={quote(study)}" if study else "")
+    return server, server.url + begin
+
+
+def address(asked: AskComparison) -> str:
+    """The choice of the page that asks this; what is as by default is left out."""
+    told = [
+        (member.name, value)
+        for member in fields(asked)
+        if (value := getattr(asked, member.name)) != member.default
+    ]
+    return urlencode([(name, _spelled(value)) for name, value in told], quote_via=quote)
+
+
+def _spelled(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(str, value))
+    return "yes" if value is True else str(value)
 
 
 def site_of(watched: Watched) -> PageSite:

@@ -8,6 +8,7 @@ import { Scale, stroke } from "./board.js";
 const ROW = 24; // CSS pixels
 const TOP = 26;
 const BOTTOM = 42;
+const FAR = 4; // times the median: an interval that ends beyond it gets an arrow
 const NARROW = 560; // below it the verdicts stand in the table alone
 
 /**
@@ -67,16 +68,21 @@ export class Forest {
     return this.lines[Math.floor((top - TOP) / ROW)] ?? null;
   }
 
-  // All that is known lies within the scale, and so do zero and the margin.
+  // Zero, the margin and all differences lie within the scale, and the ends of all
+  // intervals but those that are many times as far off as most.
   get scale() {
     const { lines, margin } = this;
-    const values = lines.flatMap(({ about }) => [
-      about.difference ?? 0,
-      ...interval(about) ?? [],
-    ]).filter((value) => Number.isFinite(value));
-    const bounds = margin === null ? [0] : [0, -margin, margin];
+    const ends = lines.flatMap(({ about }) => interval(about) ?? [])
+      .filter((end) => Number.isFinite(end));
+    const inner = [
+      ...[0, margin ?? 0, -(margin ?? 0)],
+      ...lines.map(({ about }) => about.difference ?? 0),
+    ];
+    const far = ends.map(Math.abs).toSorted((a, b) => a - b);
+    const most = Math.max(FAR * (far[far.length >> 1] ?? 0), ...inner.map(Math.abs));
+    const kept = ends.map((end) => Math.min(Math.max(end, -most), most));
     const axis = { name: "", label: "", logarithmic: false, names: [] };
-    return new Scale([...values, ...bounds], axis);
+    return new Scale([...inner, ...kept], axis);
   }
 
   draw() {
@@ -173,12 +179,15 @@ export class Forest {
    */
   mark(context, about, scale, y, colour) {
     Object.assign(context, { strokeStyle: colour, fillStyle: colour, lineWidth: 2 });
-    const ends = interval(about);
-    if (ends) {
-      const [low, high] = ends.map((end) =>
-        Math.min(Math.max(scale.pixel(end), scale.from), scale.to)
-      );
-      stroke(context, [[low, y], [high, y]]);
+    for (const [i, end] of (interval(about) ?? []).entries()) {
+      const edge = i ? scale.to : scale.from;
+      const beyond = i ? scale.pixel(end) > edge : scale.pixel(end) < edge;
+      const place = beyond ? edge : scale.pixel(end);
+      stroke(context, [[scale.pixel(about.difference ?? 0), y], [place, y]]);
+      const back = i ? -6 : 6;
+      if (beyond) {
+        stroke(context, [[edge + back, y - 4], [edge, y], [edge + back, y + 4]]);
+      }
     }
     context.lineWidth = 1;
     if (about.difference === null) return;
