@@ -92,6 +92,8 @@ export interface FigureAxis {
   label: string;
   logarithmic: boolean;
   names: string[];
+  low?: Known;
+  high?: Known;
 }
 
 export interface Panel {
@@ -99,6 +101,7 @@ export interface Panel {
   x: FigureAxis;
   y: FigureAxis;
   edges: [number[], number[]];
+  line: { x: number[]; y: number[]; text: string };
   marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
 }
 
