@@ -84,6 +84,20 @@ class AskComparison:
 
 
 @dataclass(frozen=True)
+class AskSearch:
+    """The report of a search."""
+
+    study: str
+
+
+@dataclass(frozen=True)
+class AskScorecard:
+    """The scorecard that a reproduction has written, `full` or `quick`."""
+
+    scale: str = "full"
+
+
+@dataclass(frozen=True)
 class AskSpec:
     """The spec that launches a stored trial."""
 

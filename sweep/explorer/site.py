@@ -13,6 +13,7 @@ from sweep.explorer.asking import AskComparison, read
 from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
 from sweep.explorer.points import points
+from sweep.explorer.searched import search
 from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
@@ -33,6 +34,7 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "spec": (asking.AskSpec, spec),
     "figure": (asking.AskFigure, figure),
     "comparison": (asking.AskComparison, comparison),
+    "search": (asking.AskSearch, search),
 }
 
 

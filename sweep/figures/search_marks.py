@@ -4,7 +4,6 @@ stand behind it.
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -18,6 +17,7 @@ from sweep.campaigns.search.outcome import (
     candidates,
     objectives,
 )
+from sweep.campaigns.search.points_behind import PointsBehind
 from sweep.campaigns.search.repetitions import best_so_far
 from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedLine, MarkedPanel
 from sweep.figures.search_layout import (
@@ -49,7 +49,7 @@ def history_marks(study: StoredStudy) -> FigureMarks:
     held-out estimate.
     """
     asked = read_asked(study)
-    behind = _Behind(study, asked)
+    behind = PointsBehind(study, asked)
     groups = list(groups_of(candidates(asked)))
     label, _ = judged_of(asked, objectives(asked)[0])
     names = [label, *(f"{one}, held out" for one in asked.about["references"])]
@@ -70,7 +70,7 @@ def front_marks(study: StoredStudy) -> FigureMarks:
     pair of estimates. The best of them is the knee.
     """
     asked = with_front(study, "front")
-    behind = _Behind(study, asked)
+    behind = PointsBehind(study, asked)
     names = ["chosen, held out"]
     names += [f"{one}, held out" for one in asked.about["references"]]
     pairs = list(combinations(objectives(asked), 2))
@@ -96,27 +96,8 @@ def _colours(first: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
     return (*first, *others)
 
 
-class _Behind:
-    """The ids of the points of candidates, by run and phase."""
-
-    def __init__(self, study: StoredStudy, asked: AskedTrials) -> None:
-        plan: pd.DataFrame = study.plan.select(["trial_id", "point"]).to_pandas()
-        point = plan.set_index("trial_id")["point"]
-        table = asked.table[["run", "phase", "candidate", "trial_id"]]
-        named = table.assign(point=table["trial_id"].map(point)).dropna()
-        keys = ["run", "phase", "candidate"]
-        self._ids = {
-            cast(tuple[str, str, int], key): " ".join(dict.fromkeys(ids))
-            for key, ids in named.groupby(keys)["point"]
-        }
-
-    def ids(self, run: str, phase: str, numbers: Sequence[int]) -> list[str]:
-        """Of each of these candidates."""
-        return [self._ids.get((run, phase, number), "") for number in numbers]
-
-
 def _history_panel(
-    study: StoredStudy, asked: AskedTrials, objective: Objective, behind: _Behind
+    study: StoredStudy, asked: AskedTrials, objective: Objective, behind: PointsBehind
 ) -> MarkedPanel:
     table, best = candidates(asked), best_so_far(asked)
     spent = best.set_index("step")["trials"]
@@ -172,7 +153,7 @@ def _front_panel(
     study: StoredStudy,
     asked: AskedTrials,
     pair: tuple[Objective, Objective],
-    behind: _Behind,
+    behind: PointsBehind,
     *,
     line: bool,
 ) -> MarkedPanel:

@@ -16,14 +16,15 @@ export class TrialTable {
   /** @type {Choice | null} */
   choice = null;
 
-  /** @param {(change: Partial<Choice>) => void} go */
-  constructor(go) {
+  /** @param {(change: Partial<Choice>) => void} go @param {string} name */
+  constructor(go, name = "trials") {
     this.go = go;
+    this.name = name;
     this.title = make("h2");
-    this.table = new PagedTable("trials", (page) => this.turn(page));
+    this.table = new PagedTable(name, (page) => this.turn(page));
     this.element = make(
       "section",
-      { className: "card", "aria-label": "trials", hidden: true },
+      { className: "card", "aria-label": name, hidden: true },
       this.title,
       this.table.element,
     );
@@ -61,8 +62,8 @@ export class TrialTable {
     const { settings, unit, metric } = trials;
     const points = Object.values(settings);
     this.title.textContent = points.length === 1
-      ? `Trials at ${settingsSaid(points[0])}`
-      : `Trials of ${points.length} points`;
+      ? `${capital(this.name)} at ${settingsSaid(points[0])}`
+      : `${capital(this.name)} of ${points.length} points`;
     const rows = trials.rows.map((trial) => ({
       cells: cellsOf(trial),
       chosen: trial.trial_id === choice.trial,
@@ -82,6 +83,9 @@ export class TrialTable {
     if (this.choice) this.show(this.choice);
   }
 }
+
+/** @param {string} text */
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /** @param {Trial} trial */
 function cellsOf({ trial_id: id, replicate, value, part, status, error }) {

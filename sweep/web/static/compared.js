@@ -141,7 +141,9 @@ export class ComparedView {
       this.shown,
       this.tip,
     );
-    this.trials = SIDES.map((side) => this.trialsOf(side));
+    this.trials = SIDES.map((side) =>
+      new TrialTable(({ trial }) => go({ trial, side }), `trials of ${LETTERS[side]}`)
+    );
     this.player = new Player();
     this.element = make(
       "div",
@@ -154,13 +156,6 @@ export class ComparedView {
         this.player.element,
       ),
     );
-  }
-
-  /** @param {typeof SIDES[number]} side */
-  trialsOf(side) {
-    const table = new TrialTable(({ trial }) => this.go({ trial, side }));
-    table.element.setAttribute("aria-label", `trials of ${LETTERS[side]}`);
-    return table;
   }
 
   // Another choice has other rows.

@@ -142,6 +142,23 @@ export interface Dot {
   point: string;
 }
 
+/** A table of texts, with the ids of the points behind each row. */
+export interface Told {
+  titles: string[];
+  rows: string[][];
+  note: string;
+  points: string[];
+}
+
+export interface Searched {
+  searched: string;
+  notes: string[];
+  best: string;
+  tables: Told[];
+  said: string[];
+  command: string;
+}
+
 /** A row of a comparison, as sweep compare --json has it, with its settings. */
 export interface Difference {
   metric: string;

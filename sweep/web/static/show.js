@@ -8,6 +8,7 @@ import { Player, TrialTable } from "./behind.js";
 import { ComparedView, SidesForm } from "./compared.js";
 import { FigurePanel } from "./figures.js";
 import { PagedTable } from "./rows.js";
+import { SearchPanel } from "./searched.js";
 import { StatePanel } from "./strip.js";
 import { PointTable } from "./tables.js";
 
@@ -84,6 +85,7 @@ export class Explorer {
     );
     this.panel = new StatePanel((trial) => this.go({ trial }));
     this.figure = new FigurePanel("figure", go, command);
+    this.search = new SearchPanel(go, command);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go);
     this.player = new Player();
@@ -100,7 +102,13 @@ export class Explorer {
       "div",
       { className: "study", hidden: true },
       this.panel.element,
-      make("div", { className: "seen" }, this.figure.element, this.points.element),
+      make(
+        "div",
+        { className: "seen" },
+        this.figure.element,
+        this.search.element,
+        this.points.element,
+      ),
       make("div", { className: "behind" }, this.trials.element, this.player.element),
       compare,
       this.origin,
@@ -220,6 +228,7 @@ export class Explorer {
     this.originOf(state);
     await Promise.all([
       this.figure.show(choice, state),
+      this.search.show(choice, state),
       this.points.show(choice),
       this.trials.show(choice),
     ]);
