@@ -98,6 +98,15 @@ class AskScorecard:
 
 
 @dataclass(frozen=True)
+class AskPicture:
+    """The figure that shows a claim of a document."""
+
+    study: str
+    claim: str
+    scale: str = "full"
+
+
+@dataclass(frozen=True)
 class AskSpec:
     """The spec that launches a stored trial."""
 

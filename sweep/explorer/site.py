@@ -13,6 +13,7 @@ from sweep.explorer.asking import AskComparison, read
 from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
 from sweep.explorer.points import points
+from sweep.explorer.scored import picture, scorecard
 from sweep.explorer.searched import search
 from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
@@ -35,6 +36,8 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "figure": (asking.AskFigure, figure),
     "comparison": (asking.AskComparison, comparison),
     "search": (asking.AskSearch, search),
+    "scorecard": (asking.AskScorecard, scorecard),
+    "picture": (asking.AskPicture, picture),
 }
 
 

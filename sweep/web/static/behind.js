@@ -9,6 +9,8 @@ import { mount } from "./mount.js";
 /** @import { Choice, Trial, Trials } from "./explorer.d.ts" */
 /** @import { View } from "./view.js" */
 
+export const ALL = "all"; // in place of the ids of points
+
 export class TrialTable {
   page = 0;
   /** @type {Trials | null} */
@@ -31,12 +33,15 @@ export class TrialTable {
   }
 
   get asked() {
-    const { study = "", half = "", metric = "", point = "" } = this.choice ?? {};
+    const { study = "", half = "", metric = "", point = "", where = "" } =
+      this.choice ??
+        {};
     return {
       study,
       half,
+      where,
       metric: metric.split(" ")[0].replace(/[+-]$/, ""),
-      point: point.split(" "),
+      point: point === ALL ? [] : point.split(" "),
     };
   }
 

@@ -159,6 +159,36 @@ export interface Searched {
   command: string;
 }
 
+/** Trials that test a claim, in the words of the page. */
+export interface Tested {
+  study: string;
+  metric: string;
+  half: string;
+  choice: string;
+}
+
+export interface Claim {
+  id: string;
+  study: string;
+  says: string;
+  where: string;
+  status: string;
+  reason: string;
+  trials: number;
+  published: string;
+  ours: string;
+  picture: boolean;
+  behind: Tested[];
+}
+
+export interface Scorecard {
+  scale: string;
+  scales: string[];
+  documents: Record<string, string>;
+  rows: Claim[];
+  command: string;
+}
+
 /** A row of a comparison, as sweep compare --json has it, with its settings. */
 export interface Difference {
   metric: string;
@@ -223,6 +253,8 @@ export interface Choice {
   together: string;
   ranked: string;
   side: string;
+  scorecard: string;
+  claim: string;
 }
 
 /** uPlot 1.6.32, as far as it is used here. */

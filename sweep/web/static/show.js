@@ -8,6 +8,7 @@ import { Player, TrialTable } from "./behind.js";
 import { ComparedView, SidesForm } from "./compared.js";
 import { FigurePanel } from "./figures.js";
 import { PagedTable } from "./rows.js";
+import { ScorecardView } from "./scored.js";
 import { SearchPanel } from "./searched.js";
 import { StatePanel } from "./strip.js";
 import { PointTable } from "./tables.js";
@@ -34,6 +35,8 @@ const KEYS = /** @type {const} */ ([
   "together",
   "ranked",
   "side",
+  "scorecard",
+  "claim",
 ]);
 
 /** @returns {Choice} */
@@ -98,6 +101,7 @@ export class Explorer {
       this.sides.element,
     );
     this.compared = new ComparedView(go, command);
+    this.scorecard = new ScorecardView(go, command);
     this.study = make(
       "div",
       { className: "study", hidden: true },
@@ -119,6 +123,7 @@ export class Explorer {
       this.studies,
       this.study,
       this.compared.element,
+      this.scorecard.element,
     );
     addEventListener("hashchange", () => this.follow());
     this.follow();
@@ -161,7 +166,8 @@ export class Explorer {
   /** @param {Choice} choice @param {boolean} all */
   async lookAt(choice, all) {
     this.display(choice);
-    if (choice.a && choice.b) await this.compared.show(choice, all);
+    if (choice.scorecard) await this.scorecard.show(choice);
+    else if (choice.a && choice.b) await this.compared.show(choice, all);
     else if (choice.study) await this.lookAtStudy(all);
     else await this.lookAtStudies();
   }
@@ -235,12 +241,14 @@ export class Explorer {
   }
 
   /** @param {Choice} choice */
-  display({ study, a, b, where }) {
-    const both = Boolean(a && b);
-    const name = both ? `${a} and ${b}` : study;
+  display({ scorecard, study, a, b, where }) {
+    const both = !scorecard && Boolean(a && b);
+    const one = !scorecard && !both && Boolean(study);
+    const name = scorecard ? "Scorecard" : both ? `${a} and ${b}` : study;
+    this.scorecard.element.hidden = !scorecard;
     this.compared.element.hidden = !both;
-    this.study.hidden = both || !study;
-    this.studies.hidden = both || Boolean(study);
+    this.study.hidden = !one;
+    this.studies.hidden = Boolean(name);
     this.chosen.hidden = this.study.hidden;
     this.home.hidden = !name;
     this.name.textContent = name || "Results";
