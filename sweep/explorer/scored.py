@@ -43,16 +43,20 @@ def scorecard(watched: Watched, asked: AskScorecard) -> dict[str, Any]:
     writes it. Raises StoreError where there is none, and for a damaged one.
     """
     content = _read(watched, asked.scale)
-    there = [scale for scale in FOLDERS if _file(watched, scale).exists()]
     return {
         "scale": asked.scale,
-        "scales": there,
+        "scales": scales(watched),
         "documents": {one["study"]: one["title"] for one in content["documents"]},
         "rows": [_row(row) for row in content["rows"]],
         "command": spelled_command(
             "reproduce", [], {"--scale": [asked.scale]}, watched
         ),
     }
+
+
+def scales(watched: Watched) -> list[str]:
+    """The scales of which there is a scorecard."""
+    return [scale for scale in FOLDERS if _file(watched, scale).exists()]
 
 
 def picture(watched: Watched, asked: AskPicture) -> dict[str, Any]:

@@ -100,7 +100,7 @@ export class ComparedView {
       this.confidence,
     ];
     this.heading = make("p", { className: "said" });
-    this.summary = make("p", { className: "said counts", role: "status" });
+    this.summary = make("p", { className: "said verdicts", role: "status" });
     this.notes = make("p", { className: "facts said" });
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.tip = make("div", { className: "tip", hidden: true });

@@ -80,10 +80,12 @@ export class Explorer {
       make("label", { htmlFor: "where", textContent: "where" }),
       this.where,
     );
+    this.scorecards = make("p", { className: "row" });
     this.list = new PagedTable("studies", () => {});
     this.studies = make(
       "section",
       { className: "card", "aria-label": "studies" },
+      this.scorecards,
       this.list.element,
     );
     this.panel = new StatePanel((trial) => this.go({ trial }));
@@ -125,6 +127,11 @@ export class Explorer {
       this.compared.element,
       this.scorecard.element,
     );
+    this.views = [
+      { element: this.study, player: this.player },
+      this.compared,
+      this.scorecard,
+    ];
     addEventListener("hashchange", () => this.follow());
     this.follow();
   }
@@ -179,8 +186,9 @@ export class Explorer {
   }
 
   async lookAtStudies() {
-    /** @type {{ studies: Study[] }} */
-    const { studies } = await ask("studies", {});
+    /** @type {{ studies: Study[], scorecards: string[] }} */
+    const { studies, scorecards } = await ask("studies", {});
+    this.scorecards.replaceChildren(...scorecards.map(scorecardLink));
     const rows = studies.map((one) => ({
       cells: [
         one.study,
@@ -249,6 +257,9 @@ export class Explorer {
     this.compared.element.hidden = !both;
     this.study.hidden = !one;
     this.studies.hidden = Boolean(name);
+    for (const { element, player } of this.views) {
+      if (element.hidden) player.show({ ...this.choice, trial: "" });
+    }
     this.chosen.hidden = this.study.hidden;
     this.home.hidden = !name;
     this.name.textContent = name || "Results";
@@ -267,6 +278,13 @@ export class Explorer {
     );
   }
 }
+
+/** @param {string} scale */
+const scorecardLink = (scale) =>
+  make("a", {
+    href: `#${new URLSearchParams({ scorecard: scale })}`,
+    textContent: `Scorecard, ${scale} scale`,
+  });
 
 /** @param {number | null} value */
 const numberOf = (value) => value?.toLocaleString("en") ?? "";
