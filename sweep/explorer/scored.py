@@ -38,7 +38,7 @@ def scorecard(watched: Watched, asked: AskScorecard) -> dict[str, Any]:
     `rows` have `id`, `study` (that of the document), `says`, `where`, `status` and
     `reason` as they stand in scorecard.json, `published` and `ours` as texts, `trials`,
     `picture`, whether there is a figure, and `behind`: for each side the stored
-    `study`, `metric`, `half` and `choice` of the trials, in the words of a page.
+    `study`, `metric`, `half` and `where` of the trials, in the words of a page.
     `documents` are their titles by name, `scales` those that there are, and `command`
     writes it. Raises StoreError where there is none, and for a damaged one.
     """
@@ -118,7 +118,7 @@ def _side(side: dict[str, Any]) -> dict[str, str]:
         "study": side["study"],
         "metric": column.metric if column else "",
         "half": "yes" if column and column.half else "",
-        "choice": ",".join(
+        "where": ",".join(
             f"{name}={spelled(v)}" for name, v in side["settings"].items()
         ),
     }

@@ -34,7 +34,7 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "trials": (asking.AskTrials, trials),
     "spec": (asking.AskSpec, spec),
     "figure": (asking.AskFigure, figure),
-    "comparison": (asking.AskComparison, comparison),
+    "compare": (asking.AskComparison, comparison),
     "search": (asking.AskSearch, search),
     "scorecard": (asking.AskScorecard, scorecard),
     "picture": (asking.AskPicture, picture),

@@ -84,11 +84,13 @@ def wide(table: pd.DataFrame, by: str, names: Sequence[str]) -> pd.DataFrame:
 
 
 def label_of(study: StoredStudy, objective: Objective) -> str:
+    """The label of the axis of an objective, in two lines."""
     what = objective.statistic.named(quantity(study, objective.column))
     return f"{what}\n{'more' if objective.maximize else 'less'} is better"
 
 
 def history_note(study: StoredStudy, asked: AskedTrials) -> str:
+    """What the figure of a history says of itself."""
     table = candidates(asked)
     failed = int((table["status"] == FAILED).sum())
     text = f"{study.name}: {len(table):,} candidates" + (
@@ -98,6 +100,7 @@ def history_note(study: StoredStudy, asked: AskedTrials) -> str:
 
 
 def held_out_note(asked: AskedTrials) -> str:
+    """How many were judged on held-out seeds, and with how many blocks."""
     judged = winners(asked)
     blocks = int(judged["held_out_n"].max()) if len(judged) else 0
     if blocks == 0:

@@ -31,7 +31,6 @@ from sweep.figures.search_layout import (
     label_of,
     places,
     wide,
-    with_front,
 )
 from sweep.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from sweep.spec.objectives import Floats, Objective
@@ -69,7 +68,7 @@ def front_marks(study: StoredStudy) -> FigureMarks:
     """The front of `front_figure`: a mark a candidate, and a mark for each held-out
     pair of estimates. The best of them is the knee.
     """
-    asked = with_front(study, "front")
+    asked = read_asked(study)
     behind = PointsBehind(study, asked)
     names = ["chosen, held out"]
     names += [f"{one}, held out" for one in asked.about["references"]]

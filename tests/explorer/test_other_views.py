@@ -57,7 +57,7 @@ CHOICES: dict[str, list[tuple[str, str]]] = {
 @pytest.mark.parametrize("name", SIDES)
 def test_every_number_of_a_comparison_is_that_of_sweep_compare(name: str) -> None:
     folder, (a, b) = results(name), SIDES[name]
-    answer = told(folder, "comparison", ("a", a), ("b", b), *CHOICES[name])
+    answer = told(folder, "compare", ("a", a), ("b", b), *CHOICES[name])
     assert answer["facts"] == json.loads(printed(answer["command"]))
     rows = answer["facts"]["rows"]
     assert answer["total"] == len(rows) == len(answer["cells"]) == len(answer["behind"])
@@ -68,7 +68,7 @@ def test_every_number_of_a_comparison_is_that_of_sweep_compare(name: str) -> Non
 
 def test_the_words_of_a_comparison_are_those_of_sweep_compare() -> None:
     folder, (a, b) = results("small"), SIDES["small"]
-    answer = told(folder, "comparison", ("a", a), ("b", b))
+    answer = told(folder, "compare", ("a", a), ("b", b))
     text = sweep(folder.parent, *shlex.split(answer["command"])[1:]).stdout
     assert all(line in text for line in (*answer["notes"], *answer["heading"]))
     assert all(cell in text for cells in answer["cells"] for cell in cells)
@@ -79,7 +79,7 @@ def test_behind_a_row_are_the_trials_of_both_sides(name: str) -> None:
     """As many as the row says, all with its settings."""
     answers = site_of(Watched(results(name))).answers
     sides = dict(zip("ab", SIDES[name], strict=True))
-    answer = answers["comparison"]([*sides.items(), *CHOICES[name]])
+    answer = answers["compare"]([*sides.items(), *CHOICES[name]])
     rows = [*zip(answer["facts"]["rows"], answer["behind"], strict=True)]
     for row, behind in (rows[0], rows[-1]):
         for side in sides:
@@ -96,11 +96,11 @@ def test_a_comparison_is_read_again_only_when_something_was_stored(
 ) -> None:
     launched(SMALL, tmp_path)
     asked = [("a", "small:separation_weight=0.5"), ("b", "small:separation_weight=1")]
-    first = told(tmp_path, "comparison", *asked)
+    first = told(tmp_path, "compare", *asked)
     seen = ("seen", first["revision"])
-    assert told(tmp_path, "comparison", *asked, seen) == {"revision": seen[1]}
+    assert told(tmp_path, "compare", *asked, seen) == {"revision": seen[1]}
     launched(SMALL.replace("replicates: 3", "replicates: 4"), tmp_path)
-    again = told(tmp_path, "comparison", *asked, seen)
+    again = told(tmp_path, "compare", *asked, seen)
     assert {row["trials_a"] for row in again["facts"]["rows"]} == {4}
 
 
@@ -233,7 +233,7 @@ def test_a_claim_leads_to_its_figure_and_its_trials(judged: Path) -> None:
     html = (judged / SCORECARD[0]).read_text("utf-8")
     assert first["ours"] in html
     (side,) = first["behind"]
-    pairs = [("study", side["study"]), ("where", side["choice"])]
+    pairs = [("study", side["study"]), ("where", side["where"])]
     assert told(judged, "trials", *pairs)["total"] == first["trials"]
     shown = told(judged, "picture", ("study", "tiny"), ("claim", first["id"]))
     stored = judged / content["rows"][0]["picture"]

@@ -190,7 +190,7 @@ export class ComparedView {
     const page = this.page ? String(this.page) : "";
     try {
       /** @type {Compared | { revision: string }} */
-      const compared = await ask("comparison", { ...this.asked, page, seen });
+      const compared = await ask("compare", { ...this.asked, page, seen });
       if (asked !== JSON.stringify(this.asked)) return;
       this.refuse("");
       if (!("facts" in compared)) return;
@@ -312,7 +312,7 @@ export class ComparedView {
 
   async save() {
     /** @type {{ csv: string }} */
-    const { csv } = await ask("comparison", { ...this.asked, csv: "yes" });
+    const { csv } = await ask("compare", { ...this.asked, csv: "yes" });
     download("comparison.csv", "text/csv", new TextEncoder().encode(csv));
   }
 }

@@ -164,7 +164,7 @@ export interface Tested {
   study: string;
   metric: string;
   half: string;
-  choice: string;
+  where: string;
 }
 
 export interface Claim {

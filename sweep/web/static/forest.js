@@ -14,7 +14,12 @@ const NARROW = 560; // below it the verdicts stand in the table alone
 /**
  * One row: its label, what it shows, and what is behind it.
  *
- * @typedef {{ label: string, about: Difference, chosen: boolean, choose: () => void }} Line
+ * @typedef {{
+ *   label: string,
+ *   about: Difference,
+ *   chosen: boolean,
+ *   choose: () => void,
+ * }} Line
  */
 
 // The ends of an interval: one without an end reaches beyond the picture.

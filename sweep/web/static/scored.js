@@ -1,5 +1,5 @@
-// The scorecard: what is claimed, what came out, the figure that shows it, and the trials
-// that test it.
+// The scorecard: what is claimed, what came out, the figure that shows it, and the
+// trials that test it.
 
 import { make } from "./dom.js";
 import { ask, Refused } from "./ask.js";
@@ -154,7 +154,7 @@ export class ScorecardView {
       make("a", {
         href: `#${new URLSearchParams(chosen(side))}`,
         textContent: `figure and points of ${side.study}${
-          side.choice && ` where ${side.choice}`
+          side.where && ` where ${side.where}`
         }`,
       })
     );
@@ -189,10 +189,10 @@ export class ScorecardView {
 
 // The choice of the page that shows all these trials.
 /** @param {Tested} side */
-const chosen = ({ study, metric, half, choice }) => ({
+const chosen = ({ study, metric, half, where }) => ({
   study,
   metric,
   half,
-  where: choice,
+  where,
   point: ALL,
 });

@@ -1,5 +1,5 @@
-// The report of a search: what was chosen, judged on seeds that the search has not seen,
-// and the trials behind each row.
+// The report of a search: what was chosen, judged on seeds that the search has not
+// seen, and the trials behind each row.
 
 import { make } from "./dom.js";
 import { ask } from "./ask.js";

@@ -1,6 +1,6 @@
-// The explorer: the studies of a folder; one study with its state, a figure, its points,
-// the trials behind a point, and a trial that plays; or two sides compared. What is
-// shown is what the address says.
+// The explorer: the studies of a folder; one study with its state, a figure, its
+// points, the trials behind a point, and a trial that plays; two sides compared; or the
+// scorecard. What is shown is what the address says.
 
 import { button, make } from "./dom.js";
 import { ask, Refused } from "./ask.js";
