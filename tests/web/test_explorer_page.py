@@ -199,13 +199,20 @@ def test_a_claim_leads_to_its_figure_and_a_trial_that_plays(
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("address", [SIDES, "#study=searched"])
+@pytest.mark.parametrize(
+    ("address", "parts"),
+    [
+        (SIDES, [".forest canvas", "[aria-label=differences] tbody button"]),
+        ("#study=searched", [".figure .board canvas", ".search tbody button"]),
+    ],
+)
 def test_other_views_have_names_and_contrast_and_fit_any_window(
-    opened: Open, scheme: Any, address: str
+    opened: Open, scheme: Any, address: str, parts: list[str]
 ) -> None:
     page = opened(address)
     page.emulate_media(color_scheme=scheme)
-    seen(page, ".forest canvas, .search tbody button")
+    for part in parts:
+        seen(page, part)
     found = page.evaluate(CHECKS, ["nameless", "doubled", "unmarked", "faint"])
     assert not found
     for width, height in ((390, 844), (320, 480), (1920, 1080)):

@@ -113,7 +113,8 @@ export class Board {
     this.dots = dotsOf(panel);
     /** @type {Set<string>} */
     this.chosen = new Set();
-    this.canvas = make("canvas", { role: "img" });
+    const name = unitText(`${panel.y.label} against ${panel.x.label}`);
+    this.canvas = make("canvas", { role: "img", "aria-label": name });
     this.element = make("div", { className: "board" }, this.canvas);
     this.canvas.addEventListener("pointermove", (event) => {
       const dot = this.find(event.offsetX, event.offsetY);
