@@ -92,7 +92,7 @@ WORDS = {
     },
     "random": {  # the runs that a search is compared with
         "sweep/campaigns/search/repetitions.py",
-        "sweep/cli/search_report.py",
+        "sweep/campaigns/search/report.py",
         "sweep/figures/search_repetitions.py",
     },
     "worst": {  # the trial of a point
@@ -132,14 +132,15 @@ WORDS = {
         "sweep/analysis/replication.py",
         "sweep/analysis/sequential.py",
         "sweep/campaigns/search/repetitions.py",
-        "sweep/cli/search_report.py",
+        "sweep/campaigns/search/report.py",
         "sweep/figures/ablation_effects.py",
         "sweep/spec/objectives.py",
         "sweep/tables/means_text.py",
     },
     "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
     "front": {
-        "sweep/cli/search_report.py",  # a part of the report
+        "sweep/campaigns/search/report.py",  # a part of the report
+        "sweep/figures/search_layout.py",  # in a legend
         "sweep/explorer/supplement.py",  # what stands about a figure
         "sweep/web/recording.py",
     },

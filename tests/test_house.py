@@ -149,7 +149,8 @@ MAY_IMPORT = {
         " sharing"
     ),
     "explorer": (
-        "errors text spec design trial store workers tables figures replays sharing web"
+        "errors text analysis spec design trial store workers tables campaigns figures"
+        " replays sharing web"
     ),
     "cli": (
         "kernels errors text analysis spec own_code design store workers tables"

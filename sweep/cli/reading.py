@@ -45,6 +45,19 @@ Where = Annotated[
     ),
 ]
 
+Margin = Annotated[
+    float | None,
+    typer.Option(
+        help="Test whether B - A lies within +-margin, in the unit of the metric."
+    ),
+]
+Confidence = Annotated[
+    float, typer.Option(help="With which all intervals hold together.")
+]
+Correction = Annotated[
+    Together, typer.Option(help="Correction for many rows; max_t resamples pairs.")
+]
+
 
 @app.command()
 def status(
@@ -332,18 +345,9 @@ def compare(
     over: Annotated[
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
-    margin: Annotated[
-        float | None,
-        typer.Option(
-            help="Test whether B - A lies within +-margin, in the unit of the metric."
-        ),
-    ] = None,
-    confidence: Annotated[
-        float, typer.Option(help="With which all intervals hold together.")
-    ] = 0.95,
-    together: Annotated[
-        Together, typer.Option(help="Correction for many rows; max_t resamples pairs.")
-    ] = Together.holm,
+    margin: Margin = None,
+    confidence: Confidence = 0.95,
+    together: Correction = Together.holm,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
 ) -> None:

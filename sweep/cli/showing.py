@@ -1,15 +1,17 @@
-"""The command that opens the results explorer, or writes a study as one file."""
+"""The command that opens the results explorer, at the studies, one study or two sides
+compared; or writes a study as one file.
+"""
 
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sweep.cli.app import Force, Results, Trust, Workers, app, stop
 from sweep.cli.completing import study_names
-from sweep.cli.reading import Over, Where
+from sweep.cli.reading import Confidence, Correction, Margin, Over, Together, Where
 from sweep.cli.supplementing import (
     FRAMES,
     About,
@@ -31,9 +33,16 @@ from sweep.cli.supplementing import (
 from sweep.cli.viewing import open_page
 from sweep.text import installing
 
-BOTH = ("study", "results", "trust", "to")
+if TYPE_CHECKING:
+    from sweep.explorer.asking import AskComparison
+
+ALWAYS = ("study", "other", "results", "trust", "to")
 SERVED = ("port", "no_open")
-"""Options of a page that is served; all others are of a file."""
+"""Options of a page that is served."""
+JUDGED = ("margin", "confidence", "together")
+"""Options of two sides alone."""
+COMPARED = ("metric", "over", *JUDGED)
+"""Options of two sides; all that are in none of these lists are of a file."""
 
 
 @app.command()
@@ -44,6 +53,17 @@ def show(
         typer.Argument(
             metavar="[STUDY]",
             help="The study to begin with; else the list of all.",
+            autocompletion=study_names,
+        ),
+    ] = None,
+    other: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[OTHER]",
+            help=(
+                "What the study is compared with. Both are written as sweep compare"
+                " takes them: STUDY, STUDY:setting=value[,...] or STUDY:PRESET."
+            ),
             autocompletion=study_names,
         ),
     ] = None,
@@ -62,6 +82,9 @@ def show(
     over: Annotated[
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
+    margin: Margin = None,
+    confidence: Confidence = 0.95,
+    together: Correction = Together.holm,
     where: Where = None,
     x: AcrossSetting = "",
     by: BySetting = "",
@@ -81,15 +104,21 @@ def show(
     played again.
 
     It only reads, and follows a launch that is running. The page is served to this
-    machine only. Ctrl-C ends it.
+    machine only. Ctrl-C ends it. Two studies, or two parts of one, are compared, with
+    the numbers of sweep compare.
 
     With --to it writes one study for readers instead, as one file of at most 16 MiB:
     its figure with intervals, and behind every point a stored trial that plays. Each of
     these trials is run again and compared with what is stored, bit for bit.
     """
-    _check_options(context, study, to)
+    _check_options(context, study, other, to)
     if study is None or to is None:
-        _serve(results, study, port, trust=trust, no_open=no_open)
+        from sweep.explorer.asking import AskComparison
+
+        metrics, half = (metric,) if metric else (), over is Over.half
+        judged = (metrics, half, margin, confidence, together.value)
+        first = AskComparison(study, other, *judged) if study and other else study
+        _serve(results, first, port, trust=trust, no_open=no_open)
         return
     from sweep.explorer.publication import PaperTexts, publication, read_cff
     from sweep.explorer.supplement import SupplementChoice
@@ -108,7 +137,9 @@ def show(
     print(to)
 
 
-def _check_options(context: typer.Context, study: str | None, to: Path | None) -> None:
+def _check_options(
+    context: typer.Context, study: str | None, other: str | None, to: Path | None
+) -> None:
     """End the command for options that do not go together."""
     given = {
         option.name: f"--{str(option.name).replace('_', '-')}"
@@ -116,25 +147,38 @@ def _check_options(context: typer.Context, study: str | None, to: Path | None) -
         if (source := context.get_parameter_source(str(option.name)))
         and source.name == "COMMANDLINE"
     }
+
+    def named(*names: str) -> str:
+        return ", ".join(text for name, text in given.items() if name in names)
+
+    if other is None and (judged := named(*JUDGED)):
+        stop(f"{judged}: for two sides; sweep show A B {judged} ...")
+    if other and to:
+        stop(f"--to {to}: a file shows one study, and two are given: {study}, {other}")
     if to is None:
-        of_file = [text for name, text in given.items() if name not in BOTH + SERVED]
-        if of_file:
-            stop(f"{', '.join(of_file)}: for a file; add --to FILE.html")
+        page = (*ALWAYS, *SERVED, *(COMPARED if other else ()))
+        if of_file := named(*(given.keys() - set(page))):
+            stop(f"{of_file}: for a file; add --to FILE.html")
     elif study is None:
         stop(f"--to {to}: of which study? sweep show STUDY --to {to}")
-    elif of_page := [text for name, text in given.items() if name in SERVED]:
-        stop(f"{', '.join(of_page)}: for a page that is served, and --to writes a file")
+    elif of_page := named(*SERVED):
+        stop(f"{of_page}: for a page that is served, and --to writes a file")
 
 
 def _serve(
-    results: Results, study: str | None, port: int, *, trust: bool, no_open: bool
+    results: Results,
+    first: "str | AskComparison | None",
+    port: int,
+    *,
+    trust: bool,
+    no_open: bool,
 ) -> None:
     try:
         from sweep.explorer.site import explorer
     except ModuleNotFoundError as error:
         needed = f"the explorer needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
-    server, url = explorer(results, study, port, trust=trust)
+    server, url = explorer(results, first, port, trust=trust)
     print(url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:

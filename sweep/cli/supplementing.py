@@ -40,7 +40,9 @@ To = Annotated[
 FigureMetric = Annotated[
     str,
     typer.Option(
-        help="The metric of the figure; by default the first.", rich_help_panel=PANEL
+        help="The metric of the figure, by default the first; of two sides the one to"
+        " compare, by default all that they share.",
+        rich_help_panel=PANEL,
     ),
 ]
 AcrossSetting = Annotated[

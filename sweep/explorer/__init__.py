@@ -11,6 +11,9 @@ that `sweep table` prints and `sweep plot` draws.
     trials    the trials of a point, what to look at first
     drawn     figures as marks, each with its command
     mentioned published numbers that hold at the points of a figure
+    compared  two sides, with the points behind each row
+    searched  the report of a search, with the points behind each row
+    scored    the scorecard, with the points behind each claim
     site      what the server of the page has
 
 A supplement is another page, one file of HTML for readers:

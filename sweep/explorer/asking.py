@@ -2,6 +2,7 @@
 into one. The query may come from anyone.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Annotated, Any, TypeVar, get_type_hints
@@ -17,6 +18,8 @@ MOST_ROWS = 200
 Texts = tuple[str, ...]
 Flag = Annotated[bool, "yes or no"]
 Number = Annotated[int, "from 0"]
+Real = Annotated[float, "a finite number"]
+MaybeReal = Real | None
 Q = TypeVar("Q")
 
 
@@ -59,6 +62,48 @@ class AskTrials:
     where: Texts = ()
     half: Flag = False
     page: Number = 0
+
+
+@dataclass(frozen=True)
+class AskComparison:
+    """A page of the comparison of two sides, in the words of `sweep compare`. `seen` is
+    the revision that the page has: nothing else is answered where it is still the last
+    one.
+    """
+
+    a: str
+    b: str
+    metric: Texts = ()
+    half: Flag = False
+    margin: MaybeReal = None
+    confidence: Real = 0.95
+    together: str = "holm"
+    page: Number = 0
+    csv: Flag = False
+    seen: str = ""
+
+
+@dataclass(frozen=True)
+class AskSearch:
+    """The report of a search."""
+
+    study: str
+
+
+@dataclass(frozen=True)
+class AskScorecard:
+    """The scorecard that a reproduction has written, `full` or `quick`."""
+
+    scale: str = "full"
+
+
+@dataclass(frozen=True)
+class AskPicture:
+    """The figure that shows a claim of a document."""
+
+    study: str
+    claim: str
+    scale: str = "full"
 
 
 @dataclass(frozen=True)
@@ -128,6 +173,8 @@ def _read(name: str, hint: Any, values: list[str]) -> Any:
         raise ChoiceError(f"{name} stands {len(values)} times; allowed: once")
     if hint == Flag:
         return _flag(name, values[0])
+    if hint in (Real, MaybeReal):
+        return _real(name, values[0])
     return _number(name, values[0]) if hint == Number else values[0]
 
 
@@ -135,6 +182,16 @@ def _flag(name: str, text: str) -> bool:
     if text not in ("yes", "no"):
         raise ChoiceError(f'{name} is "{shortened(text)}"; allowed: yes, no')
     return text == "yes"
+
+
+def _real(name: str, text: str) -> float:
+    try:
+        value = float(text) if text.isascii() else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ChoiceError(f'{name} is "{shortened(text)}"; allowed: a finite number')
+    return value
 
 
 def _number(name: str, text: str) -> int:

@@ -93,14 +93,16 @@ def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
 
 
 def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
-    """The kind that suits the settings: the one with as many axes of settings as there
-    are settings with a scale and more than a few values. Raises ChoiceError where none
-    suits.
+    """The kind that suits: the first of those of a search, else the one with as many
+    axes of settings as there are settings with a scale and more than a few values.
+    Raises ChoiceError where none suits.
     """
     suiting = [name for name, why in reasons.items() if not why]
     if not suiting:
         why = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
         raise ChoiceError(f"no figure suits it: {why}", study.name)
+    if of_search := [name for name in suiting if KINDS[name].of_search]:
+        return of_search[0]
     points = select(study).points
     scaled = [name for name in points if has_scale(points[name])]
     axes = min(sum(points[name].nunique() > 2 for name in scaled) or len(scaled), 2)
@@ -117,6 +119,7 @@ def _panel(panel: MarkedPanel) -> dict[str, Any]:
         "x": _axis(panel.x),
         "y": _axis(panel.y),
         "edges": panel.edges,
+        "line": panel.line._asdict(),
         "marks": json.loads(panel.marks.reset_index(drop=True).to_json(orient="split")),
     }
 

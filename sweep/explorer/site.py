@@ -3,15 +3,19 @@ stored trials that it plays.
 """
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from sweep.explorer import asking
-from sweep.explorer.asking import read
+from sweep.explorer.asking import AskComparison, read
+from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
 from sweep.explorer.mentioned import published_at
 from sweep.explorer.points import points
+from sweep.explorer.scored import picture, scorecard
+from sweep.explorer.searched import search
 from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
@@ -32,23 +36,52 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "spec": (asking.AskSpec, spec),
     "figure": (asking.AskFigure, figure),
     "published": (asking.AskPublished, published_at),
+    "compare": (asking.AskComparison, comparison),
+    "search": (asking.AskSearch, search),
+    "scorecard": (asking.AskScorecard, scorecard),
+    "picture": (asking.AskPicture, picture),
 }
 
 
 def explorer(
-    results: Location, study: str | None, port: int = 0, *, trust: bool = False
+    results: Location,
+    first: str | AskComparison | None,
+    port: int = 0,
+    *,
+    trust: bool = False,
 ) -> tuple[PageServer, str]:
     """The server of the explorer of a folder of results, and the address that begins
-    with a study, or with the list of all, which an object store has not. Raises
-    StoreError where there is none.
+    with `first`: a study, two sides compared, or the list of all studies, which an
+    object store has not. Raises StoreError where there is none, and ChoiceError for
+    what cannot be compared.
     """
-    watched = Watched(results, trust=trust)
-    if study:
-        watched.counted(study)
+    watched, begin = Watched(results, trust=trust), ""
+    if isinstance(first, AskComparison):
+        comparison(watched, first)
+        begin = f"#{address(first)}"
+    elif first:
+        watched.counted(first)
+        begin = f"#study={quote(first)}"
     else:
         local_folder(results, "to begin with the list of studies needs")
     server = PageServer(_simulator, port, site_of(watched))
-    return server, server.url + (f"#study={quote(study)}" if study else "")
+    return server, server.url + begin
+
+
+def address(asked: AskComparison) -> str:
+    """The choice of the page that asks this; what is as by default is left out."""
+    told = [
+        (member.name, value)
+        for member in fields(asked)
+        if (value := getattr(asked, member.name)) != member.default
+    ]
+    return urlencode([(name, _spelled(value)) for name, value in told], quote_via=quote)
+
+
+def _spelled(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(str, value))
+    return "yes" if value is True else str(value)
 
 
 def site_of(watched: Watched) -> PageSite:

@@ -9,6 +9,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.explorer.asking import AskState, AskStudies
+from sweep.explorer.scored import scales
 from sweep.explorer.watching import Watched
 from sweep.figures.marks import MOST_MARKS
 from sweep.store.locations import local_folder
@@ -22,9 +23,12 @@ DONE, NOT_DONE, MISSING = range(3)
 
 
 def studies(watched: Watched, asked: AskStudies) -> dict[str, Any]:  # noqa: ARG001
-    """The rows of `sweep list --json`, as `studies`."""
+    """The rows of `sweep list --json`, as `studies`, and the scales of the scorecards
+    that there are.
+    """
     found = overview(local_folder(watched.results, "the list of studies needs"))
-    return {"studies": json.loads(found.to_json(orient="records"))}
+    rows = json.loads(found.to_json(orient="records"))
+    return {"studies": rows, "scorecards": scales(watched)}
 
 
 def state(watched: Watched, asked: AskState) -> dict[str, Any]:

@@ -46,7 +46,10 @@ def trials(watched: Watched, asked: AskTrials) -> dict[str, Any]:
         value=shown[column],
         replay=[command("replay", study.name, one) for one in shown["trial_id"]],
     )
-    settings = study.points.loc[list(dict.fromkeys(shown["point"])), study.headings]
+    points = list(dict.fromkeys(shown["point"]))
+    settings = json.loads(
+        study.points.loc[points, study.headings].to_json(orient="index")
+    )
     return {
         "metric": column,
         "unit": study.units.get(column, ""),
@@ -54,7 +57,7 @@ def trials(watched: Watched, asked: AskTrials) -> dict[str, Any]:
         "page": asked.page,
         "size": MOST_ROWS,
         "rows": json.loads(rows[SHOWN].to_json(orient="records")),
-        "settings": json.loads(settings.to_json(orient="index")),
+        "settings": {point: settings.get(point, {}) for point in points},
     }
 
 

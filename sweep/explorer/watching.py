@@ -69,6 +69,14 @@ class Watched:
         """
         return self._narrow(name, lambda _: ())
 
+    def whole(self, name: str) -> StoredStudy:
+        """A study with all that is stored of its trials; the phases of a search are
+        apart. Raises as StoredStudy.
+        """
+        seen = self._study(name)
+        with self._lock:
+            return by_phase(seen.study)
+
     def _study(self, name: str) -> Revised:
         with self._lock:
             revision = self.revision(name)

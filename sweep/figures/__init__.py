@@ -22,6 +22,8 @@ published studies.
     ablation_effects    what each changed detail does
     sensitivity         which settings matter
     search              history and front of a search
+    search_layout       what these show, drawn or as marks
+    search_marks        these as marks
     search_repetitions  its repetitions
 """
 

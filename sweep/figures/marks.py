@@ -4,6 +4,7 @@ The module of a kind makes the marks from the same layout and the same table as 
 picture, so that both show the same numbers.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import pandas as pd
@@ -22,7 +23,8 @@ MOST_IDS = 50
 
 class MarkedAxis(NamedTuple):
     """An axis: its label, whether its scale is logarithmic, and the names of the places
-    0, 1, ... where its values are no numbers. Ticks stand at the `listed` values.
+    0, 1, ... where its values are no numbers. Ticks stand at the `listed` values. What
+    lies beyond `low` or `high` is drawn at the edge.
     """
 
     name: str
@@ -30,16 +32,27 @@ class MarkedAxis(NamedTuple):
     logarithmic: bool = False
     names: tuple[str, ...] = ()
     listed: tuple[float, ...] = ()
+    low: float | None = None
+    high: float | None = None
+
+
+class MarkedLine(NamedTuple):
+    """A line behind the marks, through these places, and what it is."""
+
+    x: Sequence[float] = ()
+    y: Sequence[float] = ()
+    text: str = ""
 
 
 class MarkedPanel(NamedTuple):
-    """A panel: its title, its axes and a row a mark, see `FigureMarks`."""
+    """A panel: its title, its axes, a row a mark, see `FigureMarks`, and a line."""
 
     title: str
     x: MarkedAxis
     y: MarkedAxis
     marks: pd.DataFrame
     edges: tuple[list[float], list[float]] = ([], [])
+    line: MarkedLine = MarkedLine()
 
 
 class FigureMarks(NamedTuple):

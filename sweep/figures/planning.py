@@ -96,10 +96,12 @@ def search_kind(
     text: str,
     check: Callable[[StoredStudy], object],
     draw: Callable[[StoredStudy], Figure],
+    marks: Callable[[StoredStudy], FigureMarks] | None = None,
 ) -> FigureKind:
     """The kind of a figure of a whole search.
 
-    `check` raises ChoiceError for a study that the figure does not suit.
+    `check` raises ChoiceError for a study that the figure does not suit. `marks` has
+    the figure as plain data, if it can.
     """
 
     def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
@@ -114,4 +116,10 @@ def search_kind(
             raise ChoiceError(f"{what}, and takes no {given[0]}", study.name, name)
         return [Planned("", partial(draw, study))]
 
-    return FigureKind(text, (), plan, of_search=True)
+    def planned_marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+        assert marks
+        plan(study, choices)
+        return marks(study)
+
+    found = planned_marks if marks else None
+    return FigureKind(text, (), plan, of_search=True, marks=found)

@@ -11,24 +11,30 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
-from sweep.campaigns.search.fronts import nondominated
 from sweep.campaigns.search.held_out import front, references, winners
-from sweep.campaigns.search.outcome import FAILED, candidates, objectives
+from sweep.campaigns.search.outcome import candidates, objectives
 from sweep.campaigns.search.repetitions import best_so_far
-from sweep.errors import ChoiceError
-from sweep.figures.drawing import legend, note, quantity
+from sweep.figures.drawing import legend, note
 from sweep.figures.planning import search_kind
+from sweep.figures.search_layout import (
+    ROOM,
+    best_of,
+    edge_of_history,
+    front_note,
+    groups_of,
+    history_note,
+    judged_of,
+    label_of,
+    places,
+    wide,
+    with_front,
+)
+from sweep.figures.search_marks import front_marks, history_marks
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 from sweep.spec.objectives import Floats, Objective
 from sweep.tables.stored_study import StoredStudy
 
-SHOWN = 0.75
-"""The part of the estimates of one objective that are drawn in their own places. The
-others lie at the edge, so that the best can be told apart.
-"""
 MARKERS = "s^vph"
-ROOM = 0.06
-"""Room for a held-out mark beyond the end, as a part of the width of an axis."""
 
 
 def history_figure(study: StoredStudy) -> Figure:
@@ -46,10 +52,10 @@ def history_figure(study: StoredStudy) -> Figure:
         panels = figure.subplots(len(wanted), 1, sharex=True, squeeze=False)[:, 0]
         for axes, objective in zip(panels, wanted, strict=True):
             _history_panel(axes, asked, objective)
-            axes.set_ylabel(_label(study, objective))
+            axes.set_ylabel(label_of(study, objective))
         panels[-1].set_xlabel("trials spent")
         legend(figure, panels[0], 3)
-        note(figure, _history_note(study, asked))
+        note(figure, history_note(study, asked))
     return figure
 
 
@@ -67,46 +73,22 @@ def front_figure(study: StoredStudy) -> Figure:
         panels = figure.subplots(1, len(pairs), squeeze=False)[0]
         for axes, pair in zip(panels, pairs, strict=True):
             _front_panel(axes, asked, pair, line=len(pairs) == 1)
-            axes.set(xlabel=_label(study, pair[0]), ylabel=_label(study, pair[1]))
+            axes.set(xlabel=label_of(study, pair[0]), ylabel=label_of(study, pair[1]))
         legend(figure, panels[0], 3)
-        note(
-            figure,
-            f"{study.name}: {len(candidates(asked)):,} candidates on the seeds of the"
-            f" search; {_held_out_note(asked)}",
-        )
+        note(figure, front_note(study, asked))
     return figure
-
-
-def with_front(study: StoredStudy, kind: str) -> AskedTrials:
-    """What a search for several objectives has asked for, for a figure of this kind.
-
-    Raises ChoiceError where the study is no search, or has one objective.
-    """
-    asked = read_asked(study)
-    if len(objectives(asked)) < 2:
-        raise ChoiceError(
-            "needs two objectives and there is one; allowed: history", study.name, kind
-        )
-    return asked
 
 
 def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None:
     table = candidates(asked)
     spent = best_so_far(asked).set_index("step")["trials"]
-    x = _places(table, spent)
+    x = places(table, spent)
     y = table[objective.column].to_numpy(np.float64)
-    alone = len(objectives(asked)) == 1
-    complete = (table["blocks"] == table["blocks"].max()).to_numpy()
-    feasible = table["feasible"].to_numpy()
-    edge = _edge(y[feasible], objective, _held_out_bounds(asked)) if alone else np.nan
+    edge = edge_of_history(asked, objective)
     beyond = y < edge if objective.maximize else y > edge
-    most = f"{table['blocks'].max()} blocks"
-    kinds = (
-        (feasible & ~complete & ~beyond, "o", GREY, 2.2, "fewer blocks"),
-        (feasible & complete & ~beyond, "o", BLUE, 3.8, most),
-        (~feasible & ~beyond, "x", VERMILION, 4.0, "not feasible"),
-    )
-    for chosen, marker, colour, size, label in kinds:
+    looks = (("o", GREY, 2.2), ("o", BLUE, 3.8), ("x", VERMILION, 4.0))
+    for (label, group), look in zip(groups_of(table).items(), looks, strict=True):
+        chosen, (marker, colour, size) = group & ~beyond, look
         if chosen.any():
             axes.plot(
                 x[chosen],
@@ -130,7 +112,7 @@ def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None
             clip_on=False,
             label="worse than this",
         )
-    if alone:
+    if len(objectives(asked)) == 1:
         best = best_so_far(asked)
         axes.step(
             best["trials"],
@@ -144,27 +126,11 @@ def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None
     axes.set_xlim(left=0)
 
 
-def _places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
-    """Where candidates lie on an axis of trials. Those of a batch are spread evenly,
-    from the end of the batch before to the end of their own.
-    """
-    before = spent.shift(fill_value=0)
-    groups = table.groupby("batch")["candidate"]
-    share = (groups.cumcount() + 1) / groups.transform("size")
-    start, end = (
-        column.loc[table["batch"]].to_numpy(np.float64) for column in (before, spent)
-    )
-    return np.asarray(start + share * (end - start), np.float64)
-
-
 def _held_out_marks(
     axes: Axes, asked: AskedTrials, objective: Objective, end: float
 ) -> None:
     """Draw held-out estimates with their intervals right of the end."""
-    judged = winners(asked)
-    judged = judged[judged["objective"] == objective.column]
-    judged = judged if len(objectives(asked)) > 1 else judged[:1]
-    label = "winner, held out" if len(judged) == 1 else "front, held out"
+    label, judged = judged_of(asked, objective)
     _marks(
         axes, np.full(len(judged), (1.0 + ROOM) * end), judged, (VERMILION, "D", label)
     )
@@ -202,36 +168,6 @@ def _marks(
     )
 
 
-def _held_out_bounds(asked: AskedTrials) -> Floats:
-    """The held-out estimates that a history of one objective draws, and the ends of
-    their intervals.
-    """
-    tables = (winners(asked)[:1], references(asked))
-    return np.concatenate(
-        [
-            table[[f"held_out{end}" for end in ("", "_low", "_high")]]
-            .to_numpy(float)
-            .ravel()
-            for table in tables
-        ]
-    )
-
-
-def _edge(values: Floats, objective: Objective, held_out: Floats) -> float:
-    """The edge: the worst value that is drawn in its own place. NaN for no values.
-
-    A part SHOWN of the values lies within the edge, and so does all that is held out.
-    Worse candidates are drawn at the edge.
-    """
-    known, others = values[np.isfinite(values)], held_out[np.isfinite(held_out)]
-    if not len(known):
-        return np.nan
-    edge = np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)
-    return float(
-        np.min([edge, *others]) if objective.maximize else np.max([edge, *others])
-    )
-
-
 def _front_panel(
     axes: Axes, asked: AskedTrials, pair: tuple[Objective, Objective], *, line: bool
 ) -> None:
@@ -251,13 +187,10 @@ def _front_panel(
                 alpha=0.6,
                 label=label,
             )
-    judged = _wide(winners(asked), "candidate", names)
+    judged = wide(winners(asked), "candidate", names)
     _crosses(axes, judged, names, (BLUE, "o", "chosen, held out"))
     if line and len(judged):
-        values = judged[names].to_numpy(np.float64)
-        best = judged[
-            nondominated(values, [objective.maximize for objective in pair])
-        ].sort_values(names[0])
+        best = best_of(judged, pair)
         where = "steps-pre" if pair[0].maximize else "steps-post"
         axes.plot(
             best[names[0]], best[names[1]], drawstyle=where, color=BLUE, linewidth=0.9
@@ -270,7 +203,7 @@ def _front_panel(
         )
         ring.set(markersize=10, markerfacecolor="none")
     for place, (name, row) in enumerate(
-        _wide(references(asked), "reference", names).iterrows()
+        wide(references(asked), "reference", names).iterrows()
     ):
         _crosses(
             axes,
@@ -278,21 +211,6 @@ def _front_panel(
             names,
             (GREEN, MARKERS[place % len(MARKERS)], f"{name}, held out"),
         )
-
-
-def _wide(table: pd.DataFrame, by: str, names: Sequence[str]) -> pd.DataFrame:
-    """One row a candidate or reference, with the held-out estimates and bounds of each
-    objective as columns.
-    """
-    parts = []
-    for name in names:
-        part = table[table["objective"] == name].set_index(by)
-        parts.append(
-            part[["held_out", "held_out_low", "held_out_high"]].set_axis(
-                [name, f"{name}_low", f"{name}_high"], axis=1
-            )
-        )
-    return pd.concat(parts, axis=1)
 
 
 def _crosses(
@@ -315,41 +233,17 @@ def _crosses(
     )
 
 
-def _label(study: StoredStudy, objective: Objective) -> str:
-    what = objective.statistic.named(quantity(study, objective.column))
-    return f"{what}\n{'more' if objective.maximize else 'less'} is better"
-
-
-def _history_note(study: StoredStudy, asked: AskedTrials) -> str:
-    table = candidates(asked)
-    failed = int((table["status"] == FAILED).sum())
-    text = f"{study.name}: {len(table):,} candidates" + (
-        f", {failed} failed and not drawn" if failed else ""
-    )
-    return text + f", {int(table['trials'].sum()):,} trials; {_held_out_note(asked)}"
-
-
-def _held_out_note(asked: AskedTrials) -> str:
-    judged = winners(asked)
-    blocks = int(judged["held_out_n"].max()) if len(judged) else 0
-    if blocks == 0:
-        return "no held-out trials"
-    many = "1 block" if blocks == 1 else f"{blocks} blocks"
-    return (
-        f"{judged['candidate'].nunique()} held out, {many} each,"
-        " simultaneous 95 % intervals (Bonferroni)"
-    )
-
-
 HISTORY = search_kind(
     "history",
     "the candidates of a search as they were asked",
     read_asked,
     history_figure,
+    history_marks,
 )
 FRONT = search_kind(
     "front",
     "the front that a search has chosen, on held-out seeds",
     partial(with_front, kind="front"),
     front_figure,
+    front_marks,
 )

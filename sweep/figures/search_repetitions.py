@@ -26,7 +26,7 @@ from sweep.campaigns.search.repetitions import (
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend, note, quantity
 from sweep.figures.planning import search_kind
-from sweep.figures.search import with_front
+from sweep.figures.search_layout import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
 from sweep.spec.objectives import Floats
 from sweep.tables.stored_study import StoredStudy

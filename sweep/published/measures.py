@@ -84,6 +84,31 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
     return [measure.spec]
 
 
+@dataclass(frozen=True)
+class MeasuredTrials:
+    """Trials that a measure reads: a spec, and settings that its points have. Their
+    `column` is None where frames of a series are read, or it is not known which.
+    """
+
+    spec: str
+    column: str | None
+    settings: Mapping[str, Value]
+
+
+def trials_read(measure: Measure, spec: str) -> list[MeasuredTrials]:
+    """The trials that a measure of a claim of `spec` reads, a side each of a
+    difference.
+    """
+    if isinstance(measure, MeanDifference):
+        return [*trials_read(measure.first, spec), *trials_read(measure.second, spec)]
+    if isinstance(measure, Mean):
+        column = None if measure.frames else measure.metric
+        return [MeasuredTrials(measure.spec, column, measure.settings)]
+    if isinstance(measure, RankCorrelation):
+        return [MeasuredTrials(measure.spec, measure.column, measure.settings)]
+    return [MeasuredTrials(spec, None, measure.settings)]
+
+
 def columns_read(measure: Measure) -> list[tuple[str, str]]:
     """The columns that a measure reads, each after its spec. Which ones a function
     reads is not known.

@@ -5,7 +5,9 @@ import math
 from collections import Counter
 from typing import Any
 
+from sweep.published.claims import Claim
 from sweep.published.judging import Row
+from sweep.published.measures import trials_read
 from sweep.published.scorecard import ORDER, Page, Section
 from sweep.published.turned import DocumentVariants
 from sweep.published.variants import Kind
@@ -20,7 +22,7 @@ def as_json(page: Page) -> str:
         "version": VERSION,
         "scale": page.scale,
         "documents": [_document(section) for section in page.sections],
-        "rows": [_row(one, row) for one in page.sections for row in one.rows],
+        "rows": [_row(page, one, row) for one in page.sections for row in one.rows],
     }
     return json.dumps(about, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -66,7 +68,7 @@ def _variants(section: Section, kind: Kind) -> dict[str, Any] | None:
     }
 
 
-def _row(section: Section, row: Row) -> dict[str, Any]:
+def _row(page: Page, section: Section, row: Row) -> dict[str, Any]:
     claim, verdict, found = row
     expect = claim.expect
     return {
@@ -78,6 +80,8 @@ def _row(section: Section, row: Row) -> dict[str, Any]:
         "where": claim.where,
         "says": claim.says,
         "spec": claim.spec,
+        "picture": _picture(page, section, claim),
+        "behind": _behind(section, claim),
         "status": verdict.status,
         "reason": verdict.reason,
         "ours": _number(found.estimate.value) if found else None,
@@ -102,6 +106,26 @@ def _row(section: Section, row: Row) -> dict[str, Any]:
         "numerics": section.turning("numerics", row),
         "least_share": section.least_share(row),
     }
+
+
+def _picture(page: Page, section: Section, claim: Claim) -> str | None:
+    picture = section.pictures[claim.figure] if claim.figure else None
+    return f"{page.link(picture.path)}.png" if picture and picture.path else None
+
+
+def _behind(section: Section, claim: Claim) -> list[dict[str, Any]]:
+    """The trials that a claim is tested by."""
+    if claim.measure is None or claim.spec is None:
+        return []
+    studies = section.publication.studies
+    return [
+        {
+            "study": studies[one.spec].name,
+            "column": one.column,
+            "settings": one.settings,
+        }
+        for one in trials_read(claim.measure, claim.spec)
+    ]
 
 
 def _published(expect: Expectation | None) -> float | list[float] | None:

@@ -16,6 +16,8 @@ search_phases     a search with its phases apart
 comparison_sides  trials as a command names them
 matched_points    points that belong together
 comparison        what differs between sides
+comparison_facts  the same as plain data
+comparison_words  the same in words
 power             how many replicates a goal needs
 spec_difference   what a change of a spec does
 cleaning          room given back

@@ -9,7 +9,7 @@ one family, so that its verdicts can be read together.
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -90,6 +90,18 @@ class Comparison:
     def tests(self) -> int:
         """How many contrasts are looked at together."""
         return int(self.rows["p"].notna().sum())
+
+    @property
+    def differ(self) -> dict[str, tuple[list[Any], list[Any]]]:
+        """The settings in which the sides differ. The number of steps between frames is
+        one of them only for means over frames.
+        """
+        differ = self.matching.differ
+        return {
+            name: values
+            for name, values in differ.items()
+            if name != "every" or self.half
+        }
 
     def verdicts(self, metric: str) -> Mapping[str, int]:
         """How many rows of a metric have which verdict, in the order of VERDICTS."""

@@ -42,15 +42,27 @@ class Side:
 
 
 def read_side(text: str, results: Location) -> Side:
-    """The trials that `text` names, in the order of their study.
+    """The trials that `text` names, see `side_of`. Raises StoreError where there is no
+    such study.
+    """
+    return side_of(text, by_phase(StoredStudy(study_named(text), results)))
+
+
+def study_named(text: str) -> str:
+    """The name of the study in the text of a side."""
+    return text.partition(":")[0]
+
+
+def side_of(text: str, study: StoredStudy) -> Side:
+    """The trials that `text` names, in the order of their study, which is read already
+    and has its phases apart.
 
     After the study's name and a colon come settings, or presets where the study ablates
     one: with the study's own nothing is changed, with the other all is. Raises
     ChoiceError for a setting, value or preset that is not there, and StoreError where
-    the study is not, or no trial of it.
+    no trial of it is.
     """
     name, colon, rest = text.partition(":")
-    study = by_phase(StoredStudy(name, results))
     if study.trials.empty:
         raise StoreError("no trial of it is stored", name)
     settings, named = _read(study, rest) if colon else ({}, frozenset[str]())

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
 from sweep.figures import search as history_module
+from sweep.figures import search_layout as layout_module
 from sweep.figures import search_repetitions as runs_module
 from sweep.figures.search import front_figure, history_figure
 from sweep.figures.search_repetitions import comparison_figure, hypervolume_figure
@@ -35,7 +36,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch):
     )
 
     def of(figure: Any, asked: MadeUp) -> Figure:
-        for module in (history_module, runs_module):
+        for module in (history_module, layout_module, runs_module):
             monkeypatch.setattr(module, "read_asked", lambda _study: asked)
         found: Figure = figure(study)
         found.canvas.draw()

@@ -11,9 +11,14 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
+from sweep.published.publications import read_all
+from sweep.published.reproduce import reproduce
 from sweep.web.server import PageServer
+from sweep.workers.executors import Serial
 from tests import plotted
+from tests.publications import experiments
 from tests.web.chromium import in_a_thread
 from tests.web.test_access import CHECKS
 
@@ -23,7 +28,7 @@ Open = Callable[..., Page]
 
 @pytest.fixture(scope="module")
 def results() -> Path:
-    for name in ("small", "grid"):
+    for name in ("small", "grid", "searched"):
         plotted.study(name)
     folder = plotted.study("small").store.folder.parent
     assert isinstance(folder, Path)
@@ -120,6 +125,102 @@ def test_what_is_chosen_is_said_in_the_commands_and_refusals_are_read(
     expect(page.locator("[aria-label=points] code")).to_contain_text("--sort speed")
 
 
+SIDES = "#a=grid:borders%3Dtorus&b=grid:borders%3Dbounded&metric=speed"
+
+
+def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
+    page = opened("#study=grid")
+    page.get_by_text("Compare it with another side").click()
+    page.locator("#study-a").fill("grid:borders=torus")
+    page.locator("#study-b").fill("grid:borders=bounded")
+    page.get_by_role("button", name="compare").click()
+    seen(page, ".forest canvas")
+    page.locator("#compared-metric").select_option("speed")
+    page.locator("#compared-margin").fill("0.25")
+    page.locator("#compared-margin").press("Enter")
+    expect(page.locator("[aria-label=comparison] code")).to_contain_text(
+        "--metric speed --margin 0.25"
+    )
+    page.locator(".forest canvas").first.click(position={"x": 300, "y": 62})
+    for side in "AB":
+        seen(page, f"[aria-label='trials of {side}'] tbody button")
+    chosen = page.locator("[aria-label=differences] tr.chosen")
+    assert chosen.locator("td").all_inner_texts()[:2] == ["0.5", "0.1"]
+    table = page.locator("[aria-label='trials of B']")
+    table.locator("tbody button").first.click()
+    seen(page, "[aria-label=player]:visible .record .exact")
+    address = page.url
+    page.goto("about:blank")
+    page.goto(address)
+    seen(page, "[aria-label=differences] tr.chosen")
+    seen(page, "[aria-label=player]:visible .record .exact")
+
+
+def test_a_winner_of_a_search_leads_to_its_held_out_trials(opened: Open) -> None:
+    page = opened("#study=searched")
+    seen(page, ".search tbody button")
+    expect(page.locator(".figure code")).to_contain_text("plot searched history")
+    page.locator(".search tbody button").first.click()
+    seen(page, "[aria-label=trials] tbody button")
+    title = page.locator("[aria-label=trials] h2").first.inner_text()
+    assert title.startswith("Trials at phase held_out")
+    page.locator("#figure-kind").select_option("front")
+    expect(page.locator(".figure code")).to_contain_text("plot searched front")
+    seen(page, "[aria-label=trials] tbody button")
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of an explorer of a tiny publication, which is judged."""
+    folder = tmp_path_factory.mktemp("judged")
+    experiments(folder)
+    publications = read_all(folder / "experiments", quick=False, only=())
+    reproduce(publications, folder / "results", Serial(), ProgressBar)
+    with in_a_thread(explorer(folder / "results", None)[0]) as server:
+        yield server.url
+
+
+def test_a_claim_leads_to_its_figure_and_a_trial_that_plays(
+    opened: Open, judged: str
+) -> None:
+    page = opened()
+    page.goto(judged)
+    page.get_by_role("link", name="Scorecard, full scale").click()
+    page.get_by_role("button", name="start-speed").click()
+    seen(page, "[aria-label=claim] img")
+    wide = "document.querySelector('img.shown').naturalWidth"
+    page.wait_for_function(f"{wide} > 100", timeout=PATIENCE)
+    page.locator("[aria-label=trials]:visible tbody button").first.click()
+    seen(page, "[aria-label=player]:visible .record .exact")
+    page.get_by_role("link", name="figure and points of tiny/small").click()
+    seen(page, ".figure canvas")
+    expect(page.locator("#where")).to_have_value("separation_weight=1")
+    seen(page, "[aria-label=trials]:visible tbody button")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("address", "parts"),
+    [
+        (SIDES, [".forest canvas", "[aria-label=differences] tbody button"]),
+        ("#study=searched", [".figure .board canvas", ".search tbody button"]),
+    ],
+)
+def test_other_views_have_names_and_contrast_and_fit_any_window(
+    opened: Open, scheme: Any, address: str, parts: list[str]
+) -> None:
+    page = opened(address)
+    page.emulate_media(color_scheme=scheme)
+    for part in parts:
+        seen(page, part)
+    found = page.evaluate(CHECKS, ["nameless", "doubled", "unmarked", "faint"])
+    assert not found
+    for width, height in ((390, 844), (320, 480), (1920, 1080)):
+        page.set_viewport_size({"width": width, "height": height})
+        wide = "document.querySelector('main').scrollWidth"
+        assert page.evaluate(wide) <= width
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_everything_has_a_name_and_contrast_and_fits_any_window(
     opened: Open, scheme: Any
@@ -175,6 +276,11 @@ def test_only_who_has_the_token_and_asks_this_machine_is_answered(
         "figure?study=small&kind=%3Cscript%3E",
         "figure?study=small&x=lacking",
         "spec?study=small&trial=zzz",
+        "compare?a=small",
+        "compare?a=small&b=%00",
+        "search?study=small",
+        "scorecard?scale=..%2F..",
+        "picture?study=tiny&claim=..%2Fup",
     ],
 )
 def test_a_malformed_question_is_answered_by_a_sentence(

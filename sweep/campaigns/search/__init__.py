@@ -27,5 +27,7 @@ What it found:
     repetitions      the search against random search
     findings         all that a report says
     sentences        the same in sentences
+    report           the same as plain data, tables and text
+    points_behind    which stored points stand behind a candidate
     export           a study of optuna
 """

@@ -9,6 +9,8 @@ import { mount } from "./mount.js";
 /** @import { Choice, Trial, Trials } from "./explorer.d.ts" */
 /** @import { View } from "./view.js" */
 
+export const ALL = "all"; // in place of the ids of points
+
 export class TrialTable {
   page = 0;
   /** @type {Trials | null} */
@@ -16,26 +18,30 @@ export class TrialTable {
   /** @type {Choice | null} */
   choice = null;
 
-  /** @param {(change: Partial<Choice>) => void} go */
-  constructor(go) {
+  /** @param {(change: Partial<Choice>) => void} go @param {string} name */
+  constructor(go, name = "trials") {
     this.go = go;
+    this.name = name;
     this.title = make("h2");
-    this.table = new PagedTable("trials", (page) => this.turn(page));
+    this.table = new PagedTable(name, (page) => this.turn(page));
     this.element = make(
       "section",
-      { className: "card", "aria-label": "trials", hidden: true },
+      { className: "card", "aria-label": name, hidden: true },
       this.title,
       this.table.element,
     );
   }
 
   get asked() {
-    const { study = "", half = "", metric = "", point = "" } = this.choice ?? {};
+    const { study = "", half = "", metric = "", point = "", where = "" } =
+      this.choice ??
+        {};
     return {
       study,
       half,
+      where,
       metric: metric.split(" ")[0].replace(/[+-]$/, ""),
-      point: point.split(" "),
+      point: point === ALL ? [] : point.split(" "),
     };
   }
 
@@ -61,8 +67,8 @@ export class TrialTable {
     const { settings, unit, metric } = trials;
     const points = Object.values(settings);
     this.title.textContent = points.length === 1
-      ? `Trials at ${settingsSaid(points[0])}`
-      : `Trials of ${points.length} points`;
+      ? `${capital(this.name)} at ${settingsSaid(points[0])}`
+      : `${capital(this.name)} of ${points.length} points`;
     const rows = trials.rows.map((trial) => ({
       cells: cellsOf(trial),
       chosen: trial.trial_id === choice.trial,
@@ -95,6 +101,9 @@ export class TrialTable {
     if (this.choice) this.show(this.choice);
   }
 }
+
+/** @param {string} text */
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /** @param {Trial} trial */
 function cellsOf({ trial_id: id, replicate, value, part, status, error }) {

@@ -65,9 +65,19 @@ export class Scale {
     return this;
   }
 
+  // What lies beyond the bounds of the axis lies at its edge.
   /** @param {number} value */
   place(value) {
-    return this.log ? Math.log10(value) : value;
+    const { low, high } = this.axis;
+    const within = Math.min(Math.max(value, low ?? -Infinity), high ?? Infinity);
+    return this.log ? Math.log10(within) : within;
+  }
+
+  // 1 for a value above the bounds of the axis, -1 for one below them, else 0.
+  /** @param {number} value */
+  beyond(value) {
+    const { low, high } = this.axis;
+    return Number(value > (high ?? Infinity)) - Number(value < (low ?? -Infinity));
   }
 
   /** @param {number} value */
@@ -168,7 +178,7 @@ export class Board {
       ...this.dots.flatMap((dot) => [dot.y, dot.low, dot.high]),
       ...values,
     ]);
-    return [new Scale(across, x), new Scale(up, y)];
+    return [new Scale([...across, ...known([x.low])], x), new Scale(up, y)];
   }
 
   draw() {

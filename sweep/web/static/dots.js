@@ -34,6 +34,9 @@ export class Dots extends Board {
     const { x, y, dots } = this;
     if (!x || !y) return;
     const few = dots.length <= MANY;
+    const { line } = this.panel;
+    Object.assign(context, { strokeStyle: ink, lineWidth: 1 });
+    stroke(context, line.x.map((value, i) => [x.pixel(value), y.pixel(line.y[i])]));
     for (const dot of dots) {
       if (dot.x === null || dot.y === null) continue;
       const at = { x: x.pixel(dot.x), y: y.pixel(dot.y) };
@@ -51,11 +54,27 @@ export class Dots extends Board {
           stroke(context, [[x.pixel(dot.x_low), at.y], [x.pixel(dot.x_high), at.y]]);
         }
       }
+      const size = few ? 4 : 2.5;
+      const way = y.beyond(dot.y);
       context.beginPath();
-      context.arc(at.x, at.y, few ? 4 : 2.5, 0, 2 * Math.PI);
+      if (way) arrow(context, at, size, way);
+      else context.arc(at.x, at.y, size, 0, 2 * Math.PI);
       context.fill();
       if (dot.best) ring(context, at, 6, colour);
       if (this.isChosen(dot)) ring(context, at, 9, ink);
     }
   }
+}
+
+// A triangle that points up for a `way` of 1, and down for -1.
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {{ x: number, y: number }} at
+ * @param {number} size
+ * @param {number} way
+ */
+function arrow(context, { x, y }, size, way) {
+  context.moveTo(x - size, y + way * size);
+  context.lineTo(x + size, y + way * size);
+  context.lineTo(x, y - way * size);
 }

@@ -94,6 +94,8 @@ export interface FigureAxis {
   names: string[];
   /** The listed values at which ticks stand; none for ticks at round numbers. */
   listed: number[];
+  low?: Known;
+  high?: Known;
 }
 
 export interface Panel {
@@ -101,6 +103,7 @@ export interface Panel {
   x: FigureAxis;
   y: FigureAxis;
   edges: [number[], number[]];
+  line: { x: number[]; y: number[]; text: string };
   marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
 }
 
@@ -149,6 +152,97 @@ export interface Dot {
   point: string;
 }
 
+/** A table of texts, with the ids of the points behind each row. */
+export interface Told {
+  titles: string[];
+  rows: string[][];
+  note: string;
+  points: string[];
+}
+
+export interface Searched {
+  searched: string;
+  notes: string[];
+  best: string;
+  tables: Told[];
+  said: string[];
+  command: string;
+}
+
+/** Trials that test a claim, in the words of the page. */
+export interface Tested {
+  study: string;
+  metric: string;
+  half: string;
+  where: string;
+}
+
+export interface Claim {
+  id: string;
+  study: string;
+  says: string;
+  where: string;
+  status: string;
+  reason: string;
+  trials: number;
+  published: string;
+  ours: string;
+  picture: boolean;
+  behind: Tested[];
+}
+
+export interface Scorecard {
+  scale: string;
+  scales: string[];
+  documents: Record<string, string>;
+  rows: Claim[];
+  command: string;
+}
+
+/** A row of a comparison, as sweep compare --json has it, with its settings. */
+export interface Difference {
+  metric: string;
+  unit: string;
+  a: Known;
+  b: Known;
+  difference: Known;
+  low: Known | string;
+  high: Known | string;
+  p: Known;
+  paired: boolean;
+  verdict: string;
+}
+
+/** Whose trials a row of a comparison rests on. */
+export interface Behind {
+  metric: string;
+  a: string;
+  b: string;
+}
+
+export interface Compared {
+  revision: string;
+  facts: {
+    a: { selection: string; study: string };
+    b: { selection: string; study: string };
+    method: { confidence: number; together: string; margin: Known };
+    rows: Difference[];
+    summary: string[];
+  };
+  titles: string[];
+  cells: string[][];
+  behind: Behind[];
+  settings: string[];
+  total: number;
+  page: number;
+  size: number;
+  heading: string[];
+  notes: string[];
+  metrics: string[];
+  corrections: string[];
+  command: string;
+}
+
 /** What the page shows, as its address says it. */
 export interface Choice {
   study: string;
@@ -164,6 +258,15 @@ export interface Choice {
   trial: string;
   /** Another trial, which plays beside the first one. */
   beside: string;
+  a: string;
+  b: string;
+  margin: string;
+  confidence: string;
+  together: string;
+  ranked: string;
+  side: string;
+  scorecard: string;
+  claim: string;
 }
 
 /** uPlot 1.6.32, as far as it is used here. */

@@ -219,8 +219,12 @@ export class FigurePanel {
   }
 
   /** @param {Figure} figure */
-  colours({ by, values, colours }) {
+  colours({ by, values, colours, panels }) {
     if (!by) return make("p", { className: "legend" });
+    const line = panels[0]?.line.text ?? "";
+    const beyond = panels.some(({ y }) =>
+      typeof y.low === "number" || typeof y.high === "number"
+    );
     const ink = getComputedStyle(this.element).color;
     const swatches = values.map((value, i) => {
       const swatch = make("i", { className: "swatch" });
@@ -232,6 +236,8 @@ export class FigurePanel {
       { className: "legend" },
       make("span", { textContent: `${spaced(by)}:` }),
       ...swatches,
+      line && make("span", { textContent: `line: ${line}` }),
+      beyond ? make("span", { textContent: "triangle: beyond the edge" }) : "",
     );
   }
 
@@ -265,6 +271,8 @@ export class FigurePanel {
       })),
       plain,
     );
+    this.metric.element.hidden = !metrics.length;
+    this.half.element.hidden = !metrics.length;
     fill(this.half.select, [{ value: "", text: "the last frame" }, {
       value: "yes",
       text: "the last half",

@@ -1,12 +1,15 @@
-// The explorer: the studies of a folder, or one study with its state, a figure, its
-// points, the trials behind a point, and a trial that plays. What is shown is what the
-// address says.
+// The explorer: the studies of a folder; one study with its state, a figure, its
+// points, the trials behind a point, and a trial that plays; two sides compared; or the
+// scorecard. What is shown is what the address says.
 
 import { button, make } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { Player, TrialTable } from "./behind.js";
+import { ComparedView, SidesForm } from "./compared.js";
 import { FigurePanel } from "./figures.js";
 import { PagedTable } from "./rows.js";
+import { ScorecardView } from "./scored.js";
+import { SearchPanel } from "./searched.js";
 import { StatePanel } from "./strip.js";
 import { PointTable } from "./tables.js";
 
@@ -26,6 +29,15 @@ const KEYS = /** @type {const} */ ([
   "point",
   "trial",
   "beside",
+  "a",
+  "b",
+  "margin",
+  "confidence",
+  "together",
+  "ranked",
+  "side",
+  "scorecard",
+  "claim",
 ]);
 
 /** @returns {Choice} */
@@ -69,24 +81,43 @@ export class Explorer {
       make("label", { htmlFor: "where", textContent: "where" }),
       this.where,
     );
+    this.scorecards = make("p", { className: "row" });
     this.list = new PagedTable("studies", () => {});
     this.studies = make(
       "section",
       { className: "card", "aria-label": "studies" },
+      this.scorecards,
       this.list.element,
     );
     this.panel = new StatePanel((trial) => this.go({ trial, beside: "" }));
     this.figure = new FigurePanel("figure", go, command);
+    this.search = new SearchPanel(go, command);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go);
     this.player = new Player(go);
     this.origin = make("details", { className: "card" });
+    this.sides = new SidesForm("study", go);
+    const compare = make(
+      "details",
+      { className: "card", "aria-label": "compare" },
+      make("summary", { textContent: "Compare it with another side" }),
+      this.sides.element,
+    );
+    this.compared = new ComparedView(go, command);
+    this.scorecard = new ScorecardView(go, command);
     this.study = make(
       "div",
       { className: "study", hidden: true },
       this.panel.element,
-      make("div", { className: "seen" }, this.figure.element, this.points.element),
+      make(
+        "div",
+        { className: "seen" },
+        this.figure.element,
+        this.search.element,
+        this.points.element,
+      ),
       make("div", { className: "behind" }, this.trials.element, this.player.element),
+      compare,
       this.origin,
     );
     root.append(
@@ -94,7 +125,14 @@ export class Explorer {
       this.banner,
       this.studies,
       this.study,
+      this.compared.element,
+      this.scorecard.element,
     );
+    this.views = [
+      { element: this.study, player: this.player },
+      this.compared,
+      this.scorecard,
+    ];
     addEventListener("hashchange", () => this.follow());
     this.follow();
   }
@@ -122,7 +160,7 @@ export class Explorer {
   async look(all) {
     const look = ++this.looks;
     try {
-      await (this.choice.study ? this.lookAtStudy(all) : this.lookAtStudies());
+      await this.lookAt(this.choice, all);
       this.complain("");
     } catch (error) {
       const away = "The server does not answer; is sweep show still running?";
@@ -133,6 +171,15 @@ export class Explorer {
     }
   }
 
+  /** @param {Choice} choice @param {boolean} all */
+  async lookAt(choice, all) {
+    this.display(choice);
+    if (choice.scorecard) await this.scorecard.show(choice);
+    else if (choice.a && choice.b) await this.compared.show(choice, all);
+    else if (choice.study) await this.lookAtStudy(all);
+    else await this.lookAtStudies();
+  }
+
   /** @param {string} words */
   complain(words) {
     this.banner.textContent = words;
@@ -140,9 +187,9 @@ export class Explorer {
   }
 
   async lookAtStudies() {
-    this.display(false);
-    /** @type {{ studies: Study[] }} */
-    const { studies } = await ask("studies", {});
+    /** @type {{ studies: Study[], scorecards: string[] }} */
+    const { studies, scorecards } = await ask("studies", {});
+    this.scorecards.replaceChildren(...scorecards.map(scorecardLink));
     const rows = studies.map((one) => ({
       cells: [
         one.study,
@@ -178,7 +225,6 @@ export class Explorer {
   /** @param {boolean} all */
   async lookAtStudy(all) {
     const { study } = this.choice;
-    this.display(true);
     /** @type {StudyState} */
     const state = await ask("state", { study, seen: this.state?.revision ?? "" });
     if (study !== this.choice.study) return;
@@ -197,21 +243,31 @@ export class Explorer {
     this.originOf(state);
     await this.figure.show(choice, state); // first: of many trials all takes seconds
     await Promise.all([
+      this.search.show(choice, state),
       this.points.show(choice, state.revision),
       this.trials.show(choice),
       this.figure.mention(),
     ]);
   }
 
-  /** @param {boolean} one */
-  display(one) {
-    this.studies.hidden = one;
+  /** @param {Choice} choice */
+  display({ scorecard, study, a, b, where }) {
+    const both = !scorecard && Boolean(a && b);
+    const one = !scorecard && !both && Boolean(study);
+    const name = scorecard ? "Scorecard" : both ? `${a} and ${b}` : study;
+    this.scorecard.element.hidden = !scorecard;
+    this.compared.element.hidden = !both;
     this.study.hidden = !one;
-    this.chosen.hidden = !one;
-    this.home.hidden = !one;
-    this.name.textContent = this.choice.study || "Results";
-    this.where.value = this.choice.where;
-    document.title = `${this.choice.study || "results"} · boidsweep`;
+    this.studies.hidden = Boolean(name);
+    for (const { element, player } of this.views) {
+      if (element.hidden) player.show({ ...this.choice, trial: "" });
+    }
+    this.chosen.hidden = this.study.hidden;
+    this.home.hidden = !name;
+    this.name.textContent = name || "Results";
+    this.where.value = where;
+    this.sides.show(study, "");
+    document.title = `${name || "results"} · boidsweep`;
   }
 
   /** @param {StudyState} state */
@@ -224,6 +280,13 @@ export class Explorer {
     );
   }
 }
+
+/** @param {string} scale */
+const scorecardLink = (scale) =>
+  make("a", {
+    href: `#${new URLSearchParams({ scorecard: scale })}`,
+    textContent: `Scorecard, ${scale} scale`,
+  });
 
 /** @param {number | null} value */
 const numberOf = (value) => value?.toLocaleString("en") ?? "";

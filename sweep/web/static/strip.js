@@ -20,7 +20,11 @@ export class StatePanel {
   constructor(play) {
     this.play = play;
     this.counts = make("p", { className: "counts", role: "status" });
-    this.strip = make("canvas", { className: "strip", role: "img" });
+    this.strip = make("canvas", {
+      className: "strip",
+      role: "img",
+      "aria-label": "all trials",
+    });
     this.key = make("p", { className: "legend" });
     this.causes = make("ul", { className: "causes" });
     this.element = make(

@@ -1,0 +1,198 @@
+// The scorecard: what is claimed, what came out, the figure that shows it, and the
+// trials that test it.
+
+import { make } from "./dom.js";
+import { ask, Refused } from "./ask.js";
+import { ALL, Player, TrialTable } from "./behind.js";
+import { PagedTable } from "./rows.js";
+
+/** @import { Choice, Claim, Scorecard, Tested } from "./explorer.d.ts" */
+
+const TITLES = [
+  "claim",
+  "published",
+  "ours, 95 % interval",
+  "trials",
+  "verdict",
+  "says",
+];
+
+/** @param {Claim} claim */
+const nameOf = ({ study, id }) => `${study} ${id}`;
+
+export class ScorecardView {
+  /** @type {Scorecard | null} */
+  scorecard = null;
+  // The claim whose figure and trials are shown.
+  open = "";
+
+  /**
+   * @param {(change: Partial<Choice>) => void} go
+   * @param {(command: string) => HTMLElement} command
+   */
+  constructor(go, command) {
+    this.go = go;
+    this.command = command;
+    this.scales = make("p", { className: "facts" });
+    this.tables = make("div");
+    this.line = make("div");
+    this.claim = make("section", { className: "card", "aria-label": "claim" });
+    this.sides = make("div");
+    this.player = new Player();
+    this.element = make(
+      "div",
+      { className: "study", hidden: true },
+      make(
+        "section",
+        { className: "card seen", "aria-label": "scorecard" },
+        this.scales,
+        this.tables,
+        this.line,
+      ),
+      make(
+        "div",
+        { className: "behind" },
+        this.claim,
+        this.sides,
+        this.player.element,
+      ),
+    );
+  }
+
+  /** @param {Choice} choice */
+  async show(choice) {
+    const scale = choice.scorecard;
+    if (this.scorecard?.scale !== scale) {
+      this.scorecard = await ask("scorecard", { scale });
+      this.open = "";
+    }
+    if (!this.scorecard) return;
+    this.list(this.scorecard, choice);
+    const claim = this.scorecard.rows.find((one) => nameOf(one) === choice.claim);
+    this.claim.hidden = !claim;
+    this.sides.hidden = !claim;
+    if (claim) await this.unfold(claim, choice);
+    const side = claim?.behind[Number(choice.side)];
+    this.player.show({ ...choice, study: side?.study ?? "" });
+  }
+
+  // A table for each document, those refuted and confirmed in the order of the claims.
+  /** @param {Scorecard} scorecard @param {Choice} choice */
+  list({ scale, scales, documents, rows, command }, choice) {
+    const others = scales.filter((one) => one !== scale).map((one) =>
+      make("a", {
+        href: `#${new URLSearchParams({ scorecard: one })}`,
+        textContent: `the ${one} scale`,
+      })
+    );
+    this.scales.replaceChildren(`Claims judged at the ${scale} scale `, ...others);
+    const tables = Object.entries(documents).flatMap(([study, title]) => {
+      const claims = rows.filter((row) => row.study === study);
+      return claims.length
+        ? [make("h2", { textContent: title }), this.table(study, claims, choice)]
+        : [];
+    });
+    this.tables.replaceChildren(...tables);
+    this.line.replaceChildren(this.command(command));
+  }
+
+  /** @param {string} study @param {Claim[]} claims @param {Choice} choice */
+  table(study, claims, choice) {
+    const table = new PagedTable(`claims of ${study}`, () => {});
+    table.show({
+      headings: TITLES.map((text) => ({ text })),
+      rows: claims.map((claim) => ({
+        cells: [
+          claim.id,
+          claim.published,
+          claim.ours,
+          claim.trials ? claim.trials.toLocaleString("en") : "",
+          claim.status,
+          claim.says,
+        ],
+        chosen: nameOf(claim) === choice.claim,
+        choose: () => this.go({ claim: nameOf(claim), trial: "", side: "" }),
+        note: claim.reason,
+      })),
+      total: claims.length,
+      page: 0,
+      size: claims.length,
+      what: "claims",
+    });
+    return table.element;
+  }
+
+  // What the claim says, its figure, and a table of trials for each side.
+  /** @param {Claim} claim @param {Choice} choice */
+  async unfold(claim, choice) {
+    if (this.open !== nameOf(claim)) {
+      this.open = nameOf(claim);
+      this.trials = claim.behind.map((_, i) =>
+        new TrialTable(
+          ({ trial }) => this.go({ trial, side: String(i) }),
+          claim.behind.length > 1 ? `trials of side ${i + 1}` : "trials",
+        )
+      );
+      this.sides.replaceChildren(...this.trials.map((table) => table.element));
+      this.claim.replaceChildren(...this.about(claim));
+      this.draw(claim, choice);
+    }
+    await Promise.all(
+      claim.behind.map((side, i) =>
+        this.trials?.[i].show({
+          ...choice,
+          ...chosen(side),
+          trial: Number(choice.side) === i ? choice.trial : "",
+        })
+      ),
+    );
+  }
+
+  /** @param {Claim} claim */
+  about({ id, where, says, reason, status, behind }) {
+    const links = behind.map((side) =>
+      make("a", {
+        href: `#${new URLSearchParams(chosen(side))}`,
+        textContent: `figure and points of ${side.study}${
+          side.where && ` where ${side.where}`
+        }`,
+      })
+    );
+    const nothing = "no trials are named; sweep reproduce writes which, from 0.14";
+    return [
+      make("h2", { textContent: `${id}: ${status}` }),
+      make("p", { textContent: `${says} (${where})` }),
+      make("p", { className: "facts", textContent: reason }),
+      ...links.map((link) => make("p", {}, link)),
+      links.length ? "" : make("p", { className: "facts", textContent: nothing }),
+    ];
+  }
+
+  /** @param {Claim} claim @param {Choice} choice */
+  async draw(claim, { scorecard: scale }) {
+    if (!claim.picture) return;
+    try {
+      const { study, id } = claim;
+      /** @type {{ png: string }} */
+      const { png } = await ask("picture", { study, claim: id, scale });
+      if (this.open !== nameOf(claim)) return;
+      const alt = `the figure that shows ${id}`;
+      this.claim.append(
+        make("img", { src: `data:image/png;base64,${png}`, alt, className: "shown" }),
+      );
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.claim.append(make("p", { className: "facts", textContent: error.message }));
+    }
+  }
+}
+
+// The choice of the page that shows all these trials.
+/** @param {Tested} side */
+const chosen = ({ study, metric, half, where }) => ({
+  study,
+  metric,
+  half,
+  where,
+  point: ALL,
+});
