@@ -22,7 +22,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -414,7 +414,7 @@ def crossings(
     (scale,) = rule.scales.values()
     order = np.array(sorted(range(len(places)), key=places.__getitem__), np.int64)
     sure = np.flatnonzero(seen.side[order] != UNKNOWN)
-    for first, last in zip(sure, sure[1:], strict=False):
+    for first, last in pairwise(sure):
         low, high = order[first], order[last]
         group, at = places[low]
         if places[high][0] != group or seen.side[low] == seen.side[high]:

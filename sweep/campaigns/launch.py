@@ -41,9 +41,9 @@ def launch(
     those not done.
 
     The store's plan becomes that of this spec; trials of an earlier one stay stored,
-    apart. Where a rule says how many trials a point gets, or which points there are,
-    the plan lists what the looks so far have asked for. With a `share`, only the trials in it are run, while other
-    launches may run the others. Raises SpecError for a study that is a search, and for
+    apart. Where a rule adds trials or points, the plan lists what the looks so far have
+    asked for. With a `share`, only the trials in it are run, while other launches may
+    run the others. Raises SpecError for a study that is a search, and for
     a design that cannot be, or be shared; otherwise as `run_campaign`, which says also
     when `report` is called.
     """

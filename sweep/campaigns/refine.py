@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sweep.analysis import refinement
 from sweep.analysis.refinement import Place, Refinement
@@ -66,7 +67,7 @@ class RefineStrategy:
             self.progress.points = len(trials)
             self.progress.settled = len(trials) - len(further)
 
-    def _round(self, trials: dict[Place, int], new: Counts) -> Round:
+    def _round(self, trials: dict[Place, int], new: NDArray[np.bool_]) -> Round:
         design, counts = self.grid.design(trials), _counts(trials, trials)
         jobs, places = Jobs(self.study, design, counts), np.flatnonzero(new)
         ids = jobs.ids()
@@ -97,7 +98,7 @@ class _Grid:
         self.others = others
         self.groups = list(dict.fromkeys(row[:end] for row in rows))
         numbers = {group: number for number, group in enumerate(self.groups)}
-        known = [
+        known: list[dict[Value, int]] = [
             {value: place * scale.step for place, value in enumerate(scale.values)}
             for scale in rule.scales.values()
         ]

@@ -21,6 +21,7 @@ published studies.
     trajectories        the ways of boids
     ablation_effects    what each changed detail does
     sensitivity         which settings matter
+    phase               where a mean crosses a level
     search              history and front of a search
     search_repetitions  its repetitions
 """
@@ -43,6 +44,7 @@ from sweep.figures.heatmap import heatmap_figure
 from sweep.figures.kinds import KINDS
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
+from sweep.figures.phase import phase_figure
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import save, saved_about
 from sweep.figures.scatter import scatter_figure
@@ -100,6 +102,7 @@ __all__ = [
     "paired_effects",
     "parallel_figure",
     "pareto_figure",
+    "phase_figure",
     "quantity",
     "save",
     "saved_about",

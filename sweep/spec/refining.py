@@ -171,9 +171,13 @@ def _check_trials(root: Entry, given: Refine, replicates: int | None) -> None:
             " point"
         )
     if given.most is not None and given.most < replicates:
-        raise root.child("refine").child("max").error(
-            f'"max" must be at least "replicates", which is {replicates},'
-            f" not {given.most}"
+        raise (
+            root.child("refine")
+            .child("max")
+            .error(
+                f'"max" must be at least "replicates", which is {replicates},'
+                f" not {given.most}"
+            )
         )
 
 

@@ -448,6 +448,12 @@ class Study:
             return rule.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
 
+    def most_trials(self, points: int) -> int:
+        """The most trials of a study that has so many points at first."""
+        if self.refine:
+            return self.refine.budget
+        return points * self.trials_per_point
+
     def distribution(self, column: str) -> Declaration:
         """How the values of a column of its trials are distributed, and what they lie
         in: as those of its metric.

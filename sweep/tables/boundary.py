@@ -55,6 +55,22 @@ class Boundary(NamedTuple):
     cells: pd.DataFrame
     crossings: pd.DataFrame | None
 
+    @property
+    def settings(self) -> list[str]:
+        """The settings by which groups differ."""
+        names = list(self.points.columns)
+        return names[1 : names.index(next(iter(self.rule.scales)))]
+
+    @property
+    def rows(self) -> pd.DataFrame:
+        """What tells where the boundary is: the crossings of one axis, else the cells
+        that it goes through, or that are not resolved.
+        """
+        if self.crossings is not None:
+            return self.crossings.drop(columns="group")
+        known = self.cells["state"].isin(["above", "below"])
+        return self.cells[~known].drop(columns="group").reset_index(drop=True)
+
 
 def boundary(study: StoredStudy) -> Boundary:
     """The boundary of a study whose spec has `refine`. Raises ChoiceError for another.
@@ -70,7 +86,7 @@ def boundary(study: StoredStudy) -> Boundary:
     groups, places = _places(study, rule)
     trials, values = _values(study, rule, list(places))
     seen = look(rule, trials, values, study.distributions[rule.metric])
-    where = {name: list(column) for name, column in groups.items()}
+    where = {str(name): list(column) for name, column in groups.items()}
     cells = _cells(study, rule, len(groups), [*places.values()], seen, trials)
     found = _crossings(rule, [*places.values()], seen, cells) if _alone(rule) else None
     return Boundary(
@@ -128,24 +144,14 @@ def _points(
     rule: Refinement, groups: pd.DataFrame, places: dict[str, Place], seen: Seen
 ) -> pd.DataFrame:
     at = np.array([*places.values()], np.int64)
-    columns = {
-        name: [scale.at(place) for place in at[:, number + 1].tolist()]
-        for number, (name, scale) in enumerate(rule.scales.items())
-    }
-    table = pd.DataFrame(
-        {
-            "group": at[:, 0],
-            **{name: column.to_numpy()[at[:, 0]] for name, column in groups.items()},
-            **columns,
-            "values": seen.values,
-            "mean": seen.mean,
-            "low": seen.low,
-            "high": seen.high,
-            "side": seen.side,
-        }
-    )
-    table.index = pd.Index([*places], name="point")
-    return table
+    columns: dict[str, Any] = {"group": at[:, 0]}
+    for name, column in groups.items():
+        columns[str(name)] = column.to_numpy()[at[:, 0]]
+    for number, (name, scale) in enumerate(rule.scales.items(), 1):
+        columns[name] = [scale.at(place) for place in at[:, number].tolist()]
+    for name in ("values", "mean", "low", "high", "side"):
+        columns[name] = getattr(seen, name)
+    return pd.DataFrame(columns, index=pd.Index([*places], name="point"))
 
 
 def _cells(

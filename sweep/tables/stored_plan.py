@@ -126,7 +126,10 @@ def _check_refine(rule: dict[str, Any], about: dict[str, Any]) -> None:
     if rule["metric"] not in columns:
         raise ValueError(f'it refines by "{rule["metric"]}", which is not recorded')
     _check_names("axis", list(scales), about.get("axes", {}))
-    if not scales or math.prod(len(one["values"]) for one in scales.values()) > MOST_POINTS:
+    if (
+        not scales
+        or math.prod(len(one["values"]) for one in scales.values()) > MOST_POINTS
+    ):
         raise ValueError("its refined axes have no values, or too many")
     for name, scale in scales.items():
         values = scale["values"]
@@ -134,7 +137,9 @@ def _check_refine(rule: dict[str, Any], about: dict[str, Any]) -> None:
         if len(values) < 2 or not ascending or not all(map(math.isfinite, values)):
             raise ValueError(f'axis "{name}" has no ascending values')
         if scale["geometric"] and values[0] <= 0:
-            raise ValueError(f'axis "{name}" has values at ratios, and one is not above 0')
+            raise ValueError(
+                f'axis "{name}" has values at ratios, and one is not above 0'
+            )
         if not 0 <= scale["halvings"] <= MOST_HALVINGS:
             raise ValueError(f'axis "{name}" is halved {scale["halvings"]} times')
     numbers = (rule["at"], rule["until"], rule["confidence"])
