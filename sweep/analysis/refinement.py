@@ -149,8 +149,11 @@ class Refinement:
 
     @property
     def nominal(self) -> float:
-        """The confidence at each look; the first call takes about a second."""
-        return nominal_confidence(self.looks, self.confidence)
+        """The confidence at each look; the first call takes about a second.
+
+        A boundary lies between two points: each has half of what may go wrong.
+        """
+        return nominal_confidence(self.looks, 1.0 - (1.0 - self.confidence) / 2.0)
 
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec, and its scales."""

@@ -60,8 +60,9 @@ class Axis:
     preset into another one has the name of that in `ablated`, and in `details` the
     groups of settings that change together. A sampled axis names its `sampler`. Where
     its points come in `blocks`, `rows` has for each point, block after block, the
-    number of its row. A `geometric` one has values at equal ratios. `place` is where it stands in the spec, and `design` the number
-    of its design among those that the study unites.
+    number of its row. A `geometric` one has values at equal ratios. `place` is where it
+    stands in the spec, and `design` the number of its design among those that the study
+    unites.
     """
 
     name: str
