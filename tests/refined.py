@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from sweep.analysis.mean_bounds import Distribution
 from sweep.analysis.refinement import (
     Place,
+    RefinedAxis,
     Refinement,
-    Scale,
-    Seen,
+    SeenPoints,
     first_cells,
     look,
     next_trials,
@@ -22,7 +22,7 @@ Draw = Callable[[tuple[float, ...], int], Sequence[float]]
 
 
 def rule(
-    scales: Mapping[str, Scale],
+    scales: Mapping[str, RefinedAxis],
     *,
     at: float = 0.5,
     until: float = 0.02,
@@ -34,9 +34,11 @@ def rule(
     return Refinement("m", at, scales, until, least, most, budget, 0.95)
 
 
-def line(values: Sequence[float], until: float, *, geometric: bool = False) -> Scale:
+def line(
+    values: Sequence[float], until: float, *, geometric: bool = False
+) -> RefinedAxis:
     """A scale of numbers that need not be whole."""
-    return Scale.until(values, until, geometric=geometric, whole=False)
+    return RefinedAxis.until(values, until, geometric=geometric, whole=False)
 
 
 def settings(asked: Refinement, place: Place) -> tuple[float, ...]:
@@ -47,7 +49,7 @@ def settings(asked: Refinement, place: Place) -> tuple[float, ...]:
 
 def refined(
     asked: Refinement, draw: Draw, groups: int = 1, of: Distribution = "normal"
-) -> tuple[dict[Place, int], Seen]:
+) -> tuple[dict[Place, int], SeenPoints]:
     """The trials of all points when nothing more is asked for, and what is seen."""
     first = {corner for cell in first_cells(asked, groups) for corner in cell.corners}
     trials = dict.fromkeys(sorted(first), asked.least)

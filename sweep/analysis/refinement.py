@@ -4,9 +4,10 @@ A grid of points is divided into cells, whose corners are points. Each look says
 point on which side of the level its mean lies, by an interval that holds at all looks
 together (`sweep.analysis.sequential`). A point whose interval includes the level gets
 more trials. A cell that has points of both sides is halved along each of its axes, and
-so is one with a point that is still not known when it has had its last trial. A cell
-whose points lie on one side is left as it is, whatever happens within: the first grid
-must be as fine as the structures that are sought.
+so is one that has points of one side and one that is still not known when it has had
+its last trial. A cell whose points lie on one side is left as it is, whatever happens
+within: the first grid must be as fine as the structures that are sought. So is a cell
+of which no point is known: more points there would tell nothing but by chance.
 
 So trials gather at the boundary: of a plane with cells of a share h of its sides, about
 1 / h points are asked for and not 1 / h^2.
@@ -47,7 +48,7 @@ level, and where there are fewer than two values.
 
 
 @dataclass(frozen=True)
-class Scale:
+class RefinedAxis:
     """An axis that is refined: the ascending `values` of the spec, and between them
     their halves, `halvings` times.
 
@@ -63,7 +64,7 @@ class Scale:
     @classmethod
     def until(
         cls, values: Sequence[float], until: float, *, geometric: bool, whole: bool
-    ) -> "Scale":
+    ) -> "RefinedAxis":
         """The scale in which the widest step between `values` is halved until it is at
         most the share `until` of their range.
         """
@@ -85,8 +86,10 @@ class Scale:
     def at(self, place: int) -> float:
         """The value at a place.
 
-        >>> Scale((0.0, 1.0), halvings=2).at(3), Scale((1.0, 4.0), 1, True).at(1)
-        (0.75, 2.0)
+        >>> RefinedAxis((0.0, 1.0), halvings=2).at(3)
+        0.75
+        >>> RefinedAxis((1.0, 4.0), halvings=1, geometric=True).at(1)
+        2.0
         """
         number, rest = divmod(place, self.step)
         if not rest:
@@ -129,13 +132,13 @@ class Refinement:
 
     Along each axis, by its name in `scales`, a cell is halved until it is at most the
     share `until` of the range. A point has `least` to `most` trials, and all points
-    together at most `budget`. The intervals of all looks hold together with
-    `confidence`, of one point.
+    together at most `budget`. The intervals of all looks at all points along one axis
+    hold together with `confidence`: so does the boundary that lies between them.
     """
 
     metric: str
     at: float
-    scales: Mapping[str, Scale]
+    scales: Mapping[str, RefinedAxis]
     until: float
     least: int
     most: int
@@ -149,11 +152,16 @@ class Refinement:
 
     @property
     def nominal(self) -> float:
-        """The confidence at each look; the first call takes about a second.
+        """The confidence of the interval of a point at each look; the first call takes
+        about a second.
 
-        A boundary lies between two points: each has half of what may go wrong.
+        All points along one axis share what may go wrong (Bonferroni): those of the
+        grid, and two for each halving. Each errs on one side alone, so that it has
+        twice its share.
         """
-        return nominal_confidence(self.looks, 1.0 - (1.0 - self.confidence) / 2.0)
+        points = max(len(one.values) + 2 * one.halvings for one in self.scales.values())
+        missing = min(1.0, 2.0 / points) * (1.0 - self.confidence)
+        return nominal_confidence(self.looks, 1.0 - missing)
 
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec, and its scales."""
@@ -175,7 +183,7 @@ def from_json(about: Mapping[str, Any]) -> Refinement:
         metric=about["metric"],
         at=about["at"],
         scales={
-            name: Scale(**{**scale, "values": tuple(scale["values"])})
+            name: RefinedAxis(**{**scale, "values": tuple(scale["values"])})
             for name, scale in about["scales"].items()
         },
         until=about["until"],
@@ -249,7 +257,7 @@ def _all_present(cells: Iterable[Cell], present: Collection[Place]) -> bool:
     return all(corner in present for cell in cells for corner in cell.corners)
 
 
-class Seen(NamedTuple):
+class SeenPoints(NamedTuple):
     """What is seen of P points, (P,) each: the number of values, their mean and its
     interval at all looks, the `side` on which it lies, and how many trials the point
     gets from now on: `further` is the present number where it has had its last.
@@ -265,7 +273,7 @@ class Seen(NamedTuple):
 
 def look(
     rule: Refinement, trials: Counts, values: ArrayLike, distribution: Declared
-) -> Seen:
+) -> SeenPoints:
     """Look at P points with `trials` (P,) each, whose `values` follow one another,
     point after point. What is not finite is no value.
 
@@ -287,7 +295,7 @@ def look(
     at = np.searchsorted(numbers, trials, side="right")
     following = numbers[np.minimum(at, len(numbers) - 1)]
     further = np.where(sure & (side == UNKNOWN), following, trials)
-    return Seen(count, mean, low, high, side.astype(np.int64), further)
+    return SeenPoints(count, mean, low, high, side.astype(np.int64), further)
 
 
 class Sides(NamedTuple):
@@ -304,15 +312,18 @@ class Sides(NamedTuple):
 
     @property
     def crossed(self) -> NDArray[np.bool_]:
-        """Which cells the boundary goes through, as far as is known."""
+        """Which cells reach from one side of the level to the other, or to points that
+        are not known.
+        """
+        unknown = self.unsure & ~self.open
         crossed: NDArray[np.bool_] = (self.above & self.below) | (
-            self.unsure & ~self.open
+            (self.above | self.below) & unknown
         )
         return crossed
 
 
 def sides_of(
-    cells: Sequence[Cell], places: Sequence[Place], seen: Seen, trials: Counts
+    cells: Sequence[Cell], places: Sequence[Place], seen: SeenPoints, trials: Counts
 ) -> Sides:
     """What all points in each cell say, with those on its edges, which may be corners
     of smaller cells beside it.
@@ -337,7 +348,7 @@ def next_trials(
     rule: Refinement,
     groups: int,
     trials: Mapping[Place, int],
-    seen: Seen,
+    seen: SeenPoints,
     allowed: Allowed,
 ) -> dict[Place, int]:
     """How many trials points get from now on, by place: those that get more, and new
@@ -366,7 +377,7 @@ def _halved(
     rule: Refinement,
     groups: int,
     trials: Mapping[Place, int],
-    seen: Seen,
+    seen: SeenPoints,
     counts: Counts,
     allowed: Allowed,
 ) -> Iterator[list[Place]]:
@@ -407,7 +418,7 @@ class Crossing(NamedTuple):
 
 
 def crossings(
-    rule: Refinement, places: Sequence[Place], seen: Seen
+    rule: Refinement, places: Sequence[Place], seen: SeenPoints
 ) -> Iterator[Crossing]:
     """The crossings of each group, in their order, of a rule with one axis.
 
@@ -432,7 +443,9 @@ def crossings(
         )
 
 
-def _estimate(rule: Refinement, scale: Scale, at: list[int], means: Floats) -> float:
+def _estimate(
+    rule: Refinement, scale: RefinedAxis, at: list[int], means: Floats
+) -> float:
     """The value at which a line through the means of points crosses the level; within
     them, whatever their noise is.
     """

@@ -66,7 +66,7 @@ def _notes(study: StoredStudy, found: Boundary) -> Iterator[str]:
     rule = found.rule
     spent = so_many(study.plan.num_rows, "trial")
     yield (
-        f"a side is sure with {100.0 * rule.confidence:g} %, at all looks at a point;"
+        f"along an axis all sides are right with {100.0 * rule.confidence:g} %;"
         f" {spent} of {rule.budget:,}"
     )
     left = found.cells[found.cells["state"] == "unresolved"]

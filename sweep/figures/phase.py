@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from sweep.analysis.refinement import Scale
+from sweep.analysis.refinement import RefinedAxis
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend_of, named, note, quantity, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -112,7 +112,7 @@ def draw_phase(layout: Phase) -> Figure:
     return figure
 
 
-def _scaled(axes: Axes, scale: Scale, which: Literal["x", "y"]) -> None:
+def _scaled(axes: Axes, scale: RefinedAxis, which: Literal["x", "y"]) -> None:
     """Give an axis its scale, and ticks at the values of the spec if they fit."""
     if scale.geometric:
         (axes.set_xscale if which == "x" else axes.set_yscale)("log")
@@ -189,8 +189,8 @@ def _note(layout: Phase) -> str:
     what = "a band" if found.crossings is not None else "the boundary"
     text = (
         f"{len(found.points):,} points of {{n}} trials; {what} lies between points that"
-        f" are on either side of {rule.at:g} with {100.0 * rule.confidence:g} % at all"
-        " looks"
+        f" are on either side of {rule.at:g} with {100.0 * rule.confidence:g} %,"
+        " all of them together"
     )
     for why, cells in left.groupby("why"):
         text += f"; {len(cells):,} of {len(found.cells):,} cells unresolved: {why}"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from sweep.analysis.refinement import Refinement, Scale
+from sweep.analysis.refinement import RefinedAxis, Refinement
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
@@ -85,8 +85,8 @@ class Refine:
     confidence: Annotated[
         float,
         Key(
-            Number(least=0.5, most=0.999),
-            "with which the intervals of all looks at a point hold together",
+            Number(least=0.5, most=0.99),
+            "with which a crossing along one axis is where it is said to be",
             example="0.99",
         ),
     ] = 0.95
@@ -122,7 +122,7 @@ def read_refine(
         with mistakes.noted():
             if other := root.get(key):
                 raise other.error(f'a study with "refine" takes no "{key}"')
-    scales = dict[str, Scale]()
+    scales = dict[str, RefinedAxis]()
     for name, child in zip(given.axes, entry.child("axes").entries(), strict=True):
         with mistakes.noted():
             axis = _axis(child, name, axes)
@@ -200,7 +200,7 @@ def _axis(entry: Entry, name: str, axes: Sequence[Axis]) -> Axis:
     return axis
 
 
-def _scale(entry: Entry, axis: Axis, setting: Setting, until: float) -> Scale:
+def _scale(entry: Entry, axis: Axis, setting: Setting, until: float) -> RefinedAxis:
     values = axis.columns[axis.name].tolist()
     if setting.kind not in NUMBERS:
         raise entry.error(f'"{axis.name}" cannot be refined: its values are no numbers')
@@ -209,7 +209,7 @@ def _scale(entry: Entry, axis: Axis, setting: Setting, until: float) -> Scale:
             f'"{axis.name}" cannot be refined: it needs at least two values, ascending'
         )
     whole = setting.kind == "int"
-    return Scale.until(values, until, geometric=axis.geometric, whole=whole)
+    return RefinedAxis.until(values, until, geometric=axis.geometric, whole=whole)
 
 
 def refine_rules() -> Schema:

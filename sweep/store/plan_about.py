@@ -3,12 +3,10 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import pyarrow as pa
 
-from sweep.analysis.refinement import Refinement
-from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
@@ -141,8 +139,20 @@ class PlanAbout:
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
 
 
-def _looking(rule: Until | Refinement | None) -> dict[str, Any] | None:
-    """A rule that looks at trials, with when it does."""
+class LookingRule(Protocol):
+    """A rule that looks at trials, and then asks for more of them."""
+
+    @property
+    def looks(self) -> tuple[int, ...]: ...
+
+    @property
+    def nominal(self) -> float: ...
+
+    def as_json(self) -> dict[str, object]: ...
+
+
+def _looking(rule: LookingRule | None) -> dict[str, Any] | None:
+    """A rule, with when it looks and how sure it is then."""
     if rule is None:
         return None
     return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}

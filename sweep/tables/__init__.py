@@ -17,6 +17,7 @@ comparison_sides  trials as a command names them
 matched_points    points that belong together
 comparison        what differs between sides
 power             how many replicates a goal needs
+boundary          where a mean crosses a level, of a refined study
 spec_difference   what a change of a spec does
 cleaning          room given back
 exporting         a table for other programs

@@ -13,7 +13,7 @@ from sweep.analysis.refinement import (
     Counts,
     Place,
     Refinement,
-    Seen,
+    SeenPoints,
     crossings,
     from_json,
     leaves,
@@ -24,10 +24,11 @@ from sweep.errors import ChoiceError
 from sweep.tables.stored_study import StoredStudy
 
 STATES = ("above", "below", "boundary", "unresolved")
-BUDGET, FEW, MORE, NO_POINTS = (
+BUDGET, FEW, MORE, NOISE, NO_POINTS = (
     "the budget is spent",
     "points have fewer than two values",
     "trials are missing",
+    "max trials do not tell on which side the points are",
     "launch the study again; if it stays so, require leaves points out",
 )
 """Why a cell is unresolved."""
@@ -75,9 +76,9 @@ class Boundary(NamedTuple):
 def boundary(study: StoredStudy) -> Boundary:
     """The boundary of a study whose spec has `refine`. Raises ChoiceError for another.
 
-    A point lies above or below with the confidence of the rule, at all looks together.
-    So a crossing of one axis lies within `low` and `high` unless one of both points is
-    on the wrong side.
+    A crossing of one axis lies within `low` and `high` with the confidence of the rule,
+    where the mean crosses the level once: all looks at all points of the axis hold
+    together. Of several axes that is so along each line through the points.
     """
     about = study.about.refine
     if about is None:
@@ -141,7 +142,7 @@ def _values(
 
 
 def _points(
-    rule: Refinement, groups: pd.DataFrame, places: dict[str, Place], seen: Seen
+    rule: Refinement, groups: pd.DataFrame, places: dict[str, Place], seen: SeenPoints
 ) -> pd.DataFrame:
     at = np.array([*places.values()], np.int64)
     columns: dict[str, Any] = {"group": at[:, 0]}
@@ -159,7 +160,7 @@ def _cells(
     rule: Refinement,
     groups: int,
     places: list[Place],
-    seen: Seen,
+    seen: SeenPoints,
     trials: Counts,
 ) -> pd.DataFrame:
     present = {*places}
@@ -171,7 +172,11 @@ def _cells(
     dear = np.array([len(new) * rule.least > left for new in parted], np.bool_)
     crossed = sides.crossed
     state = np.select(
-        [crossed & whole, crossed | sides.open | sides.lacking, sides.above],
+        [
+            crossed & whole,
+            crossed | sides.open | sides.lacking | sides.unsure,
+            sides.above,
+        ],
         ["boundary", "unresolved", "above"],
         "below",
     )
@@ -180,9 +185,10 @@ def _cells(
             state != "unresolved",
             np.full(len(cells), study.missing > 0),
             sides.lacking,
+            sides.unsure & ~crossed & ~sides.open,
             np.where(crossed, dear, left < rule.least),
         ],
-        ["", MORE, FEW, BUDGET],
+        ["", MORE, FEW, NOISE, BUDGET],
         NO_POINTS,
     )
     ends = _ends(rule, cells)
@@ -205,7 +211,7 @@ def _ends(rule: Refinement, cells: list[Cell]) -> dict[str, list[float]]:
 
 
 def _crossings(
-    rule: Refinement, places: list[Place], seen: Seen, cells: pd.DataFrame
+    rule: Refinement, places: list[Place], seen: SeenPoints, cells: pd.DataFrame
 ) -> pd.DataFrame:
     ((name, scale),) = rule.scales.items()
     rows = []

@@ -31,16 +31,17 @@ def logistic(edge: float, slope: float, spread: float, seed: list[int]) -> Draw:
     return draw
 
 
-def held(
+def measured(
     studies: int, slope: float, spread: float, most: int
-) -> tuple[int, float, float]:
-    """Of so many studies: how many have one crossing that holds the edge; the mean
-    width of their crossings, and their mean number of trials.
+) -> tuple[int, int, float, float]:
+    """Of so many studies: how many have no crossing, as no two points are known; how
+    many have a wrong one, or several; the mean width of their crossings, and their mean
+    number of trials.
     """
     asked = rule(
         {"x": line([0, 0.25, 0.5, 0.75, 1], 0.01)}, until=0.01, least=5, most=most
     )
-    scale, good, widths, spent = asked.scales["x"], 0, list[float](), 0
+    scale, none, wrong, widths, spent = asked.scales["x"], 0, 0, list[float](), 0
     of = "proportion" if spread < 0 else "normal"
     for seed in range(studies):
         draw = logistic(EDGE, slope, spread, [7, seed])
@@ -49,19 +50,22 @@ def held(
             (scale.at(one.low), scale.at(one.high))
             for one in crossings(asked, [*trials], seen)
         ]
-        good += len(found) == 1 and found[0][0] <= EDGE <= found[0][1]
+        none += not found
+        right = len(found) == 1 and found[0][0] <= EDGE <= found[0][1]
+        wrong += bool(found) and not right
         widths += [high - low for low, high in found[:1]]
         spent += sum(trials.values())
-    return good, float(np.mean(widths)), spent / studies
+    return none, wrong, float(np.mean(widths)), spent / studies
 
 
 def rows(studies: int) -> Iterator[str]:
-    yield "slope  spread  max  held (%)  width  trials"
+    yield "slope  spread  max  none (%)  wrong (%)  width  trials"
     for slope, spread, most in product((5.0, 20.0), (0.1, 0.5, -1.0), (10, 40, 160)):
-        good, width, spent = held(studies, slope, spread, most)
+        none, wrong, width, spent = measured(studies, slope, spread, most)
         name = "0 or 1" if spread < 0 else f"{spread:g}"
         yield (
-            f"{slope:5g}  {name:>6}  {most:3}  {100 * good / studies:8.1f}"
+            f"{slope:5g}  {name:>6}  {most:3}  {100 * none / studies:8.1f}"
+            f"  {100 * wrong / studies:9.1f}"
             f"  {width:5.3f}  {spent:6.0f}"
         )
 

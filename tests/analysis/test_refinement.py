@@ -14,8 +14,8 @@ from sweep.analysis.refinement import (
     ABOVE,
     Cell,
     Place,
+    RefinedAxis,
     Refinement,
-    Scale,
     crossings,
     first_cells,
     from_json,
@@ -37,15 +37,15 @@ def exactly(function: Callable[..., float]) -> Draw:
 @pytest.mark.parametrize(
     ("scale", "place", "value"),
     [
-        (Scale((0.0, 1.0, 3.0), 2), 6, 2.0),
-        (Scale((0.0, 1.0, 3.0), 2), 8, 3.0),
-        (Scale((1.0, 100.0), 2, geometric=True), 1, 3.16227766017),
-        (Scale((10.0, 15.0), 3, whole=True), 4, 12.0),
-        (Scale((0.1, 0.2), 1), 1, 0.15),
+        (RefinedAxis((0.0, 1.0, 3.0), 2), 6, 2.0),
+        (RefinedAxis((0.0, 1.0, 3.0), 2), 8, 3.0),
+        (RefinedAxis((1.0, 100.0), 2, geometric=True), 1, 3.16227766017),
+        (RefinedAxis((10.0, 15.0), 3, whole=True), 4, 12.0),
+        (RefinedAxis((0.1, 0.2), 1), 1, 0.15),
     ],
 )
 def test_values_lie_between_those_of_the_spec(
-    scale: Scale, place: int, value: float
+    scale: RefinedAxis, place: int, value: float
 ) -> None:
     assert scale.at(place) == value
     assert scale.place(value) == place
@@ -58,7 +58,7 @@ ASCENDING = st.lists(st.integers(1, 10**6), min_size=2, max_size=6, unique=True)
 def test_a_value_leads_back_to_a_place_with_it(
     values: list[int], halvings: int, geometric: bool, whole: bool
 ) -> None:
-    scale = Scale(tuple(map(float, sorted(values))), halvings, geometric, whole)
+    scale = RefinedAxis(tuple(map(float, sorted(values))), halvings, geometric, whole)
     every = {place: scale.at(place) for place in range(scale.last + 1)}
     assert [*every.values()] == sorted(every.values())
     for place, value in every.items():
@@ -88,7 +88,7 @@ def test_steps_are_halved_until_they_are_short(
 
 
 def test_whole_numbers_are_halved_until_they_are_neighbours() -> None:
-    scale = Scale((10.0, 13.0), 20, whole=True)
+    scale = RefinedAxis((10.0, 13.0), 20, whole=True)
     asked = rule({"n": scale}, until=0.001)
     trials, _ = refined(asked, exactly(lambda n: n > 11.5))
     assert [settings(asked, place)[0] for place in trials] == [10, 11, 12, 13]
@@ -238,7 +238,7 @@ def test_a_crossing_holds_the_edge() -> None:
 
 
 def test_a_rule_is_read_as_it_was_written() -> None:
-    asked = rule(RINGS | {"n": Scale((10.0, 20.0), 2, whole=True)})
+    asked = rule(RINGS | {"n": RefinedAxis((10.0, 20.0), 2, whole=True)})
     assert from_json(asked.as_json()) == asked
 
 
@@ -248,7 +248,7 @@ def places(cells: list[Cell]) -> set[Place]:
 
 
 @pytest.mark.parametrize("scales", [{"x": line([0, 1], 0.1)}, RINGS])
-def test_a_whole_grid_has_its_first_cells(scales: dict[str, Scale]) -> None:
+def test_a_whole_grid_has_its_first_cells(scales: dict[str, RefinedAxis]) -> None:
     asked: Refinement = rule(scales, until=0.1)
     first = [*first_cells(asked, 2)]
     assert leaves(asked, 2, places(first)) == first
