@@ -212,7 +212,7 @@ def _scale(entry: Entry, axis: Axis, setting: Setting, until: float) -> RefinedA
     return RefinedAxis.until(values, until, geometric=axis.geometric, whole=whole)
 
 
-def refine_rules() -> Schema:
-    """What `read_refine` checks of several keys, as JSON Schema."""
+def refine_dependencies() -> Schema:
+    """What `read_refine` checks of several keys, as JSON Schema, by the key."""
     whole = {"properties": {"replicates": {"type": "integer"}}}
-    return {"dependencies": {"refine": {"required": ["sweep", "replicates"], **whole}}}
+    return {"refine": {"required": ["sweep", "replicates"], **whole}}

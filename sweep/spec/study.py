@@ -43,7 +43,6 @@ from sweep.spec.refining import (
     Refine,
     read_refine,
     read_section_refine,
-    refine_rules,
 )
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
@@ -683,7 +682,7 @@ def study_rules() -> Schema:
     pairs = [("search", other) for other in ("sweep", "order")]
     pairs += [("refine", other) for other in BARRED]
     barred = [{"required": [*pair]} for pair in pairs]
-    return {"not": {"anyOf": barred}, **_lasting_rule(), **refine_rules()}
+    return {"not": {"anyOf": barred}, **_lasting_rule()}
 
 
 def _lasting_rule() -> Schema:
