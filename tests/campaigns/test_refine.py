@@ -183,15 +183,14 @@ def test_failed_trials_are_no_values(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run(job: Job) -> Result:
-        return (
-            failed(job, "no") if job.settings["separation_weight"] == 0 else beyond(job)
-        )
+        last = job.settings["separation_weight"] == 1
+        return failed(job, "no") if last else beyond(job)
 
     replace_trials(monkeypatch, run)
     found = launched(LINE, tmp_path).boundary()
-    assert found.points["values"].iloc[0] == 0
-    assert found.cells["state"].iloc[0] == "unresolved"
-    assert found.cells["why"].iloc[0] == "points have fewer than two values"
+    assert found.points["values"].iloc[-1] == 0
+    assert found.cells["state"].iloc[-1] == "unresolved"
+    assert found.cells["why"].iloc[-1] == "points have fewer than two values"
     assert found.crossings is not None
     assert len(found.crossings) == 1
 
