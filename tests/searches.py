@@ -136,6 +136,10 @@ def replace_trials(
         return run(job)
 
     monkeypatch.setattr(attempts_module, "run", noting)
+    # Eight that fly together would be real ones.
+    monkeypatch.setattr(
+        attempts_module, "worth_flying_together", lambda _jobs, _seconds: False
+    )
     monkeypatch.setattr(attempts_module, "warm", lambda _job: None)
     return given
 

@@ -118,7 +118,9 @@ WORDS = {
         "sweep/cli/power_text.py",
         "sweep/figures/curves.py",
         "sweep/figures/ablation_effects.py",
+        "sweep/figures/phase.py",
         "sweep/published/measures.py",
+        "sweep/tables/boundary.py",
         "sweep/tables/power.py",
         "sweep/web/claimed.py",
     },
@@ -145,6 +147,15 @@ WORDS = {
         "sweep/web/recording.py",
     },
     "hypervolume": {"sweep/campaigns/search/repetitions.py"},  # a quantity
+    "phase": {  # of a search: who is judged
+        "sweep/campaigns/search/asked_trials.py",
+        "sweep/campaigns/search/export.py",
+        "sweep/campaigns/search/findings.py",
+        "sweep/campaigns/search/outcome.py",
+        "sweep/campaigns/search/repetitions.py",
+        "sweep/spec/derived_metrics.py",
+        "sweep/tables/search_phases.py",
+    },
     "choice": {  # settings and expressions of this kind
         "sweep/spec/expressions.py",
         "sweep/spec/schema_settings.py",

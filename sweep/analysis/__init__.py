@@ -16,6 +16,7 @@ are counted.
     futures       what a pilot lets one expect
     replication   how many values a goal needs
     sequential    the same while trials are added
+    refinement    a grid that becomes finer where a mean crosses a level
     series        curves against time
     steady        means after the transient
     order         susceptibility and Binder cumulant

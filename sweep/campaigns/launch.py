@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.fixed import FixedStrategy
 from sweep.campaigns.progress import Progress, SearchProgress
+from sweep.campaigns.refine import RefineStrategy
 from sweep.campaigns.search.strategy import SearchStrategy
 from sweep.campaigns.strategy import Strategy
 from sweep.campaigns.until import UntilStrategy
@@ -40,9 +41,9 @@ def launch(
     those not done.
 
     The store's plan becomes that of this spec; trials of an earlier one stay stored,
-    apart. Where a rule says how many trials a point gets, the plan lists what the looks
-    so far have asked for. With a `share`, only the trials in it are run, while other
-    launches may run the others. Raises SpecError for a study that is a search, and for
+    apart. Where a rule adds trials or points, the plan lists what the looks so far have
+    asked for. With a `share`, only the trials in it are run, while other launches may
+    run the others. Raises SpecError for a study that is a search, and for
     a design that cannot be, or be shared; otherwise as `run_campaign`, which says also
     when `report` is called.
     """
@@ -61,12 +62,15 @@ def _strategy(study: Study, share: Share | None) -> Strategy[Progress]:
         raise study.document.error(
             ("search",), 'this study is a search: run it with "sweep search"'
         )
-    if share and study.until:
+    if share and (study.until or study.refine):
+        place = ("replicates", "until") if study.until else ("refine",)
         message = (
             "what trials follow depends on all that are stored:"
             " this study cannot be launched in shares"
         )
-        raise study.document.error(("replicates", "until"), message)
+        raise study.document.error(place, message)
+    if study.refine:
+        return RefineStrategy(study, study.refine)
     return UntilStrategy(study, study.until) if study.until else FixedStrategy(study)
 
 

@@ -15,6 +15,7 @@ from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
 from sweep.spec.sampling import Analyses
 from sweep.tables.arrays import to_arrays
+from sweep.tables.boundary import Boundary, boundary
 from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
 from sweep.tables.power import NOTHING, power
@@ -87,6 +88,12 @@ class LoadedStudy(StoredStudy):
             chance=chance,
         )
         return found.rows
+
+    def boundary(self) -> Boundary:
+        """Where the mean of a metric crosses a level, of a study whose spec has
+        `refine`: see `sweep.tables.boundary.boundary`. Raises ChoiceError for another.
+        """
+        return boundary(self)
 
     def export(
         self, path: Path | str, table: str = "trials", *, force: bool = False

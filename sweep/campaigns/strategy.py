@@ -7,6 +7,7 @@ interruptions change nothing. These are the strategies:
 
     FixedStrategy    one round: all trials of the design
     UntilStrategy    a round a look: more trials for points whose interval is wide
+    RefineStrategy   a round a look: more points where a mean crosses a level
     SearchStrategy   a round a rung of a race, and one for the held-out trials
 """
 

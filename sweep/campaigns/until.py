@@ -42,11 +42,11 @@ class UntilStrategy:
         had = np.zeros(self.design.n_points, np.int64)
         trials = np.full(self.design.n_points, rule.least)
         while (trials > had).any():
-            new = _beyond(had, trials)
+            new = beyond(had, trials)
             yield self._round(Jobs(self.study, self.design, trials), new)
             stored = look()
             values = {
-                name: _filled(new, stored[name].to_numpy(), values[name])
+                name: filled(new, stored[name].to_numpy(), values[name])
                 for name in values
             }
             seen = sequential.look(
@@ -65,7 +65,7 @@ class UntilStrategy:
         )
 
 
-def _beyond(had: Counts, trials: Counts) -> NDArray[np.bool_]:
+def beyond(had: Counts, trials: Counts) -> NDArray[np.bool_]:
     """Which of the trials of all points, point after point, come after the first `had`
     of their point; both shapes (n_points,).
     """
@@ -75,7 +75,7 @@ def _beyond(had: Counts, trials: Counts) -> NDArray[np.bool_]:
     return beyond
 
 
-def _filled(
+def filled(
     new: NDArray[np.bool_], values: sequential.Floats, before: sequential.Floats
 ) -> sequential.Floats:
     """The new values and those from before, each in its order."""

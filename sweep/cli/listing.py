@@ -16,6 +16,7 @@ from sweep.design.plan import duration
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import settings_of
+from sweep.tables.boundary import boundary
 from sweep.tables.causes import Cause, causes_of
 from sweep.tables.means_text import brief, caption, cell_text
 from sweep.tables.point_means import PointMeans
@@ -162,6 +163,15 @@ def _settled(study: StoredStudy) -> str:
     return f"{counts.total():,} of {len(why):,} points{reasons}"
 
 
+def _refined(study: StoredStudy) -> str:
+    """How many cells the boundary of a refined study goes through, and how many are
+    not resolved.
+    """
+    states = Counter(boundary(study).cells["state"])
+    crossed, left = states["boundary"], states["unresolved"]
+    return f"in {crossed:,} of {states.total():,} cells, {left:,} unresolved"
+
+
 def status_text(study: StoredStudy) -> str:
     """Counts by status, the errors with the commands that show them, and the origin of
     the results.
@@ -178,7 +188,8 @@ def status_text(study: StoredStudy) -> str:
         if study.apart()
         else []
     )
-    lines += [f"settled   {_settled(study)}"] if study.repeated else []
+    lines += [f"settled   {_settled(study)}"] if study.about.until else []
+    lines += [f"boundary  {_refined(study)}"] if study.about.refine else []
     lines.append(f"kernels   {origin['kernels_sha'][:16]}")
     lines.append(
         f"commit    {origin['git'].get('commit', 'unknown')}"

@@ -221,6 +221,36 @@ def power(
         power_text(found)
 
 
+@app.command()
+def boundary(
+    study: StudyName,
+    results: Results = Path("results"),
+    where: Where = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Where the mean of a metric crosses a level, of a study whose spec has `refine`.
+
+    With one refined axis each crossing is a row, between the nearest points that surely
+    lie on either side. With several, each cell is one that the boundary goes through,
+    or that is not resolved.
+    """
+    from sweep.cli.boundary_text import boundary_json, boundary_text
+    from sweep.tables.boundary import boundary as find
+    from sweep.tables.safe_csv import as_csv
+    from sweep.tables.stored_study import StoredStudy
+
+    one_format(csv=csv, json=as_json)
+    stored = StoredStudy(study, results).where(*(where or ()))
+    found = find(stored)
+    if csv:
+        print(as_csv(found.rows), end="")
+    elif as_json:
+        print(boundary_json(stored, found))
+    else:
+        boundary_text(stored, found)
+
+
 class Format(StrEnum):
     """What kind of file a figure becomes."""
 

@@ -212,7 +212,7 @@ def study_cost(study: Study, design: Design, pace: TrialPace = KNOWN_PACE) -> St
     states = len(known.models[model].state)
     size = np.mean([trial_bytes(one, record, states) for one in settings])
     last = np.mean([last_state_bytes(model, known, one, record) for one in settings])
-    trials = design.n_points * study.trials_per_point
+    trials = study.most_trials(design.n_points)
     return StudyCost(
         float(seconds) * pace.factor * trials,
         float(size + last) * trials,

@@ -15,7 +15,8 @@ class Plan:
     `code` are the files of the user's own that it runs.
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
-    are for the most of them. `probe_steps` is how many steps were run to estimate the
+    are for the most of them. So they are where a rule refines the grid; `points` are
+    those at first. `probe_steps` is how many steps were run to estimate the
     seconds, 0 where the cost of all code is known. Each of the `workers` runs a trial
     on so many `threads`, each on a core of its own. `compiling_seconds` come on top of
     the wall time, once: 0 where the model is compiled already. Of the `result_bytes`
@@ -40,6 +41,7 @@ class Plan:
     result_bytes: float
     notes: tuple[str, ...]
     until: dict[str, Any] | None = None
+    refine: dict[str, Any] | None = None
     on_error: str = ""
     probe_steps: int = 0
     compiling_seconds: float = 0.0
@@ -54,12 +56,12 @@ class Plan:
 
     def as_text(self) -> str:
         """The plan for a reader."""
-        about = "at most about" if self.until else "about"
+        about = "at most about" if self.until or self.refine else "about"
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
             *([f"runs code  {', '.join(self.code)}"] if self.code else []),
-            f"points     {self.points:,}"
+            f"points     {'at first ' if self.refine else ''}{self.points:,}"
             + (f" over {', '.join(self.varied)}" if self.varied else ""),
             f"trials     {self._trials()}",
         ]
@@ -92,6 +94,13 @@ class Plan:
 
     def _trials(self) -> str:
         until = self.until
+        if rule := self.refine:
+            halved = max(scale["halvings"] for scale in rule["scales"].values())
+            return (
+                f"{self.fewest_trials:,} to {self.trials:,} ({rule['min']:,} to"
+                f" {rule['max']:,} a point; cells are halved up to {halved} times where"
+                f" the mean of {rule['metric']} crosses {rule['at']:g})"
+            )
         if until is None:
             return f"{self.trials:,} ({self.trials_per_point:,} a point)"
         widths = ", ".join(_width(*one) for one in until["half_width"].items())
@@ -109,7 +118,7 @@ def _width(metric: str, width: float | str) -> str:
 
 def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """The plan of `study`. Raises SpecError for a design that cannot be."""
-    design = expand(study)
+    design, rule = expand(study), study.until or study.refine
     cost = study_cost(study, design, pace)
     return Plan(
         study=study.name,
@@ -118,9 +127,9 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         preset=study.preset,
         points=design.n_points,
         trials_per_point=study.trials_per_point,
-        trials=design.n_points * study.trials_per_point,
+        trials=study.most_trials(design.n_points),
         fewest_trials=design.n_points
-        * (study.until.least if study.until else study.trials_per_point),
+        * (rule.least if rule else study.trials_per_point),
         varied=list(design.columns),
         rejected=design.rejected,
         merged=design.duplicates,
@@ -132,7 +141,8 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         last_state_bytes=cost.last_state_bytes,
         notes=tuple(note for axis in study.axes for note in axis.notes),
         until=study.until.as_json() if study.until else None,
-        on_error=study.policy.in_words(design.n_points * study.trials_per_point),
+        refine=study.refine.as_json() if study.refine else None,
+        on_error=study.policy.in_words(study.most_trials(design.n_points)),
         probe_steps=pace.steps,
     )
 

@@ -21,6 +21,7 @@ published studies.
     trajectories        the ways of boids
     ablation_effects    what each changed detail does
     sensitivity         which settings matter
+    phase               where a mean crosses a level
     search              history and front of a search
     search_layout       what these show, drawn or as marks
     search_marks        these as marks
@@ -45,6 +46,7 @@ from sweep.figures.heatmap import heatmap_figure
 from sweep.figures.kinds import KINDS
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
+from sweep.figures.phase import phase_figure
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import save, saved_about
 from sweep.figures.scatter import scatter_figure
@@ -102,6 +104,7 @@ __all__ = [
     "paired_effects",
     "parallel_figure",
     "pareto_figure",
+    "phase_figure",
     "quantity",
     "save",
     "saved_about",

@@ -248,13 +248,14 @@ class Selection:
                 text.replace("{n} trials", "{n} trial"),
                 "no interval" if interval else "",
             )
-        elif interval and (
-            chosen := [metric for metric in metrics if metric in self.study.repeated]
+        elif (
+            interval
+            and (looks := self.study.looks)
+            and (chosen := [name for name in metrics if name in self.study.repeated])
         ):
-            confidence = self.study.rule.confidence
             interval += (
                 f"; that of {', '.join(chosen)}, which chose the trials:"
-                f" repeated {100 * confidence:g} %"
+                f" repeated {100 * looks.confidence:g} %"
             )
         text += f", {interval}" if interval else ""
         settings = [named([one]) for one in self.study.chosen.items()]

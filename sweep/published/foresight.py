@@ -58,7 +58,7 @@ def _pilot(
 
 
 def _planned(study: Study) -> int:
-    return expand(study).n_points * study.trials_per_point
+    return study.most_trials(expand(study).n_points)
 
 
 def _foreseen(claim: Claim, family: int, pilots: Sequence[_Pilot]) -> Foreseen | None:

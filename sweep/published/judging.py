@@ -14,6 +14,7 @@ from sweep.published.publications import Publication
 from sweep.published.published_code import CODE
 from sweep.published.verdicts import Verdict, judge, not_run, partial, untestable
 from sweep.spec.study import Study
+from sweep.tables.boundary import boundary
 from sweep.tables.stored_study import StoredStudy
 
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
@@ -78,6 +79,8 @@ def _gap(study: StoredStudy) -> str:
         return f"{there:,} of {planned:,} trials of {study.name} are there"
     if study.about.until and (study.stopping["why"] == "not yet").any():
         return f"more trials of {study.name} follow by its rule"
+    if study.about.refine and (boundary(study).cells["state"] == "unresolved").any():
+        return f"cells of {study.name} are not resolved"
     return ""
 
 

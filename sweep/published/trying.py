@@ -73,7 +73,7 @@ def most_trials(chosen: Sequence[tuple[Publication, Sequence[Variant]]]) -> int:
             *(study for one in variants for study in _changed(publication, one)),
         ]
     ]
-    return sum(expand(study).n_points * study.trials_per_point for study in studies)
+    return sum(study.most_trials(expand(study).n_points) for study in studies)
 
 
 def try_all(

@@ -87,7 +87,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
     searched: dict[str, list[Value]] = {
         name: [SEARCHED] for name in values if _is_searched(study, name)
     }
-    most = "at most " if study.until else ""
+    most = "at most " if study.until or study.refine else ""
     return StudyFacts(
         name=study.name,
         known=study.known,
@@ -96,7 +96,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         values=values | columns | searched,
         record=_recorded(study),
         points=design.n_points,
-        trials=design.n_points * study.trials_per_point,
+        trials=study.most_trials(design.n_points),
         replicates=f"{most}{study.trials_per_point:,}",
         seeds=f"the seeds {', '.join(map(str, study.seeds))}"
         if study.seeds

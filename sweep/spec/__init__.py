@@ -27,6 +27,7 @@ units            units of formulas
 maps             shapes, images, ROS maps
 images           pixels as few rectangles
 replication      how many trials a point has
+refining         where the grid becomes finer
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give

@@ -60,8 +60,9 @@ class Axis:
     preset into another one has the name of that in `ablated`, and in `details` the
     groups of settings that change together. A sampled axis names its `sampler`. Where
     its points come in `blocks`, `rows` has for each point, block after block, the
-    number of its row. `place` is where it stands in the spec, and `design` the number
-    of its design among those that the study unites.
+    number of its row. A `geometric` one has values at equal ratios. `place` is where it
+    stands in the spec, and `design` the number of its design among those that the study
+    unites.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Axis:
     sampler: str | None = None
     blocks: SampleBlocks | None = None
     rows: Values | None = None
+    geometric: bool = False
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -145,6 +147,7 @@ class AxisReader:
             sampler=sampler,
             blocks=blocks,
             rows=rows if blocks else None,
+            geometric=isinstance(entry.value, dict) and LOGSPACE in entry.value,
         )
 
     def _notes(self, name: str, entry: Entry) -> tuple[str, ...]:

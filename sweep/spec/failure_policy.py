@@ -208,11 +208,11 @@ def read_policy(root: Entry) -> Policy:
     return policy
 
 
-def policy_rules() -> Schema:
-    """What `read_policy` checks of several keys, as JSON Schema."""
+def policy_dependencies() -> Schema:
+    """What `read_policy` checks of several keys, as JSON Schema, by the key."""
     retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
     not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
-    return {"dependencies": {"retries": retried, "failure_budget": not_stopped}}
+    return {"retries": retried, "failure_budget": not_stopped}
 
 
 def _unknown_unit(unit: str) -> str:

@@ -1,6 +1,6 @@
 """The names of metrics in a spec, and of the columns that trials have of them."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from kernels.catalogue import Catalogue
@@ -38,6 +38,21 @@ class Column(NamedTuple):
 def columns_of(metrics: Iterable[str]) -> list[str]:
     """The names of both columns of each metric."""
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
+
+
+def check_recorded(
+    entry: Entry, column: str, recorded: Iterable[str], metrics: Collection[str]
+) -> None:
+    """Raise SpecError unless `column` is one of the columns of the `recorded` ones of
+    these `metrics`.
+    """
+    columns = columns_of(recorded)
+    if column in metrics and column not in columns:
+        raise entry.error(
+            f'metric "{column}" is not recorded: list it under "metrics" of "record"'
+        )
+    if column not in columns:
+        raise entry.error(unknown("recorded metric", column, columns))
 
 
 def declaration_of(metric: Metric) -> Declaration:

@@ -12,9 +12,8 @@ from sweep.spec.document import Entry
 from sweep.spec.keys import Key, SectionOf, read_section, section_schema
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.recorded import ANY_METRIC, columns_of
+from sweep.spec.recorded import ANY_METRIC, check_recorded
 from sweep.spec.schema_parts import Schema, named, one_of
-from sweep.text import unknown
 
 LEAST_LOOK = 3
 FIRST_LOOK = 10
@@ -231,14 +230,7 @@ def _check_recorded(
     """Raise SpecError where a metric of the rule is not recorded."""
     one, mistakes = until.get("metric"), Mistakes()
     named = {one.text(): one} if one else dict(until.child("half_width").mapping())
-    columns = columns_of(recorded)
     for name, entry in named.items():
         with mistakes.noted():
-            if name in metrics and name not in recorded:
-                raise entry.error(
-                    f'metric "{name}" is not recorded: list it under "metrics" of'
-                    ' "record"'
-                )
-            if name not in columns:
-                raise entry.error(unknown("recorded metric", name, columns))
+            check_recorded(entry, name, recorded, metrics)
     mistakes.check()

@@ -11,9 +11,10 @@ from sweep.spec.axes import GRIDS
 from sweep.spec.axis_keys import POINTS, WHEN
 from sweep.spec.derived_metrics import NAME
 from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.failure_policy import policy_rules
+from sweep.spec.failure_policy import policy_dependencies
 from sweep.spec.keys import section_schema
 from sweep.spec.recorded import columns_of
+from sweep.spec.refining import refine_dependencies
 from sweep.spec.replication import replication_rules
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
@@ -56,7 +57,7 @@ def json_schema(
         **section_schema(*SPEC),
         **replication_rules(),
         **study_rules(),
-        **policy_rules(),
+        "dependencies": policy_dependencies() | refine_dependencies(),
         "allOf": [*models, _known_maps(files), _known_metrics(files)],
         "definitions": _definitions(known, samplers),
     }

@@ -11,6 +11,7 @@ from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.mean_bounds import Declaration, in_full
+from sweep.analysis.refinement import Refinement
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import (
@@ -37,6 +38,12 @@ from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
+from sweep.spec.refining import (
+    BARRED,
+    Refine,
+    read_refine,
+    read_section_refine,
+)
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
@@ -306,6 +313,14 @@ class Study:
             otherwise="none",
         ),
     ]
+    refine: Annotated[
+        Refinement | None,
+        Key(
+            LaterSectionOf(Refine),
+            "where a mean crosses a level, the grid of `sweep` becomes finer",
+            otherwise="a fixed grid",
+        ),
+    ]
     derive: Annotated[
         dict[str, Expression],
         Key(
@@ -428,9 +443,15 @@ class Study:
         """The number of replicates or of seeds; the most trials where a rule adds
         them.
         """
-        if self.until:
-            return self.until.most
+        if rule := self.until or self.refine:
+            return rule.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
+
+    def most_trials(self, points: int) -> int:
+        """The most trials of a study that has so many points at first."""
+        if self.refine:
+            return self.refine.budget
+        return points * self.trials_per_point
 
     def distribution(self, column: str) -> Declaration:
         """How the values of a column of its trials are distributed, and what they lie
@@ -555,6 +576,7 @@ def _flown(
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
+    refine = mistakes.read(read_section_refine, given.get("refine"))
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
@@ -569,6 +591,8 @@ def _flown(
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
     mistakes.read(check_complete, root, axes)
+    asked = (axes, replication.replicates, names, metrics, settings)
+    rule = mistakes.read(read_refine, root, refine, *asked) if refine else None
     mistakes.check()
     read = {
         "preset": preset,
@@ -576,6 +600,7 @@ def _flown(
         "fixed": fixed,
         "axes": axes,
         "search": search,
+        "refine": rule,
         "derive": derive,
         "require": require,
         "streams": streams,
@@ -654,7 +679,9 @@ def _search(
 
 def study_rules() -> Schema:
     """What is checked of several keys, as JSON Schema."""
-    barred = [{"required": ["search", other]} for other in ("sweep", "order")]
+    pairs = [("search", other) for other in ("sweep", "order")]
+    pairs += [("refine", other) for other in BARRED]
+    barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 
 

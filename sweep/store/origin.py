@@ -38,6 +38,7 @@ LATER = {
 }
 STAMPS = {kind: {str: str} for kind in Code._fields[1:]}
 NUMBERS = ("confidence", "nominal_confidence")
+SCALE = {"values": [NUMBER], "halvings": int, "geometric": bool, "whole": bool}
 COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
@@ -48,6 +49,9 @@ ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "designs": [[str]],
     "series": [str],
+    "refine": {"metric": str, "min": int, "max": int, "budget": int}
+    | dict.fromkeys((*NUMBERS, "at", "until"), NUMBER)
+    | {"scales": {str: SCALE}},
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
     "until": {"min": int, "max": int, "half_width": object}

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import pyarrow as pa
 
@@ -63,7 +63,8 @@ class PlanAbout:
     tables that are stored, both None in plans up to 0.9; `maps` those that the spec
     brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
     preset that an axis ablates; `axes` what each axis samples, None in plans of before
-    0.2; `until` the rule by which trials are added, None where their number is fixed.
+    0.2; `until` the rule by which trials are added, None where their number is fixed;
+    `refine` the rule by which points are added, None where the grid is fixed.
     Where several `designs` are united, it has the names of the axes of each.
     """
 
@@ -76,6 +77,7 @@ class PlanAbout:
     designs: list[list[str]] | None = None
     series: list[str] | None = None
     tables: list[str] | None = None
+    refine: dict[str, Any] | None = None
 
     @classmethod
     def of(
@@ -87,18 +89,16 @@ class PlanAbout:
         varied  the settings that differ between points, in the order of the columns
         axes    its axes
         """
-        axes, rule = list(axes), study.until
+        axes = list(axes)
         united = [[axis.name for axis in design] for design in by_design(axes)]
-        looks = (
-            {"looks": rule.looks, "nominal_confidence": rule.nominal} if rule else {}
-        )
         return cls(
             varied=list(varied),
             record=list(study.record.names),
             maps={name: own.as_json() for name, own in study.maps.items()},
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
-            until=rule.as_json() | looks if rule else None,
+            until=_looking(study.until),
+            refine=_looking(study.refine),
             designs=united if len(united) > 1 else None,
             series=list(study.record.series),
             tables=list(study.record.tables),
@@ -120,6 +120,7 @@ class PlanAbout:
             designs=provenance.get("designs"),
             series=provenance.get("series"),
             tables=provenance.get("tables"),
+            refine=provenance.get("refine"),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
@@ -131,8 +132,27 @@ class PlanAbout:
             "ablated": self.ablated,
             "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
         }
-        for name in ("until", "series", "tables", "designs"):
+        for name in ("until", "refine", "series", "tables", "designs"):
             if getattr(self, name) is not None:
                 about[name] = getattr(self, name)
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
+
+
+class LookingRule(Protocol):
+    """A rule that looks at trials, and then asks for more of them."""
+
+    @property
+    def looks(self) -> tuple[int, ...]: ...
+
+    @property
+    def nominal(self) -> float: ...
+
+    def as_json(self) -> dict[str, object]: ...
+
+
+def _looking(rule: LookingRule | None) -> dict[str, Any] | None:
+    """A rule, with when it looks and how sure it is then."""
+    if rule is None:
+        return None
+    return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}

@@ -106,7 +106,7 @@ class Waste:
 
 def _grows(study: StoredStudy) -> bool:
     """Whether the study decides as it runs which trials it has."""
-    return study.about.until is not None or study.store.asked.exists()
+    return study.looks is not None or study.store.asked.exists()
 
 
 def find_waste(study: StoredStudy) -> Waste:

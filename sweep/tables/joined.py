@@ -10,12 +10,11 @@ import pandas as pd
 import pyarrow as pa
 
 from sweep.analysis import Declaration, agrees
-from sweep.analysis.sequential import Until
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
 from sweep.store.plan_about import AxisAbout
 from sweep.tables.choosing import spelled
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_study import Looks, StoredStudy
 
 STUDY = "study"
 IDS = ("trial_id", "point")
@@ -184,9 +183,9 @@ class JoinedStudies(StoredStudy):
         return found
 
     @property
-    def rule(self) -> Until:
-        """That of the first study with one."""
-        return next((one for one in self.parts if one.repeated), self.parts[0]).rule
+    def looks(self) -> Looks | None:
+        """Those of the first study with any."""
+        return next((one.looks for one in self.parts if one.looks), None)
 
     @cached_property
     def _labels(self) -> dict[str, str]:

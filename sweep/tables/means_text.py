@@ -87,22 +87,23 @@ def _missing(study: StoredStudy) -> str:
 
 
 def _intervals(study: StoredStudy, table: PointMeans) -> str:
-    """Which intervals a table shows, and how rows pool points. If `until` stopped at a
-    narrow interval of one metric, only this metric has an interval that takes that into
-    account.
+    """Which intervals a table shows, and how rows pool points. Where a metric
+    decided how many trials a point has, only this metric has an interval that takes
+    that into account.
     """
     if table.pooled:
         given = ", which takes the numbers of trials as given" if study.repeated else ""
         return f"{INTERVALS[table.interval]}{given}\n{POOLED}"
-    if not study.repeated:
+    looks = study.looks
+    if not looks:
         return INTERVALS[table.interval]
-    rule = study.rule
-    declared = {in_full(study.distributions[name]).distribution for name in rule.widths}
+    metrics = looks.metrics
+    declared = {in_full(study.distributions[name]).distribution for name in metrics}
     normal = declared == {"normal"}
     return (
-        f"{', '.join(rule.widths)}: mean {'± half width of' if normal else 'with'} the"
-        f" repeated {100 * rule.confidence:g} % interval, by which the number of trials"
-        f" of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
+        f"{', '.join(metrics)}: mean {'± half width of' if normal else 'with'} the"
+        f" repeated {100 * looks.confidence:g} % interval, by which the number of"
+        f" trials of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
         " which takes that as given"
     )
 

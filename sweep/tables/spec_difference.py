@@ -33,13 +33,12 @@ class SpecVersion(NamedTuple):
     """One of the two that are compared: its spec as plain values, its code, its
     trials and points.
 
-    `at_most` where it has so many trials at most, as it adds them until an interval is
-    narrow.
+    `counted` says which of its trials they are, where they follow from results.
     """
 
     label: str
     name: str
-    at_most: bool
+    counted: str
     spec: dict[str, Any]
     code: Code | None
     trials: pa.Array
@@ -139,7 +138,7 @@ def _side(
         return SpecVersion(
             f"{one.name}, as last launched",
             one.name,
-            False,
+            "",
             spec,
             one.code,
             trials,
@@ -151,7 +150,10 @@ def _side(
             " what it would add is not known before"
         )
         raise one.document.error(("search",), message)
-    jobs = Jobs(one, expand(one))
+    design, first = expand(one), None
+    if one.refine:
+        first = np.full(design.n_points, one.refine.least)
+    jobs = Jobs(one, design, first)
     ids = jobs.ids()
     ids = _served(one, jobs, ids, store, statuses).into(ids)
     table = jobs.rows(np.arange(len(jobs)), ids)
@@ -159,12 +161,27 @@ def _side(
     return SpecVersion(
         str(one.path),
         one.name,
-        one.until is not None,
+        _counted(one),
         _values(one.document),
         study_code(one),
         trials,
         points,
     )
+
+
+def _counted(study: Study) -> str:
+    """Which trials of a study are counted, where these follow from results."""
+    if study.refine:
+        return (
+            "its first trials are counted; it adds others where the mean of"
+            f" {study.refine.metric} crosses {study.refine.at:g}"
+        )
+    if study.until:
+        return (
+            "its trials are counted at their most; it stops before, where an interval"
+            " is narrow"
+        )
+    return ""
 
 
 def _served(
@@ -228,15 +245,12 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
             f" trial from {before.name}"
         )
     for side in (before, after):
-        if side.at_most:
-            yield (
-                f"{side.label}: its trials are counted at their most; it stops before,"
-                " where an interval is narrow"
-            )
+        if side.counted:
+            yield f"{side.label}: {side.counted}"
     if (
         not changes
         and not names
-        and not after.at_most
+        and not after.counted
         and before.spec == after.spec
         and _among(after.trials, before.trials) < len(after.trials)
     ):

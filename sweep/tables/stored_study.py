@@ -66,6 +66,7 @@ NOT_YET, MOST, FEW, NARROW = WHYS = ("not yet", "max", "too few values", "half w
 """Why a point gets no more trials, the first that holds for one of its metrics."""
 POINT_COLUMNS = (*("point", "model", "preset", "replicate", "status", "error"),)
 """What is read of trials, beside their ids, for the means of points."""
+CONFIDENCES = ("confidence", "nominal_confidence")
 SHOWN_IDS = 3
 """Of trials whose ids begin alike, in an error."""
 
@@ -76,6 +77,16 @@ class NarrowTrials(NamedTuple):
     placed: PlacedTrials
     table: pa.Table
     trials: pd.DataFrame
+
+
+class Looks(NamedTuple):
+    """The metrics that decided how many trials a point has; the confidence with which
+    the intervals of all looks at a point hold, and the nominal one of each of them.
+    """
+
+    metrics: tuple[str, ...]
+    confidence: float
+    nominal: float
 
 
 class StoredStudy:
@@ -451,16 +462,27 @@ class StoredStudy:
         return from_json(rule)
 
     @property
+    def looks(self) -> Looks | None:
+        """By which metrics it was decided how many trials a point has, None where that
+        number is fixed.
+        """
+        until, refined = self.about.until, self.about.refine
+        if refined:
+            metrics: tuple[str, ...] = (refined["metric"],)
+            return Looks(metrics, *(refined[name] for name in CONFIDENCES))
+        if until:
+            return Looks((*self.rule.widths,), *(until[name] for name in CONFIDENCES))
+        return None
+
+    @property
     def repeated(self) -> dict[str, float]:
         """The metrics that decided how many trials a point has, each with the
         confidence of its interval at each look.
 
         Empty where the number of trials is fixed. `means` uses it.
         """
-        rule = self.about.until
-        if rule is None:
-            return {}
-        return dict.fromkeys(self.rule.widths, rule["nominal_confidence"])
+        looks = self.looks
+        return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}
 
     @cached_property
     def stopping(self) -> pd.DataFrame:

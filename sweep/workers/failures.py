@@ -85,7 +85,8 @@ class Failures:
 
     def _sentence(self) -> str:
         study, count = self.study, len(self.trials)
-        most = "at most " if study.until or study.search else ""
+        growing = study.until or study.refine or study.search
+        most = "at most " if growing else ""
         budget = (
             f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
         )

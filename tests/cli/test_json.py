@@ -100,6 +100,18 @@ def test_a_launch_and_its_status(folder: Path) -> None:
     assert (measured["metrics"], measured["measured"]) == (["quick"], 6)
 
 
+def test_a_boundary(folder: Path) -> None:
+    spec = SMALL.replace("[0.5, 1]", "[0, 2]").replace("small", "refined")
+    rule = "{metric: speed, at: 3, axes: [separation_weight], until: 0.5, budget: 20}"
+    (folder / "refined.yaml").write_text(f"{spec}refine: {rule}\n")
+    assert sweep(folder, "launch", "refined.yaml").returncode == 0
+    run = sweep(folder, "boundary", "refined", "--json")
+    agree(run.stdout, chapters()["sweep boundary --json"])
+    assert "mean speed = 3" in sweep(folder, "boundary", "refined").stdout
+    table = sweep(folder, "boundary", "refined", "--csv").stdout
+    assert table.startswith("estimate,low,high")
+
+
 def test_the_studies_that_there_are(folder: Path) -> None:
     keys = chapters()["sweep list --json"]
     sweep(folder, "launch", "small.yaml", "--quiet")

@@ -19,6 +19,7 @@ READING: dict[str, tuple[str, ...]] = {
     "compare": ("STUDY", "group/small"),
     "columns": ("STUDY",),
     "power": ("STUDY", "--half-width", "speed=1"),
+    "boundary": ("STUDY",),
     "replay": ("STUDY", "05d7"),
     "verify": ("STUDY",),
     "measure": ("STUDY", "speed"),

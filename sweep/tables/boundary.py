@@ -1,0 +1,244 @@
+"""Where the mean of a metric crosses a level, in a stored study whose grid was refined
+there.
+"""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sweep.analysis.refinement import (
+    Cell,
+    Counts,
+    Place,
+    Refinement,
+    SeenPoints,
+    crossings,
+    from_json,
+    leaves,
+    look,
+    sides_of,
+)
+from sweep.errors import ChoiceError
+from sweep.tables.stored_study import StoredStudy
+
+STATES = ("above", "below", "boundary", "unresolved")
+BUDGET, FEW, MORE, NOISE, NO_POINTS = (
+    "the budget is spent",
+    "points have fewer than two values",
+    "trials are missing",
+    "max trials do not tell on which side the points are",
+    "launch the study again; if it stays so, require leaves points out",
+)
+"""Why a cell is unresolved."""
+
+
+class Boundary(NamedTuple):
+    """What a refined study knows of its boundary.
+
+    rule        the rule by which it was refined
+    points      a row a point, in the order of the plan: its `group`, the settings by
+                which groups differ and the refined ones; the number of `values`, the
+                mean, its interval at all looks (low, high), and its side of the level:
+                -1 below, 1 above, 0 where the interval includes it
+    cells       a row a cell of the grid: its group, those settings, `<axis>_low` and
+                `<axis>_high` of each refined axis, its `state`, one of STATES, and why
+                it is unresolved
+    crossings   of a rule with one axis, a row for each crossing of a group: between
+                `low` and `high`, the nearest points that surely lie on either side, at
+                about `estimate`; `direction` is up or down, and `resolved` says whether
+                all between is as fine as was asked for. None for several axes
+    """
+
+    rule: Refinement
+    points: pd.DataFrame
+    cells: pd.DataFrame
+    crossings: pd.DataFrame | None
+
+    @property
+    def settings(self) -> list[str]:
+        """The settings by which groups differ."""
+        names = list(self.points.columns)
+        return names[1 : names.index(next(iter(self.rule.scales)))]
+
+    @property
+    def rows(self) -> pd.DataFrame:
+        """What tells where the boundary is: the crossings of one axis, else the cells
+        that it goes through, or that are not resolved.
+        """
+        if self.crossings is not None:
+            return self.crossings.drop(columns="group")
+        known = self.cells["state"].isin(["above", "below"])
+        return self.cells[~known].drop(columns="group").reset_index(drop=True)
+
+
+def boundary(study: StoredStudy) -> Boundary:
+    """The boundary of a study whose spec has `refine`. Raises ChoiceError for another.
+
+    A crossing of one axis lies within `low` and `high` with the confidence of the rule,
+    where the mean crosses the level once: all looks at all points of the axis hold
+    together. Of several axes that is so along each line through the points.
+    """
+    about = study.about.refine
+    if about is None:
+        raise ChoiceError('its grid is fixed; the spec has no "refine"', study.name)
+    rule = from_json(about)
+    groups, places = _places(study, rule)
+    trials, values = _values(study, rule, list(places))
+    seen = look(rule, trials, values, study.distributions[rule.metric])
+    where = {str(name): list(column) for name, column in groups.items()}
+    cells = _cells(study, rule, len(groups), [*places.values()], seen, trials)
+    found = _crossings(rule, [*places.values()], seen, cells) if _alone(rule) else None
+    return Boundary(
+        rule,
+        _points(rule, groups, places, seen),
+        _named(cells, where),
+        None if found is None else _named(found, where),
+    )
+
+
+def _alone(rule: Refinement) -> bool:
+    return len(rule.scales) == 1
+
+
+def _places(
+    study: StoredStudy, rule: Refinement
+) -> tuple[pd.DataFrame, dict[str, Place]]:
+    """The settings by which groups differ, a row a group, and the place of each point,
+    by its id.
+    """
+    fields = dict.fromkeys(name for one in study.axes.values() for name in one.settings)
+    others = [name for name in fields if name not in rule.scales]
+    points = study.points
+    rows = [tuple(row) for row in points[others].itertuples(index=False)]
+    groups = list(dict.fromkeys(rows))
+    numbers = {group: number for number, group in enumerate(groups)}
+    along = [
+        [scale.place(float(value)) for value in points[name]]
+        for name, scale in rule.scales.items()
+    ]
+    places = {
+        str(point): (numbers[row], *at)
+        for point, row, *at in zip(points.index, rows, *along, strict=True)
+        if None not in at
+    }
+    return pd.DataFrame(groups, columns=others), places
+
+
+def _values(
+    study: StoredStudy, rule: Refinement, points: list[str]
+) -> tuple[Counts, Any]:
+    """How many trials each point has in the plan, and their values, point after point;
+    NaN where a trial is missing or has none.
+    """
+    plan = study.plan.select(["trial_id", "point"]).to_pandas()
+    order = pd.CategoricalDtype(points, ordered=True)
+    plan["point"] = plan["point"].astype(order)
+    plan = plan[plan["point"].notna()].sort_values("point", kind="stable")
+    stored = study.trials.set_index("trial_id")[rule.metric]
+    trials = plan["point"].value_counts(sort=False).reindex(points).to_numpy(np.int64)
+    return trials, stored.reindex(plan["trial_id"]).to_numpy(np.float64)
+
+
+def _points(
+    rule: Refinement, groups: pd.DataFrame, places: dict[str, Place], seen: SeenPoints
+) -> pd.DataFrame:
+    at = np.array([*places.values()], np.int64)
+    columns: dict[str, Any] = {"group": at[:, 0]}
+    for name, column in groups.items():
+        columns[str(name)] = column.to_numpy()[at[:, 0]]
+    for number, (name, scale) in enumerate(rule.scales.items(), 1):
+        columns[name] = [scale.at(place) for place in at[:, number].tolist()]
+    for name in ("values", "mean", "low", "high", "side"):
+        columns[name] = getattr(seen, name)
+    return pd.DataFrame(columns, index=pd.Index([*places], name="point"))
+
+
+def _cells(
+    study: StoredStudy,
+    rule: Refinement,
+    groups: int,
+    places: list[Place],
+    seen: SeenPoints,
+    trials: Counts,
+) -> pd.DataFrame:
+    present = {*places}
+    cells = leaves(rule, groups, present)
+    sides = sides_of(cells, places, seen, trials)
+    left = rule.budget - int(trials.sum())
+    parted = [[*_new(rule, cell, present)] for cell in cells]
+    whole = np.array([not cell.parts(rule) for cell in cells], np.bool_)
+    dear = np.array([len(new) * rule.least > left for new in parted], np.bool_)
+    crossed = sides.crossed
+    state = np.select(
+        [
+            crossed & whole,
+            crossed | sides.open | sides.lacking | sides.unsure,
+            sides.above,
+        ],
+        ["boundary", "unresolved", "above"],
+        "below",
+    )
+    why = np.select(
+        [
+            state != "unresolved",
+            np.full(len(cells), study.missing > 0),
+            sides.lacking,
+            sides.unsure & ~crossed & ~sides.open,
+            np.where(crossed, dear, left < rule.least),
+        ],
+        ["", MORE, FEW, NOISE, BUDGET],
+        NO_POINTS,
+    )
+    ends = _ends(rule, cells)
+    return pd.DataFrame({"group": [cell.low[0] for cell in cells]} | ends).assign(
+        state=state, why=why
+    )
+
+
+def _new(rule: Refinement, cell: Cell, present: Iterable[Place]) -> set[Place]:
+    """The points that halving a cell would ask for."""
+    return {corner for part in cell.parts(rule) for corner in part.corners} - {*present}
+
+
+def _ends(rule: Refinement, cells: list[Cell]) -> dict[str, list[float]]:
+    return {
+        f"{name}_{end}": [scale.at(getattr(cell, end)[number]) for cell in cells]
+        for number, (name, scale) in enumerate(rule.scales.items(), 1)
+        for end in ("low", "high")
+    }
+
+
+def _crossings(
+    rule: Refinement, places: list[Place], seen: SeenPoints, cells: pd.DataFrame
+) -> pd.DataFrame:
+    ((name, scale),) = rule.scales.items()
+    rows = []
+    for one in crossings(rule, places, seen):
+        low, high = scale.at(one.low), scale.at(one.high)
+        between = cells[
+            (cells["group"] == one.group)
+            & (cells[f"{name}_low"] >= low)
+            & (cells[f"{name}_high"] <= high)
+        ]
+        rows.append(
+            {
+                "group": one.group,
+                "estimate": one.estimate,
+                "low": low,
+                "high": high,
+                "direction": "up" if one.rises else "down",
+                "resolved": bool((between["state"] == "boundary").all()),
+            }
+        )
+    columns = ["group", "estimate", "low", "high", "direction", "resolved"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _named(table: pd.DataFrame, where: dict[str, list[Any]]) -> pd.DataFrame:
+    """The table with the settings of each group behind its number."""
+    named = table.copy()
+    for name, values in [*where.items()][::-1]:
+        named.insert(1, name, [values[number] for number in table["group"]])
+    return named

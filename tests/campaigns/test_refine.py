@@ -1,0 +1,253 @@
+"""Studies whose grid is refined where a mean crosses a level."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sweep.campaigns.launch import check_launches, launch
+from sweep.campaigns.loaded import LoadedStudy
+from sweep.campaigns.plan import plan_of
+from sweep.campaigns.progress import Progress
+from sweep.design.jobs import Job
+from sweep.errors import ChoiceError, SpecError
+from sweep.spec.study import parse_spec
+from sweep.store.shares import Share
+from sweep.tables.spec_difference import compare
+from sweep.trial.result import Result, failed
+from sweep.workers.executors import Serial
+from tests.searches import done, replace_trials
+from tests.studies import SMALL
+
+EDGE, NOISE = 0.3, 0.01
+LINE = SMALL.replace("[0.5, 1]", "{linspace: [0, 1, 3]}") + (
+    "refine: {metric: speed, at: 2, axes: [separation_weight], until: 0.02,"
+    " max: 12, budget: 300}\n"
+)
+PLANE = (
+    LINE.replace("sweep:", "sweep:\n  cohesion_weight: {logspace: [0.01, 1, 3]}")
+    .replace("axes: [", "axes: [cohesion_weight, ")
+    .replace("0.02", "0.2")
+)
+
+
+def edge_at(settings: Mapping[str, Any]) -> float:
+    """Where the mean speed of a made-up trial is 2."""
+    return EDGE + 0.2 * float(settings["cohesion_weight"])
+
+
+def beyond(job: Job) -> Result:
+    """A trial whose speed is how far its setting lies beyond the edge, with noise."""
+    rng = np.random.default_rng([int(job.point, 16), job.replicate])
+    far = float(job.settings["separation_weight"]) - edge_at(job.settings)
+    return done(job, {"speed": 2.0 + 5.0 * far + rng.normal(0.0, NOISE)})
+
+
+def launched(spec: str, results: Path) -> LoadedStudy:
+    """The study after a launch."""
+    study = parse_spec(spec)
+    launch(study, results, Serial())
+    return LoadedStudy(study.name, results)
+
+
+@pytest.fixture
+def jobs(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
+    """The jobs that run, as they come."""
+    return replace_trials(monkeypatch, beyond)
+
+
+def test_trials_gather_where_the_mean_crosses(tmp_path: Path, jobs: list[Job]) -> None:
+    found = launched(LINE, tmp_path).boundary()
+    assert found.crossings is not None
+    (row,) = found.crossings.to_dict("records")
+    edge = edge_at(jobs[0].settings)
+    assert row["low"] < edge < row["high"]
+    assert row["low"] < row["estimate"] < row["high"]
+    assert row["direction"] == "up"
+    assert row["resolved"]
+    points = [job.settings["separation_weight"] for job in jobs]
+    near = [abs(float(point) - edge) < 0.1 for point in points]
+    assert sum(near) > len(jobs) / 2
+    assert len(jobs) < 300
+    assert {0.0, 0.5, 1.0, 0.25, 0.375} <= set(points)
+
+
+def test_a_second_launch_runs_nothing(tmp_path: Path, jobs: list[Job]) -> None:
+    first = launched(LINE, tmp_path)
+    number = len(jobs)
+    assert launched(LINE, tmp_path).plan.equals(first.plan)
+    assert len(jobs) == number
+
+
+@pytest.mark.parametrize("spec", [LINE, PLANE], ids=["line", "plane"])
+@pytest.mark.parametrize("stop", [0, 9, 30])
+def test_an_interrupted_launch_comes_to_the_same(
+    tmp_path: Path, jobs: list[Job], spec: str, stop: int
+) -> None:
+    whole = launched(spec, tmp_path / "whole")
+
+    def report(progress: Progress) -> None:
+        if progress.statuses.total() > stop:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        launch(parse_spec(spec), tmp_path / "1", Serial(), report=report)
+    del jobs[:]
+    again = launched(spec, tmp_path / "1")
+    assert again.plan.equals(whole.plan)
+    assert len(jobs) < whole.plan.num_rows
+    assert again.boundary().rows.equals(whole.boundary().rows)
+
+
+def test_an_interrupted_study_says_what_is_missing(
+    tmp_path: Path, jobs: list[Job]
+) -> None:
+    def report(progress: Progress) -> None:
+        if progress.statuses.total() > 10:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        launch(parse_spec(PLANE), tmp_path, Serial(), report=report)
+    assert 10 < len(jobs) < 27
+    cells = LoadedStudy("small", tmp_path).boundary().cells
+    left = cells[cells["state"] == "unresolved"]
+    assert set(left["why"]) == {"trials are missing"}
+
+
+def test_trials_of_a_plain_sweep_are_not_run_again(
+    tmp_path: Path, jobs: list[Job]
+) -> None:
+    plain = LINE[: LINE.index("refine:")]
+    launched(plain, tmp_path)
+    assert len(jobs) == 9
+    launched(LINE, tmp_path)
+    assert len({job.trial_id for job in jobs}) == len(jobs)
+
+
+def test_points_that_a_condition_leaves_out_are_never_asked_for(
+    tmp_path: Path, jobs: list[Job]
+) -> None:
+    spec = PLANE + "require: [separation_weight + cohesion_weight < 1.2]\n"
+    found = launched(spec, tmp_path).boundary()
+    assert all(
+        job.settings["separation_weight"] + job.settings["cohesion_weight"] < 1.2
+        for job in jobs
+    )
+    assert "boundary" in set(found.cells["state"])
+
+
+def test_other_settings_are_groups(tmp_path: Path, jobs: list[Job]) -> None:
+    spec = PLANE.replace("axes: [cohesion_weight, ", "axes: [")
+    found = launched(spec, tmp_path).boundary()
+    assert found.settings == ["cohesion_weight"]
+    assert found.crossings is not None
+    assert len(found.crossings) == 3
+    for _, row in found.crossings.iterrows():
+        assert row["low"] <= edge_at(row) <= row["high"]
+    part = LoadedStudy("small", tmp_path).where(cohesion_weight=0.1).boundary()
+    assert part.crossings is not None
+    assert len(part.crossings) == 1
+    assert jobs
+
+
+def test_the_cells_of_two_axes_hold_the_boundary(
+    tmp_path: Path, jobs: list[Job]
+) -> None:
+    found = launched(PLANE, tmp_path).boundary()
+    assert found.crossings is None
+    assert set(found.cells["state"]) == {"above", "below", "boundary"}
+    for _, cell in found.cells.iterrows():
+        ends = [
+            edge_at({"cohesion_weight": cell[f"cohesion_weight_{end}"]})
+            for end in ("low", "high")
+        ]
+        low, high = cell["separation_weight_low"], cell["separation_weight_high"]
+        crossed = low < max(ends) and high > min(ends)
+        assert crossed <= (cell["state"] == "boundary"), cell
+    assert found.rows["state"].eq("boundary").all()
+    assert jobs
+
+
+def test_a_small_budget_leaves_cells_unresolved(
+    tmp_path: Path, jobs: list[Job]
+) -> None:
+    found = launched(PLANE.replace("budget: 300", "budget: 60"), tmp_path).boundary()
+    left = found.cells[found.cells["state"] == "unresolved"]
+    assert set(left["why"]) == {"the budget is spent"}
+    assert 45 < len(jobs) <= 60
+
+
+def test_failed_trials_are_no_values(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(job: Job) -> Result:
+        last = job.settings["separation_weight"] == 1
+        return failed(job, "no") if last else beyond(job)
+
+    replace_trials(monkeypatch, run)
+    found = launched(LINE, tmp_path).boundary()
+    assert found.points["values"].iloc[-1] == 0
+    assert found.cells["state"].iloc[-1] == "unresolved"
+    assert found.cells["why"].iloc[-1] == "points have fewer than two values"
+    assert found.crossings is not None
+    assert len(found.crossings) == 1
+
+
+def test_a_budget_that_the_first_points_exceed_is_refused() -> None:
+    message = (
+        "a budget of 8 trials is less than what the first points take: 3 points with"
+        " 3 trials each, at least 9"
+    )
+    with pytest.raises(SpecError, match=message):
+        check_launches([parse_spec(LINE.replace("budget: 300", "budget: 8"))])
+
+
+def test_shares_are_refused() -> None:
+    with pytest.raises(SpecError, match="cannot be launched in shares"):
+        check_launches([parse_spec(LINE)], Share(1, 2))
+
+
+def test_a_plan_says_what_it_can_come_to() -> None:
+    plan = plan_of(parse_spec(PLANE), 2)
+    text = plan.as_text()
+    assert "points     at first 9 over cohesion_weight, separation_weight" in text
+    assert (
+        "trials     27 to 300 (3 to 12 a point; cells are halved up to 2 times where"
+        " the mean of speed crosses 2)" in text
+    )
+
+
+def test_a_difference_says_which_trials_are_counted(
+    tmp_path: Path, jobs: list[Job]
+) -> None:
+    stored = launched(LINE, tmp_path)
+    text = compare(stored, parse_spec(LINE), tmp_path).as_text()
+    assert (
+        "its first trials are counted; it adds others where the mean of speed" in text
+    )
+    assert "stored     9 of the trials it would have, 0 to run" in text
+    assert jobs
+
+
+def test_a_fixed_grid_has_no_boundary(tmp_path: Path, jobs: list[Job]) -> None:
+    study = launched(SMALL, tmp_path)
+    with pytest.raises(ChoiceError, match='the spec has no "refine"'):
+        study.boundary()
+    assert jobs
+
+
+def test_noise_that_max_trials_cannot_beat_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(job: Job) -> Result:
+        rng = np.random.default_rng([int(job.point, 16), job.replicate])
+        return done(job, {"speed": 2.0 + rng.normal(0.0, 1.0)})
+
+    replace_trials(monkeypatch, run)
+    found = launched(LINE, tmp_path).boundary()
+    assert found.crossings is not None
+    assert found.crossings.empty
+    why = "max trials do not tell on which side the points are"
+    assert set(found.cells["why"]) == {why}
