@@ -36,21 +36,26 @@ PROGRAMS = Path(__file__).with_name("programs.csv")
 """Orders with standard errors over runs from programs that were written from the
 equations alone and share no code with this one.
 """
-BURN_IN = {"vectorial": 3000, "scalar": 3000, "vectorial_large": 4000}
+BURN_IN = {"vectorial": 3000, "coexistence": 3000, "scalar": 3000}
 """Steps before the first one that counts, by study."""
 DISORDER, ORDER = 1 / 3, 2 / 3
 """Binder's cumulant of the order of independent headings, and of perfect order."""
 BANDS = (0.15, 0.35, 0.55, 0.75)
 """The edges of the bands of the order whose shares of time are compared."""
-NOISE = "noise $\\eta$"
+NOISE = "noise η"
+
+
+def _samples(studies: Studies, spec: str, noise: float) -> Floats:
+    """The order at one noise after the burn-in, (k, T) of k trials."""
+    study = studies[spec]
+    trials = study.trials
+    (point,) = set(trials.loc[np.isclose(trials["noise"], noise), "point"])
+    return order_samples(study, "polarization", BURN_IN[spec])[point]
 
 
 def _binder(studies: Studies, spec: str, noise: float) -> Floats:
     """The jackknife's pseudo-values of Binder's cumulant at one noise."""
-    study = studies[spec]
-    trials = study.trials
-    (point,) = set(trials.loc[np.isclose(trials["noise"], noise), "point"])
-    return binder_values(order_samples(study, "polarization", BURN_IN[spec])[point])
+    return binder_values(_samples(studies, spec, noise))
 
 
 binder_vectorial = partial(_binder, spec="vectorial")
@@ -65,9 +70,7 @@ def programs(noise_type: str, moves_with: str, n: int) -> pd.DataFrame:
 
 
 def figure1(studies: Studies) -> Figure:
-    """300 boids at the start and at the end, in worlds of three sizes: each is an arrow
-    with the way that it went lately.
-    """
+    """300 boids at the start and at the end, in worlds of three sizes."""
     study = studies["figure1"]
     panels = (("a", 2.0, 7.0, 0), ("b", 0.1, 25.0, -1), ("c", 2.0, 7.0, -1))
     panels += (("d", 0.1, 5.0, -1),)
@@ -83,8 +86,7 @@ def figure1(studies: Studies) -> Figure:
             draw_map(axes, study.world(trial["trial_id"]), "r", downwards=False)
             draw_flock(axes, bodies[frame], side / 40)
             axes.set_title(
-                f"({name}) side {side:g}, $\\eta$ = {noise:g}, after"
-                f" {frames[frame]:,} steps",
+                f"({name}) side {side:g}, η = {noise:g}, after {frames[frame]:,} steps",
                 loc="left",
                 fontsize=8,
             )
@@ -152,7 +154,7 @@ def exact(studies: Studies) -> Figure:
     table = study.means(columns, ["n"])
     laws = np.sqrt(np.pi / 4 / table["n"]), np.ones(len(table))
     words = (
-        "mean order, in units of $\\sqrt{\\pi / 4N}$",
+        "mean order, in units of sqrt(π / 4N)",
         "mean of N times the squared order",
     )
     with style.context(STYLE):
@@ -178,12 +180,12 @@ def transition(studies: Studies) -> Figure:
     cumulant, and how often the order has which value where it is half-way.
     """
     rows = (
-        ("vectorial", 0.616, "vectorial, speed 0.5", VERMILION),
-        ("scalar", 3.4, "scalar, speed 0.1", BLUE),
+        ("vectorial", "coexistence", 0.616, "vectorial, speed 0.5", VERMILION),
+        ("scalar", "scalar", 3.4, "scalar, speed 0.1", BLUE),
     )
     with style.context(STYLE):
         figure = Figure(figsize=(9.6, 5.6))
-        for panels, (spec, half_way, text, colour) in zip(
+        for panels, (spec, other, half_way, text, colour) in zip(
             figure.subplots(2, 3), rows, strict=True
         ):
             study = studies[spec]
@@ -198,7 +200,7 @@ def transition(studies: Studies) -> Figure:
             panels[1].set_ylabel("Binder's cumulant")
             for bound in (DISORDER, ORDER):
                 panels[1].axhline(bound, color=GREY, lw=0.8)
-            _draw_distribution(panels[2], study, half_way, BURN_IN[spec], colour)
+            _draw_distribution(panels[2], studies, other, half_way, colour)
         large = studies["vectorial_large"].means(["polarization_mean"], ["noise"])
         first = figure.axes[0]
         first.plot(large["noise"], large["polarization_mean"], "s", color="0.1", ms=4)
@@ -206,25 +208,23 @@ def transition(studies: Studies) -> Figure:
         first.plot(known["noise"], known["order"], "x", color="0.1", ms=8)
         note(
             figure,
-            "vicsek1995/vectorial (N = 512, side 16; squares: N = 2048, side 32;"
-            " crosses: independent programs for these) and\nvicsek1995/scalar (N = 400,"
-            " side 10); 95 % intervals; lines: disorder 1/3 and order 2/3; shaded: the"
-            " band in the middle",
+            f"{studies['vectorial'].name} (N = 512, side 16; squares: N = 2048, side"
+            f" 32; crosses: independent programs for these) and\n"
+            f"{studies['scalar'].name} (N = 400, side 10); 95 % intervals; lines:"
+            " disorder 1/3 and order 2/3; shaded: the band in the middle",
         )
     return figure
 
 
 def _draw_distribution(
-    axes: Axes, study: StoredStudy, noise: float, burn_in: int, colour: str
+    axes: Axes, studies: Studies, spec: str, noise: float, colour: str
 ) -> None:
     """How often the order has which value at one noise, over all trials and frames."""
-    trials = study.trials
-    (point,) = set(trials.loc[np.isclose(trials["noise"], noise), "point"])
-    samples = order_samples(study, "polarization", burn_in)[point]
+    samples = _samples(studies, spec, noise)
     axes.axvspan(*BANDS[1:3], color="0.93", lw=0, zorder=0)
     axes.hist(samples.ravel(), np.linspace(0, 1, 41), density=True, color=colour)
     axes.set(
-        xlabel=f"order at $\\eta$ = {noise:g}, {len(samples)} trials",
+        xlabel=f"order at η = {noise:g}, {len(samples)} trials",
         ylabel="density",
         xlim=(0, 1),
     )
@@ -244,7 +244,7 @@ FIGURES = {
     ),
     "transition": Drawing(
         transition,
-        ("vectorial", "scalar", "vectorial_large"),
+        ("vectorial", "coexistence", "scalar", "vectorial_large"),
         "A jump with vectorial noise, and a gradual change with scalar noise.",
     ),
 }

@@ -1,9 +1,10 @@
 """The headline of README.md: by document, how many statements have which verdict.
 
 `make documents` writes it between two marks. How many statements, exact results,
-hypotheses and fits a document has, follows from its claims. Verdicts are those of the stored scorecard. The
-repository keeps no results: of a document that no stored scorecard judges, the verdicts
-that stand there stay, as long as they are of as many statements.
+hypotheses and fits a document has, follows from its claims. Verdicts are those of the
+stored scorecard. The repository keeps no results: of a document that no stored
+scorecard judges, the verdicts that stand there stay, as long as they are of as many
+statements.
 """
 
 import re

@@ -1,6 +1,4 @@
-"""vicsek1995: what is known of it without computing, its bits, and what independent
-programs give.
-"""
+"""vicsek1995: what is known of it without computing, and its bits."""
 
 import ast
 import inspect
@@ -265,62 +263,3 @@ def test_the_bits_are_those_of_every_system(preset: str) -> None:
     simulation = builders.to_end(Simulation(job(preset, **small)))
     state = builders.state(simulation.flock)
     assert [value.hex() for value in state[:, 0].tolist()] == BITS[preset]
-
-
-# ---- what independent programs give
-
-PROGRAMS = [
-    ("new_heading", 40, 2, 0.832509, 5.9e-05),
-    ("new_heading", 40, 4, 0.412232, 0.00022),
-    ("new_heading", 40, 5, 0.19497, 0.00015),
-    ("new_heading", 100, 1.5, 0.893904, 7e-05),
-    ("new_heading", 100, 4.5, 0.192497, 0.00028),
-    ("old_heading", 40, 2, 0.835283, 0.00016),
-    ("old_heading", 40, 4, 0.422843, 0.00045),
-    ("old_heading", 100, 1, 0.953642, 0.00021),
-]
-"""moves_with, N, eta, and the order with its standard error over 6 or 8 runs of 60,000
-steps: a program written from the equations alone, which shares no code with this one.
-"""
-RUNS, BURN_IN = 8, 1000
-
-
-@pytest.mark.parametrize(("moves_with", "n", "noise", "order", "error"), PROGRAMS)
-def test_the_order_is_that_of_independent_programs(
-    moves_with: str, n: int, noise: float, order: float, error: float
-) -> None:
-    """The mean over 3000 steps of 8 runs, which tells it to 0.4 % at most.
-
-    Student's t of 7 degrees of freedom is beyond 8 for one of 11,000 seeds, two-sided,
-    and the published error counts as well: so one of the eight tests fails by chance in
-    at most 1 of 1300 choices of seeds.
-    """
-    means = [
-        flown(
-            noise=noise,
-            moves_with=moves_with,
-            steps=BURN_IN + 3000,
-            replicate=k,
-            **density4(n),
-        )
-        .series["polarization"][BURN_IN:]
-        .mean()
-        for k in range(RUNS)
-    ]
-    ours = np.std(means, ddof=1) / math.sqrt(RUNS)
-    assert abs(np.mean(means) - order) < 8 * math.hypot(ours, error)
-
-
-def test_the_disorder_of_vectorial_noise_is_that_of_independent_programs() -> None:
-    """N = 2048, L = 32, eta = 0.7: 0.0323383 with the standard error 7.7e-5 over runs.
-
-    Ours is over 20 stretches of 100 steps, longer than the order lives there. Student's
-    t of 19 degrees of freedom is beyond 5 for one of 13,000 seeds, two-sided.
-    """
-    size = {"n": 2048, "width": 32, "height": 32}
-    order = flown("gregoire_chate2004", noise=0.7, steps=2200, **size).series[
-        "polarization"
-    ]
-    stretches = order[201:].reshape(20, 100).mean(axis=1)
-    ours = stretches.std(ddof=1) / math.sqrt(20)
-    assert abs(order[201:].mean() - 0.0323383) < 5 * math.hypot(ours, 7.7e-5)
