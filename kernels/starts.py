@@ -232,7 +232,7 @@ STARTS = Registry(
         ),
         "portable": Start(
             start_portable,
-            "NumPy's generator, and headings that no mathematics library rounds",
+            "the same bits on all systems",
             "boidsweep",
         ),
     },
