@@ -21,7 +21,8 @@ prints nothing, validates nothing.
     neighbours   who sees whom
     fetching     memory that is asked for before it is needed
     arbitration  how forces share one acceleration
-    rules/       social, steering, avoidance, obstacles, borders
+    angles       cosine and sine by arithmetic alone
+    rules/       social, steering, headings, avoidance, obstacles, borders
     worlds       maps -> World
     arenas       maps for small robots, in metres
     occupancy    grids on which robots look for obstacles

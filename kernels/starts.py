@@ -12,11 +12,13 @@ from functools import partial
 from random import Random
 from typing import NamedTuple
 
+import numpy as np
 from numpy.random import Generator
 
+from kernels.angles import cosine_sine
 from kernels.jit import jit
 from kernels.registry import Registry
-from kernels.settings import COMPONENTS, INTEGER, Demand, StartSettings
+from kernels.settings import COMPONENTS, HEADING, INTEGER, Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach, inside_any
 
@@ -61,6 +63,25 @@ def start_numpy(
         headings = rng.uniform(0.0, 2.0 * math.pi, n).tolist()
         flock.vx[:] = [speed * math.cos(heading) for heading in headings]
         flock.vy[:] = [speed * math.sin(heading) for heading in headings]
+    return flock
+
+
+def start_portable(
+    n: int,
+    settings: StartSettings,
+    world: World,
+    contact: Reach,
+    rng: Generator,
+    seed: int,
+) -> Flock:
+    """The flock of `start_numpy`, with other headings, whose cosines and sines come
+    from arithmetic alone: it has the same bits with any mathematics library.
+    """
+    flock = start_numpy(n, settings, world, contact, rng, seed)
+    if settings.start_velocities == HEADING:
+        turns = map(cosine_sine, rng.uniform(-math.pi, math.pi, n).tolist())
+        velocities = settings.start_speed * np.array(list(turns))
+        flock.vx[:], flock.vy[:] = velocities.T
     return flock
 
 
@@ -208,6 +229,11 @@ STARTS = Registry(
                     " it needs start_radius 0",
                 ),
             ),
+        ),
+        "portable": Start(
+            start_portable,
+            "the same bits on all systems",
+            "boidsweep",
         ),
     },
 )

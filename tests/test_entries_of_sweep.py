@@ -68,6 +68,7 @@ from tests.test_house import ROOT, TREES
 OWN_PLACES: dict[str, Collection[str]] = {
     "kernels/settings.py": STARTS,  # values for most presets
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
+    "kernels/models/vicsek1995.py": STARTS,  # its presets
     "kernels/starts.py": STARTS,
     "sweep/spec/samplers.py": SAMPLERS,
     "sweep/spec/whole_samples.py": SAMPLERS,
@@ -287,7 +288,7 @@ def test_the_page_shows_a_new_start() -> None:
     controls, scene, _ = show.greeting()
     (group,) = (one for one in controls["groups"] if one["name"] == "start")
     (control,) = (one for one in group["fields"] if one["name"] == "start_draws")
-    assert control["choices"] == ["numpy", "python_random", "in_a_row"]
+    assert control["choices"] == ["numpy", "python_random", "portable", "in_a_row"]
     assert "side by side" in control["text"]
     assert (show.simulation.flock.y == scene["height"] / 2).all()
 

@@ -1,7 +1,14 @@
 """The published models, by name."""
 
 from kernels.model import Model, flaw
-from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023, rustamani2024
+from kernels.models import (
+    aziel_chen2025,
+    nanobot,
+    nguyen2024,
+    patel2023,
+    rustamani2024,
+    vicsek1995,
+)
 from kernels.registry import Registry
 
 MODELS = Registry(
@@ -13,6 +20,7 @@ MODELS = Registry(
         "rustamani2024": rustamani2024.MODEL,
         "patel2023": patel2023.MODEL,
         "nanobot": nanobot.MODEL,
+        "vicsek1995": vicsek1995.MODEL,
     },
     flaw,
 )

@@ -27,12 +27,17 @@ from sweep.spec.strict_yaml import parse_document
 ABOUT = ("id", "where", "says", "kind", "registered")
 TESTED = ("measure", "expect", "looked")
 UNTESTABLE, ALTERNATIVES = "untestable", "alternatives"
-MAY_HAVE = ("statement", "spec", "figure", *TESTED, ALTERNATIVES, UNTESTABLE)
+UNVERIFIED = "unverified"
+MAY_HAVE = (
+    *("statement", "spec", "figure", *TESTED),
+    *(ALTERNATIVES, UNTESTABLE, UNVERIFIED),
+)
 SHARE = re.compile(r"([0-9]+(?:\.[0-9]+)?) %")
 
-Kind = Literal["number", "reading", "hypothesis", "fit"]
+Kind = Literal["number", "reading", "exact", "hypothesis", "fit"]
 """What a claim is: a number that the document prints, or that its own data have; our
-reading of one of its sentences; a hypothesis of ours; a test of what was fitted to it.
+reading of one of its sentences; what follows from the equations without any trial; a
+hypothesis of ours; a test of what was fitted to it.
 """
 FIT: Kind = "fit"
 """The kind that is shown and not counted."""
@@ -54,6 +59,7 @@ class Claim:
     looked        when results were first seen
     alternatives  other expectations or measures that were tried; "" for none
     untestable    the reason why it cannot be tested, or ""
+    unverified    why what it says has not been compared with the document, or ""
 
     A claim that cannot be tested has no measure, no expectation and no look. Neither
     has one of a publication that was not asked for.
@@ -72,6 +78,7 @@ class Claim:
     looked: Looked | None = None
     alternatives: str = ""
     untestable: str = ""
+    unverified: str = ""
 
     @property
     def counted(self) -> bool:
@@ -168,7 +175,7 @@ def _tested(
 def _about(entry: Entry) -> dict[str, Any]:
     """What every claim says about itself, tested or not."""
     statement = entry.get("statement") or entry.child("id")
-    reason = entry.get(UNTESTABLE)
+    reason, unread = entry.get(UNTESTABLE), entry.get(UNVERIFIED)
     for name in (entry.child("id"), statement):
         if not NAME.fullmatch(name.text()):
             raise name.expected('a name of letters, digits, "_", "-" and "."')
@@ -180,6 +187,7 @@ def _about(entry: Entry) -> dict[str, Any]:
         "statement": statement.text(),
         "registered": _day(entry.child("registered")),
         UNTESTABLE: reason.text() if reason else "",
+        UNVERIFIED: unread.text() if unread else "",
     }
 
 

@@ -52,7 +52,8 @@ LISTED: dict[Status, str] = {
 """The verdicts whose rows stand above all tables, and their headings."""
 COUNTED: dict[Group, str] = {
     "statement": "Statements of the documents",
-    "hypothesis": "Hypotheses of ours",
+    "exact": "Exact results, which need no document",
+    "hypothesis": "Hypotheses of ours, and what was not compared with the document",
     "fit": "Tests of what was fitted to them: shown, not counted",
 }
 HEADINGS = (
@@ -115,7 +116,7 @@ class Section:
 
     @cached_property
     def tallies(self) -> dict[Group, Counter[Status]]:
-        """How many statements, hypotheses and fits have which verdict."""
+        """How many claims of each group have which verdict."""
         return tallies(self.rows)
 
     def tried(self, kind: Kind) -> DocumentVariants | None:
@@ -230,9 +231,11 @@ def rule() -> list[str]:
         (
             "Statements are counted, not rows: one is refuted where a row of it is, and"
             " confirmed where all that can be tested are. A claim is a number that the"
-            " document prints, our reading of a sentence, a hypothesis of ours, or a"
-            " test of what was fitted to it. Hypotheses are counted apart; fits are"
-            " shown only."
+            " document prints, our reading of a sentence, an exact result that follows"
+            " from the equations, a hypothesis of ours, or a test of what was fitted to"
+            " it. Exact results and hypotheses are counted apart; so is, with the"
+            " hypotheses, what is expected from memory and was not compared with the"
+            " document. Fits are shown only."
         ),
         (
             "Noticeable is half the width of the simultaneous interval. A row is weak"
@@ -281,6 +284,7 @@ def kind_text(row: Row) -> str:
     parts = [claim.kind, f"registered {claim.registered.isoformat()}"]
     parts += [f"such results first seen {claim.looked} that"] if claim.looked else []
     parts += [f"statement {claim.statement}"] if claim.statement != claim.id else []
+    parts += [f"unverified: {claim.unverified}"] if claim.unverified else []
     return ", ".join(parts) + (
         f"; also tried: {claim.alternatives}" if claim.alternatives else ""
     )

@@ -54,6 +54,7 @@ EXPECTED = {
     "nguyen2024": ["repulsion_unit", "uniform"],
     "patel2023": ["repulsion_linear"],
     "rustamani2024": ["steer_to_avoid"],
+    "vicsek1995": ["random_turn"],
 }
 """Each lane has other obstacles near it, and other random numbers."""
 

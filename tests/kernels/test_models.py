@@ -224,7 +224,7 @@ def test_boids_that_nothing_acts_upon_fly_straight(
     """To a few roundings of 1000 px. None is so fast that a limit of its components
     would turn it.
     """
-    changes = builders.weightless(model) | {"max_speed": 1000}
+    changes = builders.weightless(model) | builders.scaled(model, max_speed=1000)
     a_job = builders.job(
         model, preset, update=update, borders="open", **square(model), **changes
     )
@@ -239,18 +239,28 @@ def test_boids_that_nothing_acts_upon_fly_straight(
 @every_update
 @pytest.mark.parametrize("model", builders.MODELS)
 def test_mirroring_borders_keep_the_speed_to_the_bit(model: str, update: str) -> None:
+    """That of the same flight without borders; where weights can switch off all that
+    acts, that is the speed of the start.
+    """
     changes = (
         square(model) | {"steps": 200, "start_speed": 3} | builders.weightless(model)
     )
-    simulation = Simulation(
-        builders.job(model, "as_written", update=update, borders="bounded", **changes)
-    )
     x, y, vx, vy = a_start()
-    slow = in_units(simulation, [x, y, vx / 2, vy / 2])
-    start = builders.state(builders.place(simulation, *slow).flock)
-    end = builders.state(builders.to_end(simulation).flock)
-    assert np.array_equal(np.abs(end[2:]), np.abs(start[2:]))
+
+    def flown(borders: str) -> tuple[np.ndarray, np.ndarray]:
+        a_job = builders.job(
+            model, "as_written", update=update, borders=borders, **changes
+        )
+        simulation = Simulation(a_job)
+        slow = in_units(simulation, [x, y, vx / 2, vy / 2])
+        start = builders.state(builders.place(simulation, *slow).flock)
+        return start, builders.state(builders.to_end(simulation).flock)
+
+    (start, end), (_, free) = flown("bounded"), flown("open")
+    assert np.array_equal(np.abs(end[2:]), np.abs(free[2:]))
+    assert np.array_equal(free[2:], start[2:]) or not builders.MODELS[model].rules
     assert not np.array_equal(end[2:], start[2:])
+    assert not np.array_equal(end[2:], free[2:])
     assert ((end[:2] >= 0) & (end[:2] <= 600 * builders.scale(model))).all()
 
 

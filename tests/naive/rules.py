@@ -264,3 +264,26 @@ def repulsion_linear(
 
 def wall_repulsion(position: float, length: float, epsilon: float) -> float:
     return 1.0 / (position + epsilon) - 1.0 / (length - position + epsilon)
+
+
+def velocity_sum(
+    seen: Any, i: int, near: Any, found: int
+) -> tuple[float, float, float]:
+    group = [i, *near.boid[:found]]
+    return sum(seen.vx[group]), sum(seen.vy[group]), float(len(group))
+
+
+def direction(x: float, y: float, other_x: float, other_y: float) -> Vector:
+    for vector in (np.array([x, y]), np.array([other_x, other_y])):
+        if vector.any():
+            return vector / math.hypot(*vector)
+    return np.zeros(2)
+
+
+def random_turn(rng: np.random.Generator, width: float) -> Vector:
+    angle = rng.uniform(-width / 2, width / 2)
+    return np.array([math.cos(angle), math.sin(angle)])
+
+
+def turned(x: float, y: float, cosine: float, sine: float) -> Vector:
+    return np.array([[cosine, -sine], [sine, cosine]]) @ [x, y]

@@ -453,7 +453,7 @@ def test_a_folder_without_publications_is_an_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("quick", [False, True])
-def test_what_the_five_documents_published_loads_at_both_scales(quick: bool) -> None:
+def test_what_the_documents_published_loads_at_both_scales(quick: bool) -> None:
     """Every claim has a measure and an expectation or a reason, of specs and figures
     that exist.
     """

@@ -6,7 +6,15 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import StoreError
-from sweep.published.headline import BLOCK, counted, headline, main, read_verdicts, rows
+from sweep.published.headline import (
+    BLOCK,
+    counted,
+    headline,
+    known_verdicts,
+    main,
+    read_verdicts,
+    rows,
+)
 from sweep.published.publications import Publication, read_unasked
 from sweep.spec.study_folder import SCORECARD
 from tests import ROOT
@@ -33,7 +41,10 @@ def stored(folder: Path, scale: str = "full", confirmed: int = 1) -> Path:
     results = folder / "results"
     results.mkdir()
     statements = {"confirmed": confirmed, "not testable": 1, "refuted": 0}
-    about = {"scale": scale, "documents": [{"study": "tiny", "statements": statements}]}
+    about = {
+        "scale": scale,
+        "documents": [{"study": "tiny", "asked": True, "statements": statements}],
+    }
     (results / "scorecard.json").write_text(json.dumps(about))
     return results
 
@@ -43,22 +54,33 @@ def test_the_readme_says_what_is_judged_and_what_came_out() -> None:
     claims.
     """
     publications = read_unasked(ROOT / "experiments")
-    verdicts = read_verdicts(ROOT / "results", publications)
-    expected = rows(headline(publications, verdicts))
     found = BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))
     assert found
-    said = rows(found[0])
-    assert [{key: row[key] for key in expected[0]} for row in said] == expected
+    verdicts = known_verdicts(found[0], ROOT / "results", publications)
+    assert found[0] == headline(publications, verdicts)
 
 
 def test_statements_are_counted_once(tmp_path: Path) -> None:
     (one,) = tiny(tmp_path, OTHERS)
-    assert counted(one) == {"statement": 1, "hypothesis": 1, "fit": 0}
+    assert counted(one) == {"statement": 1, "exact": 0, "hypothesis": 1, "fit": 0}
     assert headline([one], {}).splitlines()[1:-1] == [
-        "| document | statements | hypotheses of ours | fits |",
-        "|---|---:|---:|---:|",
-        "| tiny | 1 | 1 | 0 |",
+        "| document | statements | exact results | hypotheses of ours | fits |",
+        "|---|---:|---:|---:|---:|",
+        "| tiny | 1 | 0 | 1 | 0 |",
     ]
+
+
+def test_what_is_unverified_is_no_statement_of_the_document(tmp_path: Path) -> None:
+    known = "kind: number\n    unverified: nobody has the paper"
+    exact = OTHERS.replace("kind: hypothesis", "kind: exact")
+    (one,) = tiny(tmp_path, exact.replace("kind: number", known, 1))
+    assert counted(one) == {"statement": 1, "exact": 1, "hypothesis": 1, "fit": 0}
+
+
+def test_a_document_without_verdicts_beside_others_was_not_run(tmp_path: Path) -> None:
+    publications, elsewhere = tiny(tmp_path), {"other": {"confirmed": 1}}
+    (row,) = rows(headline(publications, elsewhere))
+    assert (row["not run"], row["confirmed"]) == ("2", "0")
 
 
 def test_verdicts_are_those_of_the_scorecard(
@@ -94,7 +116,7 @@ def test_verdicts_stay_where_no_results_are_as_long_as_they_are_of_the_claims(
     for there, left in (
         (kept, kept),
         (counts, counts),
-        (kept.replace("| tiny | 2 |", "| tiny | 3 |"), counts),
+        (kept.replace("| tiny | 2 | 1 |", "| tiny | 3 | 2 |"), counts),
         (kept.replace("| tiny |", "| other |"), counts),
     ):
         readme.write_text(there)

@@ -130,6 +130,7 @@ def test_statements_are_counted_and_not_rows() -> None:
     ]
     assert tallies(rows) == {
         "statement": {"refuted": 1, "confirmed": 1},
+        "exact": {},
         "hypothesis": {"undecided": 1},
         "fit": {"confirmed": 2},
     }

@@ -274,6 +274,7 @@ def test_machines_read_what_the_page_says(
     )
     assert (first["trials"], first["weak"], first["mutants"]) == (8, False, None)
     assert wrong["alternatives"] == "a <b>bound</b>"
+    assert wrong["unverified"] == ""
     for key in ("ours", "interval", "published", "margin", "noticeable", "looked"):
         assert untestable[key] is None
     (tiny,) = scorecard["documents"]

@@ -219,19 +219,19 @@ def test_what_a_page_has_kept_shows_the_same_frames_in_another_session() -> None
 def test_a_kept_spec_has_the_files_that_run_already_and_no_other(
     tmp_path: Path,
 ) -> None:
-    for name in ("vicsek.py", "vicsek.yaml"):
+    for name in ("vortex.py", "vortex.yaml"):
         (tmp_path / name).write_text((ROOT / "examples" / name).read_text())
     ran = tmp_path / "ran"
     (tmp_path / "other.py").write_text(f"open({str(ran)!r}, 'w')")
-    state = from_study(load_spec(tmp_path / "vicsek.yaml"))
+    state = from_study(load_spec(tmp_path / "vortex.yaml"))
     text = state.as_text()
-    assert text == (tmp_path / "vicsek.yaml").read_text()
-    path, known = tmp_path / "vicsek.yaml", state.known
+    assert text == (tmp_path / "vortex.yaml").read_text()
+    path, known = tmp_path / "vortex.yaml", state.known
     assert opened_again(text, state.job.point, 0, known, path).job.point == (
         state.job.point
     )
-    assert "./vicsek.py" in state.with_settings({"n": 17}).as_text()
-    other = text.replace("./vicsek.py", "./other.py")
+    assert "./vortex.py" in state.with_settings({"n": 17}).as_text()
+    other = text.replace("./vortex.py", "./other.py")
     for among in (known, BUILT_IN):
         with pytest.raises(SpecError):
             opened_again(other, "", 0, among, path)

@@ -1,0 +1,239 @@
+"""Boids of one speed that take the average heading of those near them, with noise.
+
+T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet (1995), Novel type of phase
+transition in a system of self-driven particles, Physical Review Letters 75, 1226-1229.
+The unit of length is the range of interaction, that of time is the step. No function of
+a mathematics library is called, so that trials have the same bits with any of them.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.headings import direction, random_turn, turned, velocity_sum
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+SCALAR, VECTORIAL = 0, 1
+OLD_HEADING, NEW_HEADING = 0, 1
+
+
+class Params(NamedTuple):
+    """What the papers vary, and in what they differ."""
+
+    noise: Annotated[
+        float,
+        About(
+            "eta. scalar: the full width of the interval of angles, in radians;"
+            " vectorial: the length of the random vector, a pure number",
+            "radians",
+            low=0,
+            high=math.tau,
+        ),
+    ]
+    noise_type: Annotated[
+        int,
+        About(
+            "scalar: a random angle is added to the average heading; vectorial: a"
+            " random vector is added to the sum of headings, for each of them",
+            choices=("scalar", "vectorial"),
+        ),
+    ]
+    moves_with: Annotated[
+        int,
+        About(
+            "the heading along which a boid moves in a step: that from before the step,"
+            " or that which it takes in it",
+            choices=("old_heading", "new_heading"),
+        ),
+    ]
+    max_speed: Annotated[
+        float,
+        About(
+            "v: the one speed of all boids, which they have from the first step on",
+            "length/time",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    interaction_range: Annotated[
+        float,
+        About("r: range up to which headings are averaged", "length", low=0),
+    ]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+
+
+AS_WRITTEN = COMMON | {
+    "noise": 2.0,
+    "noise_type": "scalar",
+    "moves_with": "old_heading",
+    "max_speed": 0.03,
+    "interaction_range": 1.0,
+    "update": "synchronous",
+    "n": 100,
+    "steps": 2000,
+    "dt": 1.0,
+    "map": "empty",
+    "width": 5.0,
+    "height": 5.0,
+    "borders": "torus",
+    "minimum_image": True,
+    "start_speed": 0.03,
+    "start_draws": "portable",
+    "flock_range": 1.0,
+    "goal_radius": 1.0,
+    "obstacle_radius": 0.5,
+    "obstacle_margin": 1.0,
+    "contact_distance": 0.01,
+    "pixel": 0.05,
+}
+"""Vicsek et al. (1995): N = 100 of their figure 2a, at their density 4.
+
+There is no program of the authors, so as_run equals as_written.
+"""
+GREGOIRE_CHATE2004 = AS_WRITTEN | {
+    "noise": 0.6,
+    "noise_type": "vectorial",
+    "moves_with": "new_heading",
+    "max_speed": 0.5,
+    "start_speed": 0.5,
+    "n": 512,
+    "width": 16.0,
+    "height": 16.0,
+}
+"""Vectorial noise at speed 0.5 and density 2: G. Gregoire, H. Chate (2004), Onset of
+collective and cohesive motion, Physical Review Letters 92, 025702.
+"""
+NAGY2007 = AS_WRITTEN | {
+    "noise": 3.0,
+    "max_speed": 0.1,
+    "start_speed": 0.1,
+    "n": 400,
+    "width": 10.0,
+    "height": 10.0,
+}
+"""Scalar noise at a small speed: M. Nagy, I. Daruka, T. Vicsek (2007), New aspects of
+the continuous phase transition in the scalar noise model (SNM) of collective motion,
+Physica A 373, 445-454. The density is that of Vicsek et al. (1995).
+"""
+
+
+def sight(params: Params) -> Sight:
+    """All round, up to the range of interaction and at it, in units of that range."""
+    return Sight(params.interaction_range, inclusive=True)
+
+
+@jit
+def _new_velocity(
+    params: Params, seen: Flock, i: int, work: Workspace, found: int, rng: Generator
+) -> tuple[float, float]:
+    """The velocity that boid `i` takes.
+
+    With scalar noise it is Eq. (2) of Vicsek et al. (1995): the average heading and a
+    random angle. With the vectorial noise of Gregoire and Chate (2004) it is along the
+    sum of the n unit vectors of the headings and eta n e, where e is a random unit
+    vector. Where the sum is zero, the old heading stands for it. One number is drawn
+    for each boid and step, whatever the noise.
+    """
+    own_x, own_y = seen.vx[i], seen.vy[i]
+    x, y, count = velocity_sum(seen, i, work.near, found)
+    vectorial = params.noise_type == VECTORIAL
+    cosine, sine = random_turn(rng, math.tau if vectorial else params.noise)
+    if vectorial:
+        push = params.noise * count * math.sqrt(own_x * own_x + own_y * own_y)
+        x, y = x + push * cosine, y + push * sine
+    x, y = direction(x, y, own_x, own_y)
+    if not vectorial:
+        x, y = turned(x, y, cosine, sine)
+    return params.max_speed * x, params.max_speed * y
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
+
+    Eq. (1) of Vicsek et al. (1995), p += v dt: with the velocity from before the step,
+    as written there, or with the new one. Before the first step that is start_speed.
+    """
+    sequential = params.update == SEQUENTIAL
+    moves_with_new = params.moves_with == NEW_HEADING
+    range2 = square_range(params.interaction_range, True)
+    seen = flock if sequential else work.before
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
+            vx, vy = _new_velocity(params, seen, i, work, found, rng)
+            way_x = vx if moves_with_new else flock.vx[i]
+            way_y = vy if moves_with_new else flock.vy[i]
+            x, vx = confine(
+                flock.x[i] + way_x * params.dt, vx, world.width, world.borders
+            )
+            y, vy = confine(
+                flock.y[i] + way_y * params.dt, vy, world.height, world.borders
+            )
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="vicsek1995",
+    source=(
+        "T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet (1995), Novel type of"
+        " phase transition in a system of self-driven particles"
+    ),
+    params=Params,
+    presets={
+        "as_written": AS_WRITTEN,
+        "as_run": AS_WRITTEN,
+        "gregoire_chate2004": GREGOIRE_CHATE2004,
+        "nagy2007": NAGY2007,
+    },
+    metrics=("polarization", "flock_count", "largest_flock_share"),
+    sight=sight,
+    advance=advance,
+    symmetries={
+        "translation": {"noise": 0.0},
+        "rotation": {"noise": 0.0},
+        "quarter_turn": {"noise": 0.0},
+        "reflection": {"noise": 0.0},
+        "permutation": {"noise": 0.0},
+    },
+    demands=(
+        Demand(
+            "start_speed > 0",
+            "a boid at rest has no heading: start_speed must be more than 0",
+        ),
+        Demand(
+            "start_velocities == 'heading'",
+            "all boids have one speed from the start: start_velocities must be heading",
+        ),
+    ),
+    length="r",
+    y_down=False,
+)

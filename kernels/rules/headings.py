@@ -1,0 +1,56 @@
+"""Headings of boids that all have one speed, and noise of them."""
+
+import math
+
+from numpy.random import Generator
+
+from kernels.angles import cosine_sine
+from kernels.jit import jit
+from kernels.neighbours import Near
+from kernels.state import Flock
+
+
+@jit
+def velocity_sum(
+    seen: Flock, i: int, near: Near, found: int
+) -> tuple[float, float, float]:
+    """The sum of the velocities of boid `i` and its `found` neighbours, and how many
+    these are together.
+
+    Of boids with one speed its direction is the average heading of Eq. (2) of Vicsek et
+    al. (1995), the arctangent of the mean sine over the mean cosine.
+    """
+    x, y, count = seen.vx[i], seen.vy[i], 1.0
+    for k in range(found):
+        x += seen.vx[near.boid[k]]
+        y += seen.vy[near.boid[k]]
+        count += 1.0
+    return x, y, count
+
+
+@jit
+def direction(
+    x: float, y: float, other_x: float, other_y: float
+) -> tuple[float, float]:
+    """The unit vector along (x, y); along the other vector where (x, y) is zero, and
+    zero where both are.
+    """
+    along = x != 0.0 or y != 0.0
+    x, y = x if along else other_x, y if along else other_y
+    length = math.sqrt(x * x + y * y)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    return x * scale, y * scale
+
+
+@jit
+def random_turn(rng: Generator, width: float) -> tuple[float, float]:
+    """Cosine and sine of an angle that is uniform within +- width / 2, for a width from
+    0 to 2 pi radians: the noise of Eq. (2) of Vicsek et al. (1995).
+    """
+    return cosine_sine(rng.uniform(-0.5 * width, 0.5 * width))
+
+
+@jit
+def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float]:
+    """The vector (x, y), turned by the angle of which these are cosine and sine."""
+    return cosine * x - sine * y, sine * x + cosine * y
