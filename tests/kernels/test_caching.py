@@ -152,7 +152,8 @@ def test_notes_of_other_forms_say_nothing(
 ) -> None:
     stamp = code_stamp(search)
     names = "0f1e", "1a-2b", f"2d3c-{stamp}", f"-{stamp}", f"3d4e-{stamp}-5", stamp
-    put(tmp_path, {f"{name}.stamp": 0 for name in names} | {f"6f7a-{stamp}.nbi": 0})
+    files = [*(f"{name}.stamp" for name in names), f"6f7a-{stamp}.nbi"]
+    put(tmp_path, dict.fromkeys(files, 0.0))
     monkeypatch.setattr(caching, "FOLDER", tmp_path)
     assert caching._noted_stamps.__wrapped__() == {"2d3c": stamp}
     monkeypatch.setattr(caching, "FOLDER", tmp_path / "none")
