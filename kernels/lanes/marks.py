@@ -45,7 +45,7 @@ class Marks(NamedTuple):
 
 
 def wide_marks(coverage: Coverage) -> Marks:
-    """Marks on the map of a flight itself."""
+    """Marks on a map as single flights have it."""
     rows, none = _footprint_rows(coverage), np.zeros(0, np.int64)
     return Marks(coverage, rows, none, np.zeros(1, np.int64))
 
@@ -91,11 +91,11 @@ def _footprint_rows(coverage: Coverage) -> NDArray[np.int32]:
     return rows
 
 
-def widen(marks: Marks, coverage: Coverage) -> None:
-    """Bring what is marked into `coverage`, of which `marks` were built."""
-    counted = marks.coverage.visits
-    np.copyto(coverage.visits, counted, where=counted >= 0)
-    coverage.visits[marks.blocked] = BLOCKED
+def widened(marks: Marks) -> Coverage:
+    """What is marked on a narrow map, on a map of its own as single flights have it."""
+    visits = marks.coverage.visits.astype(np.int32)
+    visits[marks.blocked] = BLOCKED
+    return marks.coverage._replace(visits=visits)
 
 
 def free_obstacles(marks: Marks, visits: int) -> None:
