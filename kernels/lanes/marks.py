@@ -29,9 +29,9 @@ ROW = WIDTH
 class Marks(NamedTuple):
     """`coverage` is that of a flight, or has its pixels on a narrow map. `rows` (R,)
     says of each row of the footprint in which of ROW places it has a pixel, the first
-    as the lowest bit; it is empty where the footprint does not fit. `blocked` are the pixels
-    of obstacles on a narrow map, and `clipped` (1,) counts the footprints since they
-    were freed that were not marked by rows: only these visit obstacles.
+    as the lowest bit; it is empty where the footprint does not fit. `blocked` are the
+    pixels of obstacles on a narrow map, and `clipped` (1,) counts the footprints since
+    they were freed that were not marked by rows: only these visit obstacles.
     """
 
     coverage: Coverage
