@@ -7,8 +7,10 @@ equal stamps share what is compiled, in whatever folder their sources lie.
 
 What an edit leaves behind is removed when nobody has loaded it for a month.
 
-A process that compiles nothing begins quickly: it takes only those sources apart that
-its kernels are made of, and imports nothing with which numba compiles.
+A process that compiles nothing begins quickly: it imports nothing with which numba
+compiles, and takes no source apart. A note in the same folder has the stamp of each
+function of ours. The name of a note has a hash of all our sources, so that a note of
+other sources is never read.
 """
 
 import glob
@@ -29,7 +31,7 @@ from numba import types
 from numba.core.caching import IndexDataCacheFile, _CacheLocator
 from numba.core.runtime.nrt import rtsys
 
-from kernels.stamps import code_stamp, note_sources, stamp_of_all, values
+from kernels.stamps import code_stamp, note_sources, stamp_of_all, text_hash, values
 
 
 def usual_folder() -> Path:
@@ -52,6 +54,7 @@ MAKERS = tuple(Path(__file__).parent / name for name in ("lanes", "threads", "ji
 """The files of what makes them."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
+STAMP_DIGITS = 64
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
@@ -99,19 +102,52 @@ class ByStamp(_CacheLocator):
 def _stamp(function: Callable[..., Any]) -> str:
     """What decides whether a function must be compiled again."""
     if function not in MADE_OF:
-        return code_stamp(function)
+        return _noted_stamp(function)
     return _stamp_of_made(MADE_OF[function])
 
 
 def _stamp_of_made(function: Callable[..., Any]) -> str:
     """What decides whether what is made of a function must be compiled again."""
     plain = getattr(function, "py_func", function)
-    return hashlib.sha256(f"{code_stamp(plain)} {_makers()}".encode()).hexdigest()
+    return hashlib.sha256(f"{_noted_stamp(plain)} {_makers()}".encode()).hexdigest()
 
 
 @cache
 def _makers() -> str:
     return stamp_of_all(*MAKERS)
+
+
+def _noted_stamp(function: Callable[..., Any]) -> str:
+    """`kernels.stamps.code_stamp` of a function. That of one of ours is noted, and read
+    where it is.
+    """
+    if function.__module__.partition(".")[0] != OUR_PACKAGE:
+        return code_stamp(function)
+    about = f"{text_hash(OUR_PACKAGE)} {function.__module__} {function.__qualname__}"
+    key = hashlib.sha256(about.encode()).hexdigest()[:32]
+    if stamp := _noted_stamps().get(key):
+        note_use(_stamp_note(key, stamp))
+        return stamp
+    stamp = code_stamp(function)
+    _note(_stamp_note(key, stamp))
+    return stamp
+
+
+def _stamp_note(key: str, stamp: str) -> Path:
+    return FOLDER / f"{key}-{stamp}.stamp"
+
+
+@cache
+def _noted_stamps() -> dict[str, str]:
+    """The stamps that are noted in the folder, by what they are of. All is in the names
+    of the notes, which are empty: so a note is there as a whole, or it is not.
+    """
+    found = {}
+    for note in FOLDER.glob("*.stamp"):
+        key, _, stamp = note.stem.partition("-")
+        if key and len(stamp) == STAMP_DIGITS:
+            found[key] = stamp
+    return found
 
 
 class ByClasses:
@@ -192,8 +228,11 @@ def note_alone(function: Callable[..., Any]) -> None:
     """Note that a function cannot be compiled for lanes: until its code changes, and
     for UNUSED_DAYS at most.
     """
-    place = _note_of(function)
-    with suppress(OSError):  # without the note others try it too, and fail
+    _note(_note_of(function))
+
+
+def _note(place: Path) -> None:
+    with suppress(OSError):  # without the note others find the same out again
         place.parent.mkdir(parents=True, exist_ok=True)
         place.touch()
 
@@ -248,12 +287,12 @@ def remove_unused(folder: Path) -> None:
 def _entry(file: str) -> str:
     """The entry to which a file of numba's belongs: an index `NAME.nbi`, data
     `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`. A note
-    `NAME.alone` of ours is one too; "" for others.
+    of ours, `NAME.alone` or `NAME.stamp`, is one too; "" for others.
     """
     name = Path(file.partition(".tmp.")[0])
     if name.suffix == ".nbc":
         return name.with_suffix("").stem
-    return name.stem if name.suffix in (".nbi", ".alone") else ""
+    return name.stem if name.suffix in (".nbi", ".alone", ".stamp") else ""
 
 
 def _of_code(code: CodeType) -> str:

@@ -134,6 +134,21 @@ def code_stamp(function: Callable[..., Any]) -> str:
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
+@cache
+def text_hash(package: str) -> str:
+    """The sha256, in hexadecimal, of all sources of a package as they stand, and of the
+    version of Python: what `code_stamp` makes of these follows from both.
+    """
+    digest = hashlib.sha256(sys.version.encode())
+    for folder in map(Path, sys.modules[package].__path__):
+        for path in sorted(folder.rglob("*.py")):
+            inner = path.relative_to(folder).with_suffix("").parts
+            module = ".".join([package, *inner]).removesuffix(".__init__")
+            text, _ = _known_text(module)
+            digest.update(f"{module} {len(text)}\n{text}".encode())
+    return digest.hexdigest()
+
+
 def note_sources(function: Callable[..., Any]) -> None:
     """Read the sources of all that a function may use, which are imported before it: a
     stamp that is asked for later is that of what runs, also after an edit of a file.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kernels.coverage import BLOCKED, Coverage, _add, _mark_clipped
 from kernels.jit import jit
-from kernels.lanes.vectors import WHOLE, WIDTH, intrinsic, spread
+from kernels.lanes.vectors import INDEX, MASK, WHOLE, WIDTH, intrinsic, spread
 from kernels.lanes.vectors import lane as lane_of
 
 MOST = 2**15 - 1
@@ -27,15 +27,15 @@ ROW = WIDTH
 
 
 class Marks(NamedTuple):
-    """`coverage` is that of a flight, or has its pixels on a narrow map. `rows` (R,
-    ROW), of the type of the visits, has 1 where the footprint has a pixel, and is empty
-    where it does not fit. `blocked` are the pixels of obstacles on a narrow map, and
-    `clipped` (1,) counts the footprints since they were freed that were not marked by
-    rows: only these visit obstacles.
+    """`coverage` is that of a flight, or has its pixels on a narrow map. `rows` (R,)
+    says of each row of the footprint in which of ROW places it has a pixel, the first
+    as the lowest bit; it is empty where the footprint does not fit. `blocked` are the
+    pixels of obstacles on a narrow map, and `clipped` (1,) counts the footprints since
+    they were freed that were not marked by rows: only these visit obstacles.
     """
 
     coverage: Coverage
-    rows: NDArray[Any]
+    rows: NDArray[np.uint8]
     blocked: NDArray[np.int64]
     clipped: NDArray[np.int64]
 
@@ -45,7 +45,7 @@ class Marks(NamedTuple):
 
 
 def wide_marks(coverage: Coverage) -> Marks:
-    """Marks on the map of a flight itself."""
+    """Marks on a map as single flights have it."""
     rows, none = _footprint_rows(coverage), np.zeros(0, np.int64)
     return Marks(coverage, rows, none, np.zeros(1, np.int64))
 
@@ -59,7 +59,7 @@ def narrow_marks(coverages: Sequence[Coverage], alike: bool) -> list[Marks]:
     boid-step, and 25 with large ones.
     """
     maps: Any = np.empty((len(coverages), coverages[0].visits.size), np.int16)
-    rows = _footprint_rows(coverages[0]).astype(np.int16)
+    rows = _footprint_rows(coverages[0])
     made = list[Marks]()
     for visits, coverage in zip(maps, coverages, strict=True):
         if made and alike:
@@ -81,21 +81,21 @@ def room_left(marks: Marks) -> int:
     return MOST - int(marks.coverage.visits.max(initial=0))
 
 
-def _footprint_rows(coverage: Coverage) -> NDArray[np.int32]:
+def _footprint_rows(coverage: Coverage) -> NDArray[np.uint8]:
     whole = int(coverage.radius)
     side = 2 * whole + 1
     if coverage.stamp.size == 0 or side > min(ROW, coverage.columns):
-        return np.zeros((0, ROW), np.int32)
-    rows = np.zeros((side, ROW), np.int32)
-    rows[coverage.stamp // coverage.columns, coverage.stamp % coverage.columns] = 1
-    return rows
+        return np.zeros(0, np.uint8)
+    rows = np.zeros((side, ROW), np.bool_)
+    rows[coverage.stamp // coverage.columns, coverage.stamp % coverage.columns] = True
+    return np.packbits(rows, axis=1, bitorder="little")[:, 0].copy()
 
 
-def widen(marks: Marks, coverage: Coverage) -> None:
-    """Bring what is marked into `coverage`, of which `marks` were built."""
-    counted = marks.coverage.visits
-    np.copyto(coverage.visits, counted, where=counted >= 0)
-    coverage.visits[marks.blocked] = BLOCKED
+def widened(marks: Marks) -> Coverage:
+    """What is marked on a narrow map, on a map of its own as single flights have it."""
+    visits = marks.coverage.visits.astype(np.int32)
+    visits[marks.blocked] = BLOCKED
+    return marks.coverage._replace(visits=visits)
 
 
 def free_obstacles(marks: Marks, visits: int) -> None:
@@ -115,15 +115,20 @@ def mark_step(
     coverage = marks.coverage
     radius, columns = coverage.radius, coverage.columns
     right, top = columns - radius - 1.0, coverage.rows - radius - 1.0
-    fits, whole = marks.rows.shape[0] > 0, int(radius)
+    height, whole = marks.rows.shape[0], int(radius)
     new, seen, held = 0, 0, spread(0)
     for i in range(x_of.size):
         x, y = x_of[i] * coverage.per_length, y_of[i] * coverage.per_length
-        if fits and radius <= x < right and radius <= y < top:
+        if height > 0 and radius <= x < right and radius <= y < top:
             corner = (int(y) - whole) * columns + int(x) - whole
-            for k in range(marks.rows.shape[0]):
+            for k in range(0, height - 1, 2):
                 first = corner + k * columns
-                more = _mark_row(coverage.visits, first, marks.rows, k)
+                more = _mark_two(coverage.visits, first, columns, marks.rows, k)
+                new, seen, held = new + more[0], seen + more[1], held + more[2]
+            if height % 2 == 1:
+                k = height - 1
+                first = corner + k * columns
+                more = _mark_row(coverage.visits, first, columns, marks.rows, k)
                 new, seen, held = new + more[0], seen + more[1], held + more[2]
         elif (
             -radius - 1.0 < x < columns + radius
@@ -142,44 +147,80 @@ def _total(counts: Any) -> int:
     return total
 
 
-@intrinsic
-def _mark_row(_context: Any, visits: Any, first: Any, rows: Any, row: Any) -> Any:
-    """Count the pixels of one row of a footprint. Returns how many are new, how many
-    there are, and their counts before.
+def _marking(count: int) -> Any:
+    """What counts the pixels of so many rows of a footprint, one or two, from `row` on:
+    the first of them at the place `first`, each `apart` from the one before. It gives
+    how many are new, how many there are, and their counts before.
     """
-    kind = ir.IntType(visits.dtype.bitwidth)
-    pixels, size = ir.VectorType(kind, ROW), visits.dtype.bitwidth // 8
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        def place(array: int, index: Any) -> Any:
-            made = context.make_array(given.args[array])
-            data = made(context, builder, arguments[array]).data
-            there = builder.gep(data, [index], inbounds=True)
-            return builder.bitcast(there, pixels.as_pointer())
+    @intrinsic
+    def marking(
+        _context: Any, visits: Any, first: Any, apart: Any, rows: Any, row: Any
+    ) -> Any:
+        kind, size = ir.IntType(visits.dtype.bitwidth), visits.dtype.bitwidth // 8
+        line, pixels = ir.VectorType(kind, ROW), ir.VectorType(kind, count * ROW)
 
-        def number(at: int) -> Any:
-            return context.cast(builder, arguments[at], given.args[at], types.int64)
+        def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
+            def place(array: int, index: Any, there: Any) -> Any:
+                made = context.make_array(given.args[array])
+                data = made(context, builder, arguments[array]).data
+                place = builder.gep(data, [index], inbounds=True)
+                return builder.bitcast(place, there.as_pointer())
 
-        nothing = ir.Constant(pixels, [0] * ROW)
-        there = place(0, number(1))
-        before = builder.load(there, align=size)
-        stamp = place(2, builder.mul(number(3), ir.Constant(WHOLE.bits, ROW)))
-        ones = builder.load(stamp, align=size)
-        free = builder.icmp_signed(">=", before, nothing)
-        counts = builder.and_(free, builder.icmp_signed("!=", ones, nothing))
-        more = builder.select(counts, ones, nothing)
-        builder.store(builder.add(before, more), there, align=size)
-        is_new = builder.and_(counts, builder.icmp_signed("==", before, nothing))
-        held = builder.select(counts, before, nothing)
-        numbers = [_number_of(builder, is_new), _number_of(builder, counts)]
-        numbers.append(builder.zext(held, WHOLE.llvm))
-        return context.make_tuple(builder, given.return_type, numbers)
+            def number(at: int) -> Any:
+                return context.cast(builder, arguments[at], given.args[at], types.int64)
 
-    found = types.Tuple((types.int64, types.int64, WHOLE))
-    return signature(found, visits, first, rows, row), code
+            nothing = ir.Constant(pixels, None)
+            begin = number(1)
+            places = [place(0, begin, line)]
+            if count > 1:
+                places.append(place(0, builder.add(begin, number(2)), line))
+            lines = [builder.load(one, align=size) for one in places]
+            before = _joined(builder, lines)
+            bits = builder.load(place(3, number(4), ir.IntType(count * ROW)), align=1)
+            stamp = builder.bitcast(bits, ir.VectorType(MASK.bits, count * ROW))
+            free = builder.icmp_signed(">=", before, nothing)
+            counts = builder.and_(free, stamp)
+            after = builder.add(before, builder.zext(counts, pixels))
+            for k, one in enumerate(places):
+                builder.store(_part(builder, after, k), one, align=size)
+            is_new = builder.and_(counts, builder.icmp_signed("==", before, nothing))
+            held = builder.select(counts, before, nothing)
+            numbers = [_number_of(builder, is_new), _number_of(builder, counts)]
+            # Two counts without a sign have room for their sum.
+            total = _part(builder, held, 0)
+            for k in range(1, count):
+                total = builder.add(total, _part(builder, held, k))
+            numbers.append(builder.zext(total, WHOLE.llvm))
+            return context.make_tuple(builder, given.return_type, numbers)
+
+        found = types.Tuple((types.int64, types.int64, WHOLE))
+        return signature(found, visits, first, apart, rows, row), code
+
+    return marking
+
+
+_mark_row, _mark_two = _marking(1), _marking(2)
+
+
+def _joined(builder: Any, lines: list[Any]) -> Any:
+    """The pixels of one row, or of two."""
+    if len(lines) == 1:
+        return lines[0]
+    order = ir.Constant(ir.VectorType(INDEX, 2 * ROW), list(range(2 * ROW)))
+    return builder.shuffle_vector(*lines, order)
+
+
+def _part(builder: Any, pixels: Any, k: int) -> Any:
+    """The pixels of row `k` of one or two."""
+    if pixels.type.count == ROW:
+        return pixels
+    places = list(range(k * ROW, (k + 1) * ROW))
+    order = ir.Constant(ir.VectorType(INDEX, ROW), places)
+    return builder.shuffle_vector(pixels, pixels, order)
 
 
 def _number_of(builder: Any, mask: Any) -> Any:
     """In how many places a mask is true."""
-    bits = builder.bitcast(mask, ir.IntType(ROW))
+    bits = builder.bitcast(mask, ir.IntType(mask.type.count))
     return builder.zext(builder.ctpop(bits), WHOLE.bits)

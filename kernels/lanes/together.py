@@ -18,6 +18,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kernels.caching import is_kept, is_noted_alone, note_alone
+from kernels.coverage import unvisited
 from kernels.events import N_EVENTS, count
 from kernels.flight import Flight, Scenery
 from kernels.jit import jit
@@ -31,7 +32,7 @@ from kernels.lanes.marks import (
     narrow_marks,
     room_left,
     wide_marks,
-    widen,
+    widened,
 )
 from kernels.lanes.rows import Each
 from kernels.lanes.search import build_places
@@ -39,7 +40,7 @@ from kernels.lanes.vectors import WIDTH
 from kernels.model import Model
 from kernels.neighbours import CROWDED, MANY
 from kernels.recording import STEP, Record, keep_frame
-from kernels.state import Flock, World
+from kernels.state import Floats, Flock, World
 
 REFUSALS = NumbaError, NotForLanesError
 """What a kernel for lanes raises that cannot be compiled."""
@@ -58,8 +59,11 @@ more. More boid-steps would leave narrow maps no room.
 MANY_PIXELS = 16
 """To make a narrow map takes about 1 ns a pixel, and saves some 20 ns a boid-step."""
 FIELDS = len(Flock._fields)
-PREVIOUS = [Flock._fields.index(name) for name in ("previous_vx", "previous_vy")]
-HEADINGS = 2 * FIELDS, 2 * FIELDS + 1
+PREVIOUS = FIELDS - 2
+"""The first of the velocities before a step, which are the last fields of a flock."""
+HEADINGS = 2 * FIELDS
+"""The first of the headings, which follow two flocks."""
+FINITE, NOT_FINITE, FORGETFUL = range(3)
 
 
 def can_fly_together(model: Model, n: int, share: float) -> bool:
@@ -186,24 +190,22 @@ class Formation:
 
     def _observe(self, lane: int, flight: Flight, steps: int) -> bool:
         """Observe the last steps of a lane; False where its numbers are not finite."""
-        rows, flock = self._rows, flight.flock
+        work = flight.work
         self._make_room(lane, steps * flight.schedule.n)
-        if not _observe_all(
-            flock,
+        marks = self._marks[lane]
+        found = _observe_all(
+            flight.flock,
             flight.scenery.world,
-            flight.record,
-            self._marks[lane],
-            rows,
+            flight.record._replace(coverage=marks.coverage),
+            marks,
+            self._rows,
             lane,
             steps,
-        ):
-            return False
-        kept = flock.previous_vx, flock.previous_vy
-        if not np.array_equal(kept, rows.bodies[PREVIOUS, :, lane]):
+            (work.heading_x, work.heading_y),
+        )
+        if found == FORGETFUL:
             raise RuntimeError("a model does not keep the velocities before a step")
-        flight.work.heading_x[:] = rows.bodies[HEADINGS[0], :, lane]
-        flight.work.heading_y[:] = rows.bodies[HEADINGS[1], :, lane]
-        return True
+        return bool(found == FINITE)
 
     def _replace_lost(self, finite: int) -> None:
         """Let lanes whose numbers are not finite go on as one whose numbers are."""
@@ -234,17 +236,17 @@ class Formation:
             raise
 
     def land(self) -> None:
-        """Bring the visits into the flights' own counts."""
+        """Bring the visits into the flights' records."""
         for flight, marks in zip(self.flights, self._marks, strict=True):
             if marks.is_narrow:
-                widen(marks, flight.record.coverage)
+                flight.record = flight.record._replace(coverage=widened(marks))
 
     def _make_room(self, lane: int, visits: int) -> None:
         """Let a map have room for so many more visits of one pixel."""
-        marks, coverage = self._marks[lane], self.flights[lane].record.coverage
+        marks, flight = self._marks[lane], self.flights[lane]
         if marks.is_narrow and room_left(marks) < visits:
-            widen(marks, coverage)
-            self._marks[lane] = wide_marks(coverage)
+            flight.record = flight.record._replace(coverage=widened(marks))
+            self._marks[lane] = wide_marks(flight.record.coverage)
         elif marks.is_narrow:
             free_obstacles(marks, visits)
 
@@ -256,19 +258,23 @@ class Formation:
                 self._rows.trail[lane, 0], flight.flock, strict=False
             ):
                 line[: numbers.size] = numbers
-            for row, numbers in zip(
-                HEADINGS, (flight.work.heading_x, flight.work.heading_y), strict=True
-            ):
+            headings = flight.work.heading_x, flight.work.heading_y
+            for row, numbers in enumerate(headings, HEADINGS):
                 self._rows.bodies[row, :, lane] = numbers
 
 
 def _marks_of(flights: Sequence[Flight], alike: bool) -> list[Marks]:
-    """Marks on narrow maps; on the flights' own maps where few pixels are visited."""
+    """Marks on narrow maps; on maps as single flights have them where few pixels are
+    visited.
+    """
     schedule = flights[0].schedule
     coverages = [flight.record.coverage for flight in flights]
-    if coverages[0].visits.size > MANY_PIXELS * schedule.n * schedule.steps:
-        return list(map(wide_marks, coverages))
-    return narrow_marks(coverages, alike)
+    if coverages[0].visits.size <= MANY_PIXELS * schedule.n * schedule.steps:
+        return narrow_marks(coverages, alike)
+    for flight, coverage in zip(flights, coverages, strict=True):
+        if not coverage.visits.flags.writeable:
+            flight.record = flight.record._replace(coverage=unvisited(coverage))
+    return [wide_marks(flight.record.coverage) for flight in flights]
 
 
 def _aligned(*shape: int) -> NDArray[np.float64]:
@@ -317,9 +323,11 @@ def _observe_all(
     room: Room,
     lane: int,
     steps: int,
-) -> bool:
-    """Observe the steps of one lane, as kernels.recording.observe does; False after the
-    first that is not finite.
+    headings: tuple[Floats, Floats],
+) -> int:
+    """Observe the steps of one lane, as kernels.recording.observe does, and keep its
+    headings. NOT_FINITE after the first step of which that is true; FORGETFUL where the
+    model has not kept the velocities before the last step.
     """
     n = flock.x.size
     trail = room.trail[lane]
@@ -335,11 +343,16 @@ def _observe_all(
                 for i in range(n):
                     flock[k][i] = after[k][i]
         if not finite:
-            return False
+            return NOT_FINITE
         if record.covering:
             mark_step(marks, after.x, after.y)
         for k in range(N_EVENTS):
             record.watch.events[k] += room.counted[step * N_EVENTS + k, lane]
         count(after, world, record.watch, record.progress[STEP])
         keep_frame(after, record)
-    return True
+    kept = True
+    for k in range(2):
+        for i in range(n):
+            kept &= flock[PREVIOUS + k][i] == room.bodies[PREVIOUS + k, i, lane]
+            headings[k][i] = room.bodies[HEADINGS + k, i, lane]
+    return FINITE if kept else FORGETFUL

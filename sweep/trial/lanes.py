@@ -66,7 +66,7 @@ class Trials:
 
 def _together(jobs: Sequence[Job]) -> list[Result]:
     began = time.perf_counter()
-    return fly([Simulation(job) for job in jobs], began)
+    return fly([Simulation(job, together=True) for job in jobs], began)
 
 
 def worth_flying_together(jobs: Sequence[Job], seconds: float) -> bool:

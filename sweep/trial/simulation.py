@@ -84,12 +84,14 @@ def is_brief(job: Job) -> bool:
 
 
 class Simulation:
-    """The flight of a job, advanced call by call."""
+    """The flight of a job, advanced call by call; by kernels.lanes alone if it is
+    `together` with others.
+    """
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, together: bool = False) -> None:
         self.job = job
         self.noise = Randomness(stream(job, "noise"))
-        self.flight = _flight(job)
+        self.flight = _flight(job, together)
         self.taken: list[Taken] = []
 
     @property
@@ -250,8 +252,10 @@ class Simulation:
         )
 
 
-def _flight(job: Job) -> Flight:
-    """The flight of a job at its start."""
+def _flight(job: Job, together: bool) -> Flight:
+    """The flight of a job at its start, with pixels of its own unless it flies
+    `together` with others.
+    """
     known, settings_known = job.known, settings_of(job.model, job.known)
 
     def group(kind: type[Any]) -> Any:
@@ -263,7 +267,11 @@ def _flight(job: Job) -> Flight:
     landscape = landscape_of(job, params, settings)
     metrics = _metrics(job, record.metrics)
     memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
-    coverage = coverage_of(landscape, observation) if memory.covering else no_coverage()
+    coverage = (
+        coverage_of(landscape, observation, shared=together)
+        if memory.covering
+        else no_coverage()
+    )
     flock, random = start_of(job, landscape, group(StartSettings))
     with random.lent() as rng:
         return begin(

@@ -90,10 +90,10 @@ class Checkpointed:
     def _together(self, jobs: Sequence[Job]) -> list[Result]:
         began, folder = time.perf_counter(), self.folder
         if folder is None or is_brief(jobs[0]):
-            return fly([Simulation(job) for job in jobs], began)
+            return fly([Simulation(job, together=True) for job in jobs], began)
         if any(_is_begun(folder, job) for job in jobs):
             return [self(job) for job in jobs]
-        simulations = [Simulation(job) for job in jobs]
+        simulations = [Simulation(job, together=True) for job in jobs]
         checkpoints = [
             _Checkpoint(folder, one, self.every, self.key) for one in simulations
         ]

@@ -1,16 +1,21 @@
 """What the first trial of a process costs, as that of a worker: processor seconds, with
 kernels that are compiled already; and what each later trial costs besides its steps.
+
+Python keeps the bytecode of what it imports, unless it is told not to. Here it does so
+in a folder of its own, so that the numbers are those of an installed program.
 """
 
+import os
 import pickle
 import subprocess
 import sys
+import tempfile
 import time
 from statistics import median
 
 from kernels.models import MODELS
 from sweep.design.jobs import Job
-from sweep.trial.simulation import Simulation, run
+from sweep.trial.simulation import Simulation
 from tests import ROOT
 from tests.bench.cases import BEST, covering
 from tests.builders import job
@@ -29,16 +34,18 @@ print(libraries, imported, time.process_time())
 """
 
 
-def seconds(job: Job) -> list[float]:
+def seconds(job: Job, bytecode: str) -> list[float]:
     """Processor seconds of a new process: until numpy and numba are imported, until all
-    is imported, and until the first trial is done.
+    is imported, and until the first trial is done. `bytecode` is a folder.
     """
+    settings = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": bytecode}
     finished = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         input=pickle.dumps(job),
         capture_output=True,
         check=True,
         cwd=ROOT,
+        env=os.environ | settings,
     )
     return list(map(float, finished.stdout.split()))
 
@@ -68,11 +75,13 @@ def besides(one: Job) -> float:
 def first() -> None:
     """A line a model; then the trials of the gain study, one after the other."""
     jobs = {model: job(model, steps=1) for model in MODELS}
-    for one in jobs.values():
-        run(one)
-    rounds = [
-        {model: seconds(one) for model, one in jobs.items()} for _ in range(PROCESSES)
-    ]
+    with tempfile.TemporaryDirectory() as bytecode:
+        for one in jobs.values():
+            seconds(one, bytecode)
+        rounds = [
+            {model: seconds(one, bytecode) for model, one in jobs.items()}
+            for _ in range(PROCESSES)
+        ]
     for model in MODELS:
         libraries, imported, whole = (
             median(times) for times in zip(*(one[model] for one in rounds), strict=True)

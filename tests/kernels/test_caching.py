@@ -1,6 +1,7 @@
 """What becomes of compiled code that nobody uses any more."""
 
 import os
+import shutil
 import time
 from pathlib import Path
 
@@ -15,10 +16,18 @@ from kernels.caching import (
     note_use,
     remove_unused,
 )
-from kernels.neighbours import square_range
+from kernels.neighbours import search, square_range
+from kernels.stamps import code_stamp
+from tests import ROOT
 from tests.commands import python
 
 OLD = (UNUSED_DAYS + 1) * DAY
+HASH = """
+import sys
+sys.version += "{more}"
+from kernels import stamps
+print(stamps.text_hash("kernels"))
+"""
 CALL = """
 from kernels.neighbours import square_range
 square_range(2.0, True)
@@ -47,12 +56,15 @@ def test_what_nobody_has_used_for_a_month_goes_with_its_data(tmp_path: Path) -> 
             "e.step-5.py311.7.nbc": OLD,  # its index is lost
             "0f1e.alone": OLD,
             "2d3c.alone": DAY,
+            "4a5b-6c7d.stamp": OLD,
+            "8e9f-0a1b.stamp": DAY,
             "notes.txt": OLD,
         },
     )
     remove_unused(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "2d3c.alone",
+        "8e9f-0a1b.stamp",
         "b.step-2.py311.1.nbc",
         "b.step-2.py311.nbi",
         "d.step-4.py311.1.nbc.tmp.0fa2",
@@ -79,7 +91,7 @@ def test_a_function_is_noted_as_one_that_is_not_for_lanes(
     note_alone(square_range)
     assert is_noted_alone(square_range)
     assert not is_noted_alone(note_use)
-    assert [one.suffix for one in caching.FOLDER.iterdir()] == [".alone"]
+    assert len(list(caching.FOLDER.glob("*.alone"))) == 1
 
 
 def test_where_no_note_can_be_made_work_goes_on(
@@ -91,6 +103,61 @@ def test_where_no_note_can_be_made_work_goes_on(
     monkeypatch.setattr(caching, "_note_of", caching._note_of.__wrapped__)
     note_alone(square_range)
     assert not is_noted_alone(square_range)
+
+
+STAMPS = """
+import sys
+from kernels import caching, stamps
+from kernels.neighbours import search
+said = []
+made = stamps._used
+stamps._used = lambda one: said.append(one) or made(one)
+print(caching._stamp(search), len(said))
+"""
+
+
+def test_a_stamp_is_found_once_and_noted(tmp_path: Path) -> None:
+    """Another process reads it, and takes no source apart."""
+    folder = tmp_path / "boidsweep" / "kernels"
+    first, took = python(STAMPS, NUMBA_CACHE_DIR=str(tmp_path)).split()
+    then, later = python(STAMPS, NUMBA_CACHE_DIR=str(tmp_path)).split()
+    assert first == then == code_stamp(search)
+    assert int(took) > 0
+    assert int(later) == 0
+    [note] = folder.glob("*.stamp")
+    assert note.stem.endswith(f"-{first}")
+    assert note.stat().st_size == 0
+
+
+def test_a_note_is_of_the_sources_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With other sources, or with another version of Python, it is not read."""
+    shutil.copytree(ROOT / "kernels", tmp_path / "kernels")
+    place = tmp_path / "kernels" / "lanes" / "texts.py"  # which no stamp covers
+    hashes = [python(HASH.format(more=""), tmp_path)]
+    place.write_text(place.read_text() + "# more\n")
+    hashes.append(python(HASH.format(more=""), tmp_path))
+    hashes.append(python(HASH.format(more="+"), tmp_path))
+    assert len({*hashes}) == len(hashes)
+    monkeypatch.setattr(caching, "FOLDER", tmp_path)
+    monkeypatch.setattr(caching, "_noted_stamps", lambda: {})
+    monkeypatch.setattr(caching, "text_hash", lambda _: "of other sources")
+    assert caching._stamp(search) == code_stamp(search)
+    assert len(list(tmp_path.glob("*.stamp"))) == 1
+
+
+def test_notes_of_other_forms_say_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stamp = code_stamp(search)
+    names = "0f1e", "1a-2b", f"2d3c-{stamp}", f"-{stamp}", f"3d4e-{stamp}-5", stamp
+    files = [*(f"{name}.stamp" for name in names), f"6f7a-{stamp}.nbi"]
+    put(tmp_path, dict.fromkeys(files, 0.0))
+    monkeypatch.setattr(caching, "FOLDER", tmp_path)
+    assert caching._noted_stamps.__wrapped__() == {"2d3c": stamp}
+    monkeypatch.setattr(caching, "FOLDER", tmp_path / "none")
+    assert caching._noted_stamps.__wrapped__() == {}
 
 
 def test_loading_notes_the_use_and_compiling_removes(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from numba.core.errors import TypingError
 from numpy.random import PCG64, Generator
 
-from kernels.coverage import build_coverage, mark, unvisited
+from kernels.coverage import build_coverage, heatmap, mark, unvisited
 from kernels.lanes.conversion import converted
 from kernels.lanes.facts import NotForLanesError
 from kernels.lanes.kernel import LanesWatch
@@ -20,6 +20,7 @@ from kernels.lanes.marks import (
     narrow_marks,
     room_left,
     wide_marks,
+    widened,
 )
 from kernels.lanes.rows import Each, found, rows
 from kernels.lanes.vectors import OPTIONS, WIDTH
@@ -163,6 +164,24 @@ def test_sums_of_many_visits_are_exact() -> None:
         mark_once(marks, 6.0, 6.0)
     assert plain.sums.tolist() == marks.coverage.sums.tolist()
     assert np.array_equal(plain.visits, marks.coverage.visits)
+
+
+@pytest.mark.parametrize("radius", [0.5, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("columns", [3, 5, 6, 7, 8, 20])
+def test_rows_are_marked_as_pixels_one_by_one(radius: float, columns: int) -> None:
+    """Also where a row of memory that is read goes on into the next row of the map."""
+    world = a_world(float(columns), 17.0, obstacles=(2.0, 5.0, 1.0, 1.0, 0))
+    about = OBSERVATION._replace(footprint=STAMP, footprint_radius=radius)
+    plain = build_coverage(world, build_reach(world, 0.0), about)
+    places = np.random.default_rng(1).uniform(-4.0, 21.0, (2, 500))
+    kinds = [wide_marks(unvisited(plain)), *narrow_marks([unvisited(plain)], True)]
+    for x, y in places.T:
+        mark(plain, x, y)
+    for marks in kinds:
+        mark_step(marks, *places)
+        found = widened(marks) if marks.is_narrow else marks.coverage
+        assert found.sums.tolist() == plain.sums.tolist()
+        assert np.array_equal(heatmap(found), heatmap(plain))
 
 
 def test_a_footprint_wider_than_the_world_has_no_rows() -> None:

@@ -158,7 +158,7 @@ def test_boids_that_stand_need_more_than_sixteen_bits() -> None:
     assert results[0].heatmap.max() >= 40_000
 
 
-def test_a_map_larger_than_all_visits_is_not_copied() -> None:
+def test_a_map_larger_than_all_visits_is_not_narrow() -> None:
     are_equal(eight(FAST, n=5, steps=20, heatmaps=True))
 
 

@@ -15,6 +15,7 @@ from sweep.design.jobs import Job
 from sweep.spec.maps import Obstacles
 from sweep.spec.study import Streams
 from sweep.trial import scenery
+from sweep.trial.lanes import AT_ONCE, fly
 from sweep.trial.scenery import flock_drawn_now
 from sweep.trial.simulation import Simulation
 from tests import builders
@@ -174,3 +175,20 @@ def test_what_is_large_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [cache.cache_info() for cache in kept] == asked
     assert large.beginning() == begun
     assert all(cache.cache_info().maxsize for cache in kept)
+
+
+@pytest.mark.parametrize("steps", [1, 300])
+def test_pixels_that_trials_share_stay_unvisited(steps: int) -> None:
+    """On narrow maps and, with few visits, others. Nobody can write what they share."""
+    jobs = [small(steps=steps, replicate=k, heatmaps=True) for k in range(AT_ONCE)]
+    simulations = [Simulation(job, together=True) for job in jobs]
+    shared = simulations[0].flight.record.coverage.visits
+    assert all(one.flight.record.coverage.visits is shared for one in simulations)
+    with pytest.raises(ValueError, match="read-only"):
+        shared[0] = 1
+    before = shared.copy()
+    results = fly(simulations, 0.0)
+    assert np.array_equal(shared, before)
+    for one, result in zip(simulations, results, strict=True):
+        assert result.heatmap is not None
+        assert (result.heatmap > 0).sum() == one.flight.record.coverage.sums[0] > 0
