@@ -1,6 +1,5 @@
 """How far studies are, what runs, and what went wrong."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from sweep.figures.marks import MOST_MARKS
 from sweep.store.locations import local_folder
 from sweep.store.lock import Lock
 from sweep.tables.causes import causes_of
+from sweep.tables.json_rows import json_rows
 from sweep.tables.overview import studies as overview
 from sweep.tables.search_phases import phases_said
 from sweep.tables.stored_study import StoredStudy
@@ -21,7 +21,7 @@ DONE, NOT_DONE, MISSING = range(3)
 def studies(watched: Watched, asked: AskStudies) -> dict[str, Any]:  # noqa: ARG001
     """The rows of `sweep list --json`, as `studies`."""
     found = overview(local_folder(watched.results, "the list of studies"))
-    return {"studies": json.loads(found.to_json(orient="records"))}
+    return {"studies": json_rows(found)}
 
 
 def state(watched: Watched, asked: AskState) -> dict[str, Any]:

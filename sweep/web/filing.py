@@ -14,7 +14,7 @@ from sweep.design.jobs import Job
 from sweep.errors import OutputError, SpecError
 from sweep.replays.video import find_ffmpeg
 from sweep.text import unknown
-from sweep.web.origin import about_frame, file_name
+from sweep.web.origin import about_frame, picture_name
 from sweep.web.protocol import Reply
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def origin_of(order: Order, spec: str) -> Reply:
     """The origin message: the name of a picture of the frame, without its ending, and
     its metadata.
     """
-    name = file_name(order.study, order.job, "", order.step).removesuffix(".")
+    name = picture_name(order.study, order.job, order.step)
     said = about_frame(order.study, order.job, order.step, spec)
     return {"type": "origin", "name": name, "about": said}
 
@@ -112,7 +112,9 @@ def _made(
         file = (
             recording_of(flight, greeting, spec)
             if kind == "html"
-            else animate(flight, kind, lambda done, whole: tell("drawn", done / whole))
+            else animate(
+                flight, kind, spec, lambda done, whole: tell("drawn", done / whole)
+            )
         )
     return {
         "type": "file",

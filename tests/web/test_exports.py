@@ -81,7 +81,7 @@ def test_a_picture_as_shown_has_the_pixels_of_the_screen_and_its_origin(
     page = shown(opened)
     name, content = exported(page, words, tmp_path)
     said = origin(page)
-    assert name == f"{said['name']}-{finer}x.png"
+    assert name == f"{said['name']}-as-shown-{96 * finer}dpi.png"
     assert name.endswith(f"-step-40-{finer}x.png")
     with Image.open(io.BytesIO(content)) as image:
         image.load()
@@ -104,7 +104,7 @@ def test_a_picture_as_lines_has_every_layer(opened: Open, tmp_path: Path) -> Non
     name, content = exported(page, "as lines", tmp_path)
     said, show = origin(page), page.show
     assert isinstance(show, Live)
-    assert name == f"{said['name']}.svg"
+    assert name == f"{said['name']}-as-shown.svg"
     root = Tree.fromstring(content)
     assert root.findtext(f"{SVG}title") == said["name"]
     told = root.findtext(f"{SVG}desc") or ""

@@ -93,7 +93,7 @@ export class Exports {
       canvas.toBlob(async (blob) => {
         const png = new Uint8Array(await (blob ?? new Blob()).arrayBuffer());
         const whole = new Blob(labelled(png, about, finer * INCH));
-        download(`${name}-${finer}x.png`, "image/png", whole);
+        download(`${name}-as-shown-${finer * INCH}dpi.png`, "image/png", whole);
       });
     this.send({ type: "origin" });
   }
@@ -103,7 +103,7 @@ export class Exports {
     this.drawn = ({ name, about }) => {
       const said = Object.entries(about).map(([key, text]) => `${key}: ${text}`);
       const svg = pen.document(name, said.join("\n"));
-      download(`${name}.svg`, "image/svg+xml", svg);
+      download(`${name}-as-shown.svg`, "image/svg+xml", svg);
     };
     this.send({ type: "origin" });
   }
