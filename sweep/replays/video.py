@@ -71,9 +71,9 @@ def write_gif(
         Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE)
         for one in chain([first], pictures)
     )
-    about = {"duration": 1000 // FRAMES_A_SECOND, "loop": 0}
-    about |= {"comment": comment.encode()} if comment else {}
-    next(images).save(file, "gif", save_all=True, append_images=images, **about)
+    pace = {"duration": 1000 // FRAMES_A_SECOND, "loop": 0}
+    said = {"comment": comment.encode()} if comment else {}
+    next(images).save(file, "gif", save_all=True, append_images=images, **pace, **said)
 
 
 def write_mp4(pictures: Pictures, file: BinaryIO, comment: str = "") -> None:

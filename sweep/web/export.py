@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple, Protocol
 
 import numpy as np
 from matplotlib import style
@@ -30,7 +30,17 @@ MIME = {
     "mp4": "video/mp4",
     "html": "text/html;charset=utf-8",
 }
-WRITERS = {"gif": write_gif, "mp4": write_mp4}
+
+
+class Writer(Protocol):
+    """Writes pictures as a film, with a comment in its metadata."""
+
+    def __call__(
+        self, pictures: Iterator[Picture], file: BinaryIO, /, *, comment: str
+    ) -> None: ...
+
+
+WRITERS: dict[str, Writer] = {"gif": write_gif, "mp4": write_mp4}
 DRAWING = Lock()
 """Held while a picture is drawn, because the style of figures is global in the
 process.

@@ -159,6 +159,23 @@ def test_a_demo_opens_in_the_simulator_and_is_its_spec(
     assert show.state.as_text() == DEMOS["flock"].text
 
 
+def test_the_demo_of_two_presets_opens_both_side_by_side(
+    server: PageServer, started: Callable[..., Page], opened: Open
+) -> None:
+    start = started(reduced_motion="reduce")
+    address = start.locator(CARDS).nth(4).get_attribute("href")
+    assert address
+    page = opened(at=server, locale="en-GB")
+    with page.page.expect_event("load"):
+        page.page.goto(server.url + address.removeprefix("./"))
+    page.until("window.boidsweep?.second?.stage.frame?.step > 0")
+    presets = page.ask(
+        "[boidsweep.view, boidsweep.second].map(({ state }) => state.preset)"
+    )
+    assert presets == ["as_written", "as_run"]
+    assert page.ask("boidsweep.second.stage.overlays.has('trails')")
+
+
 def test_only_who_knows_the_token_sees_demos(server: PageServer) -> None:
     elsewhere = server.url.replace(server.token, "x" * len(server.token))
     wrong = f"{elsewhere}demos", f"{elsewhere}demos/maze", f"{server.url}demos/no"

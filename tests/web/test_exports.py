@@ -224,6 +224,10 @@ class Slow(Live):
 
         return make if kind == "gif" else super().export(kind)
 
+    def beside(self, preset: str, /) -> Live:
+        """One that is as slow, from its start."""
+        return Slow(super().beside(preset).state)
+
 
 def test_a_page_shows_how_far_a_file_is_and_stops_it(
     opened: Open, tmp_path: Path

@@ -94,12 +94,15 @@ export interface StoredName {
   trial: string;
 }
 
-/** What a page needs to go on when its session is gone. */
+/** What a page needs to go on when its session is gone; of two runs that of both. */
 export interface Kept {
   yaml: string;
   /** The id of the point. */
   point: string;
   replicate: number;
+  yaml_beside?: string;
+  point_beside?: string;
+  replicate_beside?: number;
 }
 
 /** The trials of an opened spec. An axis of many values has none here. */

@@ -276,6 +276,11 @@ export class View {
     this.keeping = setTimeout(() => this.transport.send({ type: "keep" }), KEEP_AFTER);
   }
 
+  // What was kept is no longer what is shown: the next state is kept anew.
+  forget() {
+    this.edited = "";
+  }
+
   /** @param {"undo" | "redo"} type */
   undo(type) {
     this.hand.forget();
@@ -431,10 +436,11 @@ export class View {
     const { beginning } = this;
     if (!beginning) return;
     this.beginning = undefined;
-    const { speed, overlays, run } = beginning;
+    const { speed, overlays, beside, run } = beginning;
     if (speed !== null) this.send({ type: "speed", steps_per_second: speed });
     this.overlays.show(overlays);
     if (overlays.length) this.overlaid();
+    if (beside) this.send({ type: "beside", preset: beside });
     if (run) this.run.toggle();
   }
 
