@@ -197,10 +197,11 @@ def _metric(
         "name": name,
         "text": about.text,
         "unit": spelled(about.unit, model),
+        "source": about.source,
         "published": numbers,
     }
 
 
 def _derived(one: DerivedMetric) -> Reply:
-    text = one.expression.text
-    return {"name": one.name, "text": text, "unit": one.unit, "published": []}
+    about = {"name": one.name, "text": one.expression.text, "unit": one.unit}
+    return about | {"source": "computed by the spec", "published": []}

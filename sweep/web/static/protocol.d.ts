@@ -146,6 +146,8 @@ export interface Metric {
   name: string;
   text: string;
   unit: string;
+  /** The document that defines it. */
+  source: string;
   published: Published[];
 }
 

@@ -173,7 +173,12 @@ export class View {
     );
     this.overlays = new Overlays(this.stage, () => this.overlaid());
     this.boid = new BoidCard(this.send, this.stage);
-    this.charts = new Charts(this.root, this.stage, this.send);
+    this.charts = new Charts(
+      this.root,
+      this.stage,
+      this.send,
+      (use) => this.files.origin(({ name }) => use(name)),
+    );
     left.append(this.overlays.element, this.boid.element, this.charts.element);
     const tip = new Tip(this.root, this.status.element);
     this.groups = new SettingGroups(this.prefix, this.send, tip);
