@@ -30,17 +30,18 @@ def in_lines(said: Mapping[str, str]) -> str:
     return "\n".join(f"{key}: {value}" for key, value in said.items())
 
 
+def trial_name(study: str, job: Job) -> str:
+    """The beginning of the names of all files of a trial."""
+    return f"{study.replace('/', '-')}-{job.trial_id[:8]}"
+
+
 def picture_name(study: str, job: Job, step: int) -> str:
     """The name of the picture of a step, without its ending, e.g.
     nguyen2024-separation-05d7a1b2-step-250.
     """
-    return f"{_named(study, job)}-step-{step}"
+    return f"{trial_name(study, job)}-step-{step}"
 
 
 def run_name(study: str, job: Job, last: int) -> str:
     """The same of a run up to its step `last`: ...-05d7a1b2-to-step-250."""
-    return f"{_named(study, job)}-to-step-{last}"
-
-
-def _named(study: str, job: Job) -> str:
-    return f"{study.replace('/', '-')}-{job.trial_id[:8]}"
+    return f"{trial_name(study, job)}-to-step-{last}"

@@ -34,8 +34,8 @@ it is about, 0 or 1. What is said of the second one has side 1.
     export kind                  png, svg, gif, mp4 or html; answered by file: name,
                                  mime, data (base64)
     stop                         the file that is being made is not wanted any more
-    origin                       answered by origin: name, about; of a picture that the
-                                 page makes of its frame
+    origin                       answered by origin: name, trial, about; of what the
+                                 page saves itself: a picture of its frame, or a table
     ready                        the last frame is drawn and another one may come
     seek frame                   a step that was run, or one of a stored trial
     undo, redo                   the last edit

@@ -11,6 +11,7 @@ export class Closer {
   // The plot that is shown.
   /** @type {Plot | null} */
   of = null;
+  what = "";
 
   /**
    * @param {HTMLElement} root
@@ -27,8 +28,10 @@ export class Closer {
     this.box.addEventListener("close", () => this.of && this.leave(this.of));
   }
 
-  /** @param {Plot} plot */
-  show(plot) {
+  // `what` is shown, in the name of the file: of a metric its name.
+  /** @param {Plot} plot @param {string} what */
+  show(plot, what = plot.metric.name) {
+    this.what = what;
     if (this.of) this.leave(this.of);
     const { metric, series, acts: { read, seek, clock } } = plot;
     const acts = { read, seek, clock };
@@ -80,7 +83,8 @@ export class Closer {
     const head = `step,${name}${unit && ` (${unit})`}`;
     const rows = steps.map((step, i) => `${step},${values[i] ?? ""}`);
     const text = `${[head, ...rows].join("\n")}\n`;
-    this.named((file) => download(`${file}-${name}.csv`, "text/csv", text));
+    const { what } = this;
+    this.named((file) => download(`${file}-${what}.csv`, "text/csv", text));
   }
 
   /** @param {Plot} plot */

@@ -72,7 +72,7 @@ export class Differences {
       ...acts,
       read: (step) => this.read(step),
       remove,
-      enlarge: (one) => closer.show(one),
+      enlarge: (one) => closer.show(one, `${name}-B-less-A`),
     });
     this.plots.set(name, plot);
     this.rows.append(plot.element);

@@ -266,10 +266,11 @@ export interface File {
   data: string;
 }
 
-/** What a picture of the frame says of itself; its name has no ending. */
+/** What a picture of the frame says of itself; its name and its trial's have no ending. */
 export interface OriginOf {
   type: "origin";
   name: string;
+  trial: string;
   about: Record<string, string>;
 }
 

@@ -177,7 +177,7 @@ export class View {
       this.root,
       this.stage,
       this.send,
-      (use) => this.files.origin(({ name }) => use(name)),
+      (use) => this.files.origin(({ trial }) => use(trial)),
     );
     left.append(this.overlays.element, this.boid.element, this.charts.element);
     const tip = new Tip(this.root, this.status.element);
