@@ -118,6 +118,9 @@ export interface Trial {
   point: number;
   replicate: number;
   values: Record<string, Value>;
+  /** The trials beside it in the order of points and replicates; null where none is. */
+  before: [point: number, replicate: number] | null;
+  after: [point: number, replicate: number] | null;
 }
 
 export interface Group {

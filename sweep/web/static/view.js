@@ -569,7 +569,9 @@ function titleOf({ trials }, { model, preset, trial, replay }) {
   const values = Object.entries(trial.values).map(([name, value]) =>
     `, ${spaced(name)} ${short(value)}`
   );
-  return `${trials.study}${values.join("")}, replicate ${trial.replicate + 1}`;
+  return `${trials.study}${values.join("")}, replicate ${
+    trial.replicate + 1
+  } of ${trials.replicates}`;
 }
 
 /** @param {string[]} names @param {string} name */
