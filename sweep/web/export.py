@@ -32,7 +32,7 @@ MIME = {
 }
 
 
-class Writer(Protocol):
+class FilmWriter(Protocol):
     """Writes pictures as a film, with a comment in its metadata."""
 
     def __call__(
@@ -40,7 +40,7 @@ class Writer(Protocol):
     ) -> None: ...
 
 
-WRITERS: dict[str, Writer] = {"gif": write_gif, "mp4": write_mp4}
+WRITERS: dict[str, FilmWriter] = {"gif": write_gif, "mp4": write_mp4}
 DRAWING = Lock()
 """Held while a picture is drawn, because the style of figures is global in the
 process.

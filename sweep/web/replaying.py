@@ -23,7 +23,7 @@ from sweep.web.live import Live, do
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
 from sweep.web.state import ViewState, from_job
-from sweep.web.stored import StoredTrials
+from sweep.web.stored import TrialChoice
 from sweep.web.track import NOTHING, go_to, quiet, survey
 
 CHANGING = (
@@ -51,7 +51,7 @@ class Replay(Live):
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
-        self.study, self.others = study, StoredTrials(study)
+        self.study, self.others = study, TrialChoice(study)
         super().__init__(self._load(trial, report))
 
     def _load(self, trial: str, report: Report = silent) -> ViewState:

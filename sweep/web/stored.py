@@ -32,7 +32,7 @@ def from_stored(study: StoredStudy, job: Job) -> ViewState:
     return from_opened(spec) if same else from_job(job)
 
 
-class StoredTrials:
+class TrialChoice:
     """The trials of `study` that are stored. A trial is named by the places of its
     point among the points, and of its replicate, both from 0.
     """

@@ -1,5 +1,5 @@
-// A plot seen closer: larger, with what its metric is, who defines it, what was published
-// of it, and its values as a file.
+// A plot seen closer: larger, with what its metric is, who defines it, what was
+// published of it, and its values as a file.
 
 import { button, make, unitText } from "./dom.js";
 import { dialog } from "./dialogs.js";

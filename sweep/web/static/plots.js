@@ -64,9 +64,9 @@ export class Series {
 
 /** @typedef {Pick<State, "settings" | "exact">} Shown */
 /**
- * What a plot asks for: that a step is read in it and those beside it, that the run goes
- * to a step, that it is removed, or is shown larger. `clock` has the time of a step in
- * words.
+ * What a plot asks for: that a step is read in it and those beside it, that the run
+ * goes to a step, that it is removed, or is shown larger. `clock` has the time of a
+ * step in words.
  *
  * @typedef {object} Acts
  * @property {(step: number | null) => void} read

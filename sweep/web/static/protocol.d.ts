@@ -269,7 +269,7 @@ export interface File {
   data: string;
 }
 
-/** What a picture of the frame says of itself; its name and its trial's have no ending. */
+/** What a picture of the frame says of itself. No name has an ending. */
 export interface OriginOf {
   type: "origin";
   name: string;
