@@ -145,7 +145,7 @@ def shape_schema() -> Schema:
 
 
 def _a_shape() -> Schema:
-    return reference("shape")
+    return {"allOf": [reference("shape")]}
 
 
 def _shapes_schema() -> Schema:

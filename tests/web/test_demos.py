@@ -140,7 +140,7 @@ def test_a_demo_opens_in_the_simulator_and_is_its_spec(
         page.page.goto(server.url + address.removeprefix("./"))
     page.until("window.boidsweep?.view.state?.running")
     assert page.ask("boidsweep.view.state.model") == "rustamani2024"
-    assert page.ask("boidsweep.view.state.speed") == 30
+    page.until("boidsweep.view.state.speed === 30")
     page.until("boidsweep.view.stage.frame.step > 2")
     assert page.ask("boidsweep.view.stage.overlays.has('trails')")
     assert copied(page) == DEMOS["maze"].text

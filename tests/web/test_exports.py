@@ -82,7 +82,6 @@ def test_a_picture_as_shown_has_the_pixels_of_the_screen_and_its_origin(
     name, content = exported(page, words, tmp_path)
     said = origin(page)
     assert name == f"{said['name']}-as-shown-{96 * finer}dpi.png"
-    assert name.endswith(f"-step-40-{finer}x.png")
     with Image.open(io.BytesIO(content)) as image:
         image.load()
         assert {key: image.info[key] for key in said["about"]} == said["about"]

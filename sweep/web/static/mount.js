@@ -146,6 +146,7 @@ class Pair {
     const [first, second] = this.views;
     this.differences.leave();
     first.settle();
+    first.forget();
     this.home?.append(first.root);
     second.unmount();
     this.root.remove();
@@ -216,7 +217,6 @@ export class Window {
   alone() {
     this.pair?.leave();
     this.pair = null;
-    this.view.forget();
   }
 }
 
