@@ -126,7 +126,7 @@ MAY_IMPORT = {
     "analysis": "text",
     "spec": "kernels errors text analysis",
     "own_code": "kernels errors text spec",
-    "design": "kernels spec",
+    "design": "kernels text spec",
     "trial": "kernels errors text spec own_code design",
     "store": "kernels errors text spec own_code design trial",
     "workers": "kernels errors text spec design trial store",

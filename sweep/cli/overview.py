@@ -35,7 +35,9 @@ def columns(
 
 def _show(rows: "pd.DataFrame", as_json: bool) -> None:
     if as_json:
-        print(rows.to_json(orient="records", indent=2))
+        from sweep.tables.json_rows import rows_as_json
+
+        print(rows_as_json(rows))
         return
     from rich.table import Table
 

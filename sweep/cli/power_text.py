@@ -11,6 +11,7 @@ from sweep.analysis.notation import number
 from sweep.analysis.replication import CAVEATS, FEWEST, MOST, SMALL
 from sweep.cli.listing import MOST_ROWS
 from sweep.cli.terminal import console
+from sweep.tables.json_rows import rows_as_json
 from sweep.tables.means_text import brief
 from sweep.tables.power import Power
 from sweep.text import so_many
@@ -39,7 +40,7 @@ RANGE = "range: what the pilot leaves open (95 %)"
 
 def power_json(power: Power) -> str:
     """The rows as JSON. What is not known, and what is over a million, is null."""
-    return str(power.rows.to_json(orient="records", indent=2))
+    return rows_as_json(power.rows)
 
 
 def power_text(power: Power) -> None:

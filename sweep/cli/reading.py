@@ -118,6 +118,7 @@ def table(
     """Means of the metrics with 95 % intervals over the replicates of each point."""
     from sweep.cli.listing import table_text
     from sweep.tables.choosing import Refusals
+    from sweep.tables.json_rows import rows_as_json
     from sweep.tables.means_text import point_rows
     from sweep.tables.point_means import point_means
     from sweep.tables.safe_csv import as_csv
@@ -142,7 +143,7 @@ def table(
     if csv:
         print(as_csv(point_rows(chosen, found)), end="")
     elif as_json:
-        print(point_rows(chosen, found).to_json(orient="records", indent=2))
+        print(rows_as_json(point_rows(chosen, found)))
     else:
         table_text(chosen, found)
 

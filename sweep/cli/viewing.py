@@ -185,17 +185,21 @@ def _is_spec(what: str) -> bool:
 def _state_of(
     what: str, results: Results, *, trust: bool, code: bool, code_from: Path | None
 ) -> "ViewState":
-    """The first point of the first study of a spec, or a study's first stored trial."""
+    """The first point of the first study of a spec, or a study's first stored trial
+    with all others of its spec to choose from.
+    """
     from sweep.errors import StoreError
     from sweep.own_code.reading import load_specs
-    from sweep.web.state import from_job, from_study
+    from sweep.web.state import from_study
+    from sweep.web.stored import from_stored
 
     if _is_spec(what):
         return from_study(load_specs(Path(what), code=code, code_from=code_from)[0])
     study = _stored(what, results, trust)
     if study.trials.empty:
         raise StoreError(f"study {what}: no trial is stored yet")
-    return from_job(study.job(_of_then(study, study.trials["trial_id"].iloc[0])))
+    job = study.job(_of_then(study, study.trials["trial_id"].iloc[0]))
+    return from_stored(study, job)
 
 
 def open_page(url: str) -> None:

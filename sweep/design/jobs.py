@@ -26,7 +26,8 @@ from sweep.design.design import Design
 from sweep.design.order import coarse_first
 from sweep.design.recording import Recording
 from sweep.design.trial_ids import BYTES, Ids, as_texts
-from sweep.spec.maps import Obstacles, OwnMap
+from sweep.spec.copied_maps import Obstacles
+from sweep.spec.maps import OwnMap
 from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import RecordSpec, Stream, Streams, Study

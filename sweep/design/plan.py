@@ -7,6 +7,7 @@ from typing import Any
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Rejection, expand
 from sweep.spec.study import Study
+from sweep.text import so_many
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
 def workforce(workers: int, threads: int) -> str:
     """Who runs trials, in words."""
     each = f" of {threads} threads each" if threads > 1 else ""
-    return f"{workers} workers{each}"
+    return f"{so_many(workers, 'worker')}{each}"
 
 
 def compiled(seconds: float) -> str:

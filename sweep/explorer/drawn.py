@@ -2,8 +2,9 @@
 same one.
 """
 
-import json
 from typing import Any
+
+import pandas as pd
 
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import AskFigure
@@ -13,6 +14,7 @@ from sweep.figures.kinds import KINDS
 from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, thinned
 from sweep.figures.planning import Choices, FigureKind
 from sweep.figures.selection import has_scale, select
+from sweep.tables.json_rows import json_rows
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -120,8 +122,13 @@ def _panel(panel: MarkedPanel) -> dict[str, Any]:
         "y": _axis(panel.y),
         "edges": panel.edges,
         "line": panel.line._asdict(),
-        "marks": json.loads(panel.marks.reset_index(drop=True).to_json(orient="split")),
+        "marks": _columns_and_data(panel.marks),
     }
+
+
+def _columns_and_data(marks: pd.DataFrame) -> dict[str, Any]:
+    rows = [[*row.values()] for row in json_rows(marks)]
+    return {"columns": [*marks], "data": rows}
 
 
 def _axis(axis: MarkedAxis) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 the text of each cell as it stands there.
 """
 
-import json
 import shlex
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -11,6 +10,7 @@ import pandas as pd
 
 from sweep.explorer.asking import MOST_ROWS, AskPoints
 from sweep.explorer.watching import Watched
+from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief, caption, cell_text, point_rows
 from sweep.tables.point_means import PointMeans, point_means
 from sweep.tables.safe_csv import as_csv
@@ -33,7 +33,7 @@ def points(watched: Watched, asked: AskPoints) -> dict[str, Any]:
     shown = table.rows.iloc[start : start + MOST_ROWS]
     point = study.trials.set_index("trial_id")["point"]
     ids = [] if table.pooled else point.reindex(shown["trial_id"]).tolist()
-    rows = point_rows(study, table).loc[shown.index].to_json(orient="records")
+    rows = json_rows(point_rows(study, table).loc[shown.index])
     named = (*table.headings, *table.metrics)
     return {
         "headings": [*table.headings, *(["points"] if table.pooled else [])],
@@ -42,7 +42,7 @@ def points(watched: Watched, asked: AskPoints) -> dict[str, Any]:
         "total": len(table.rows),
         "page": asked.page,
         "size": MOST_ROWS,
-        "rows": json.loads(rows),
+        "rows": rows,
         "points": ids,
         "cells": [_cells(study, row, table) for _, row in shown.iterrows()],
         "caption": caption(study, table),

@@ -1,6 +1,5 @@
 """How far studies are, what runs, and what went wrong."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from sweep.figures.marks import MOST_MARKS
 from sweep.store.locations import local_folder
 from sweep.store.lock import Lock
 from sweep.tables.causes import causes_of
+from sweep.tables.json_rows import json_rows
 from sweep.tables.overview import studies as overview
 from sweep.tables.search_phases import phases_said
 from sweep.tables.stored_study import StoredStudy
@@ -27,8 +27,7 @@ def studies(watched: Watched, asked: AskStudies) -> dict[str, Any]:  # noqa: ARG
     that there are.
     """
     found = overview(local_folder(watched.results, "the list of studies needs"))
-    rows = json.loads(found.to_json(orient="records"))
-    return {"studies": rows, "scorecards": scales(watched)}
+    return {"studies": json_rows(found), "scorecards": scales(watched)}
 
 
 def state(watched: Watched, asked: AskState) -> dict[str, Any]:

@@ -37,6 +37,7 @@ from sweep.figures.selection import select
 from sweep.replays.flight import Report
 from sweep.replays.verify import check_code
 from sweep.spec.recorded import Column
+from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import point_rows
 from sweep.tables.point_means import PointMeans, point_means
 from sweep.tables.search_phases import by_phase
@@ -156,7 +157,7 @@ def planned(
         "spec": study.spec,
         "figure": figure_data(selection, form, table, column),
         "headings": table.headings,
-        "rows": json.loads(point_rows(chosen, table).to_json(orient="records")),
+        "rows": json_rows(point_rows(chosen, table)),
         "points": _points(table, groups, shown, column, form.by, colours),
         "scenes": scenes,
         "role": choice.trials[0],

@@ -2,7 +2,6 @@
 the worst, the median and the best by a metric, then all others by that metric.
 """
 
-import json
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from sweep.explorer.asking import MOST_ROWS, AskSpec, AskTrials
 from sweep.explorer.watching import Watched
 from sweep.figures.directions import direction
 from sweep.spec.recorded import Column
+from sweep.tables.json_rows import json_rows
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_tables import command
 from sweep.text import unknown
@@ -56,7 +56,7 @@ def trials(watched: Watched, asked: AskTrials) -> dict[str, Any]:
         "total": len(ordered),
         "page": asked.page,
         "size": MOST_ROWS,
-        "rows": json.loads(rows[SHOWN].to_json(orient="records")),
+        "rows": json_rows(rows[SHOWN]),
         "settings": {point: settings.get(point, {}) for point in points},
     }
 

@@ -24,7 +24,8 @@ limits           how large a study may be
 expressions      checked formulas
 evaluation       formulas on whole columns
 units            units of formulas
-maps             shapes, images, ROS maps
+maps             shapes, copies, images, ROS maps
+copied_maps      what differs from a built-in map
 images           pixels as few rectangles
 replication      how many trials a point has
 refining         where the grid becomes finer

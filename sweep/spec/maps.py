@@ -1,10 +1,16 @@
-"""The maps of a spec: drawn with shapes, or read from an image or from a ROS map.
+"""The maps of a spec: drawn with shapes, a built-in map with some obstacles changed, or
+read from an image or from a ROS map.
 
     room:
       size: [10, 10]
       shapes:
         - disc: {x: 3, y: 4, radius: 0.5}
         - rectangle: {x: 6, y: 5, width: 2, height: 1}
+    aisle:
+      from: cafeteria
+      without: [3]                             # its third obstacle
+      add:
+        - disc: {x: 400, y: 300, radius: 20}
     lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
     floor: {ros: floor.yaml}                 # a file of ROS's map_server
 
@@ -26,7 +32,15 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.spec.contents import Content, Number, ReadLater, Text
+from sweep.spec.contents import Content, ListOf, Number, ReadLater, Text, Whole
+from sweep.spec.copied_maps import (
+    Copy,
+    Obstacle,
+    Obstacles,
+    copy_of,
+    obstacles_in,
+    sizes,
+)
 from sweep.spec.document import Entry
 from sweep.spec.images import ImageError, brightness, obstacles_of
 from sweep.spec.keys import (
@@ -41,6 +55,7 @@ from sweep.spec.keys import (
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema, named, one_of, reference
 from sweep.spec.strict_yaml import read_document
+from sweep.text import unknown
 
 MAP_NAME = re.compile(r"[a-z][a-z0-9_]*")
 MOST_MAPS = 100
@@ -52,10 +67,8 @@ map that does not say a threshold of its own.
 """
 
 LENGTH = Number(above=0, most=MOST_LENGTH)
+NUMBER = Whole(1)
 ACROSS, DOWN = "of the centre, from the left", "of the centre, from the top"
-
-Obstacle = tuple[float, float, float, float, float]
-Obstacles = tuple[Obstacle, ...]
 
 
 @dataclass(frozen=True)
@@ -126,9 +139,17 @@ class Size(Content[tuple[float, float]]):
         return list(value)
 
 
+def shape_schema() -> Schema:
+    """The JSON Schema of a shape."""
+    return section_schema(Shape) | one_of(["disc", "rectangle"])
+
+
+def _a_shape() -> Schema:
+    return {"allOf": [reference("shape")]}
+
+
 def _shapes_schema() -> Schema:
-    shape = section_schema(Shape) | one_of(["disc", "rectangle"])
-    return {"type": "array", "items": shape}
+    return {"type": "array", "items": reference("shape")}
 
 
 @dataclass(frozen=True)
@@ -151,6 +172,67 @@ class DrawnMap:
             example="[{disc: {x: 3, y: 4, radius: 0.5}}]",
         ),
     ]
+
+
+@dataclass(frozen=True)
+class ChangedObstacle:
+    """Another shape in the place of an obstacle of a copied map."""
+
+    number: Annotated[int, Key(NUMBER, "of the obstacle in the map", example="5")]
+    to: Annotated[
+        Entry,
+        Key(
+            ReadLater("a shape", _a_shape, (Shape,)),
+            "the shape in its place",
+            example="{disc: {x: 3, y: 4, radius: 0.5}}",
+        ),
+    ]
+
+
+def _changes_schema() -> Schema:
+    return {"type": "array", "items": section_schema(ChangedObstacle)}
+
+
+@dataclass(frozen=True)
+class CopiedMap:
+    """A built-in map with some obstacles changed, as a spec has it."""
+
+    source: Annotated[
+        str,
+        Key(
+            Text("the name of a map"),
+            "a built-in map with a size of its own, of which this is a copy",
+            name="from",
+            example="cafeteria",
+        ),
+    ]
+    without: Annotated[
+        tuple[int, ...],
+        Key(
+            ListOf(NUMBER, "numbers"),
+            "obstacles that are left out, by their numbers in the map",
+            otherwise="none",
+            example="[3]",
+        ),
+    ] = ()
+    change: Annotated[
+        Entry | None,
+        Key(
+            ReadLater("a list of changes", _changes_schema, (ChangedObstacle,), "[]"),
+            "obstacles that are others",
+            otherwise="none",
+            example="[{number: 5, to: {disc: {x: 3, y: 4, radius: 0.5}}}]",
+        ),
+    ] = None
+    add: Annotated[
+        Entry | None,
+        Key(
+            ReadLater("a list of shapes", _shapes_schema, (Shape,), "[]"),
+            "obstacles besides",
+            otherwise="none",
+            example="[{disc: {x: 3, y: 4, radius: 0.5}}]",
+        ),
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -182,7 +264,7 @@ class RosMap:
     ]
 
 
-MAP_FORMS = (DrawnMap, PicturedMap, RosMap)
+MAP_FORMS = (DrawnMap, CopiedMap, PicturedMap, RosMap)
 
 
 def maps_schema() -> Schema:
@@ -303,7 +385,14 @@ def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
 
 def _drawn(entry: Entry, _folder: Path) -> OwnMap:
     drawn = read_section(DrawnMap, entry)
-    shapes = drawn.shapes.items()
+    return OwnMap(drawn.size, _obstacles(entry, drawn.shapes, drawn.size))
+
+
+def _obstacles(
+    entry: Entry, listed: Entry | None, size: tuple[float, float]
+) -> Obstacles:
+    """The obstacles of a list of shapes of the map `entry`."""
+    shapes = listed.items() if listed else []
     if len(shapes) > MOST_SHAPES:
         raise entry.error(
             f'"{entry.name}" has {len(shapes):,} shapes;'
@@ -312,9 +401,63 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
     obstacles, mistakes = list[Obstacle](), Mistakes()
     for shape in shapes:
         with mistakes.noted():
-            obstacles.append(_obstacle(shape, *drawn.size))
+            obstacles.append(_obstacle(shape, *size))
     mistakes.check()
-    return OwnMap(drawn.size, tuple(obstacles))
+    return tuple(obstacles)
+
+
+def _copied(entry: Entry, _folder: Path) -> OwnMap:
+    copied = read_section(CopiedMap, entry)
+    name, known = copied.source, sizes()
+    if name not in known:
+        raise entry.child("from").error(unknown("map to copy", name, known))
+    size, count = known[name], len(obstacles_in(name))
+    changed, mistakes = dict[int, Obstacle](), Mistakes()
+    for change in copied.change.items() if copied.change else []:
+        with mistakes.noted():
+            one = read_section(ChangedObstacle, change)
+            if one.number in [*copied.without, *changed]:
+                raise change.error(
+                    f"obstacle {one.number} is changed or left out twice"
+                )
+            changed[one.number] = _obstacle(one.to, *size)
+    added = mistakes.read(_obstacles, entry, copied.add, size) or ()
+    for number in [*copied.without, *changed]:
+        with mistakes.noted():
+            if number > count:
+                raise entry.error(f"there is no obstacle {number}: {name} has {count}")
+    mistakes.check()
+    without = tuple(number - 1 for number in copied.without)
+    places = {number - 1: obstacle for number, obstacle in changed.items()}
+    return OwnMap(size, Copy(name, without, places, added).obstacles)
+
+
+def map_as_written(map_: OwnMap) -> dict[str, Any]:
+    """A map as a spec has it: as a copy of a built-in one where it is nearly that, or
+    with all its shapes.
+    """
+    if (copy := copy_of(map_.size, map_.obstacles)) is None:
+        shapes = [shape_as_written(obstacle) for obstacle in map_.obstacles]
+        return {"size": list(map_.size), "shapes": shapes}
+    changes = [
+        {"number": number + 1, "to": shape_as_written(obstacle)}
+        for number, obstacle in copy.changed.items()
+    ]
+    parts = {
+        "without": [number + 1 for number in copy.without],
+        "change": changes,
+        "add": [shape_as_written(obstacle) for obstacle in copy.added],
+    }
+    return {"from": copy.name} | {key: part for key, part in parts.items() if part}
+
+
+def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, float]]:
+    """An obstacle as a spec has it."""
+    x, y, half_width, half_height, is_round = obstacle
+    if is_round:
+        return {"disc": {"x": x, "y": y, "radius": half_width}}
+    sides = {"width": 2 * half_width, "height": 2 * half_height}
+    return {"rectangle": {"x": x, "y": y, **sides}}
 
 
 def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
@@ -423,6 +566,7 @@ def _of_pixels(entry: Entry, occupied: NDArray[np.bool_], resolution: float) -> 
 
 READERS: dict[str, Callable[[Entry, Path], OwnMap]] = {
     "shapes": _drawn,
+    "from": _copied,
     "image": _pictured,
     "ros": _ros,
 }

@@ -13,6 +13,7 @@ from sweep.spec.derived_metrics import NAME
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.failure_policy import policy_dependencies
 from sweep.spec.keys import section_schema
+from sweep.spec.maps import shape_schema
 from sweep.spec.recorded import columns_of
 from sweep.spec.refining import refine_dependencies
 from sweep.spec.replication import replication_rules
@@ -82,7 +83,7 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
         "built_in_column": {"enum": columns_of(known.metrics)},
         "built_in_map": {"enum": list(known.maps)},
     }
-    names["own_code"] = OWN_CODE_FORM
+    names |= {"own_code": OWN_CODE_FORM, "shape": shape_schema()}
     return names | {"statistic": statistic()} | _forms(samplers) | kinds(known) | models
 
 

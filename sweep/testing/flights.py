@@ -14,8 +14,8 @@ from kernels.model import Sight
 from kernels.settings import COMMON
 from sweep.design.consistency import DEMANDS
 from sweep.design.jobs import Job
+from sweep.spec.copied_maps import Obstacles
 from sweep.spec.expressions import parse
-from sweep.spec.maps import Obstacles
 from sweep.spec.settings import Value, preset_settings, settings_tuple
 from sweep.spec.study import RecordSpec, Streams
 from sweep.testing.places import of_function

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from sweep.design.jobs import Job
-from sweep.spec.maps import Obstacles
+from sweep.spec.copied_maps import Obstacles
 from sweep.testing.flights import (
     SIDE,
     Floats,

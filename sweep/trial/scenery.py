@@ -26,7 +26,7 @@ from kernels.settings import Observation, StartSettings, WorldSettings
 from kernels.state import Flock, World
 from kernels.worlds import Map, Reach
 from sweep.design.jobs import Job, literal_seed, stream
-from sweep.spec.maps import Obstacles
+from sweep.spec.copied_maps import Obstacles
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.generators import Randomness
 

@@ -12,6 +12,7 @@ that sweeps use.
     edits          what was edited, to be undone
     live           a live run as a Show
     replaying      a stored trial as a Show
+    stored         the stored trials, to go from one to another
     track          a stored run, gone through once
     twin           two runs on one clock
     history        metrics by step

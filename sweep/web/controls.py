@@ -5,6 +5,9 @@ themselves, so a new model needs no code here.
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.metrics import Metric
@@ -28,6 +31,8 @@ PRESETS = {
     "as_intended": "what they are likely to have meant",
 }
 """What presets stand for that have one of these names."""
+Place = tuple[int, int]
+"""Of a trial: the number of its point, and of its replicate, both from 0."""
 MOST = 60
 """A setting that varies more is not chosen by its values, but by the number of a point.
 """
@@ -110,25 +115,53 @@ def trials_of(spec: OpenedSpec | None) -> Reply | None:
     """
     if spec is None:
         return None
+    design = spec.design
+    return offered(spec.study.name, design.columns, design.n_points, spec.replicates)
+
+
+def offered(
+    study: str, columns: Mapping[str, NDArray[Any]], points: int, replicates: int
+) -> Reply:
+    """The trials of a study, to choose one; `columns` (P,) are the values of what
+    varies at each point.
+    """
     axes = []
-    for name, column in spec.design.columns.items():
+    for name, column in columns.items():
         values = [plain(value) for value in dict.fromkeys(column.tolist())]
         axes.append({"name": name, "values": values if len(values) <= MOST else []})
-    return {
-        "study": spec.study.name,
-        "points": spec.design.n_points,
-        "replicates": spec.replicates,
-        "axes": axes,
-    }
+    return {"study": study, "points": points, "replicates": replicates, "axes": axes}
 
 
 def trial_of(spec: OpenedSpec | None) -> Reply | None:
-    """Which trial of an opened spec is shown, with the values of what varies."""
+    """Which trial of an opened spec is shown, with the values of what varies, and the
+    trials before and after it.
+    """
     if spec is None:
         return None
-    settings = spec.design.settings(spec.point)
-    values = {name: plain(settings[name]) for name in spec.design.columns}
-    return {"point": spec.point, "replicate": spec.replicate, "values": values}
+    settings, many = spec.design.settings(spec.point), spec.replicates
+    values = {name: settings[name] for name in spec.design.columns}
+    here = spec.point * many + spec.replicate
+    before, after = (
+        divmod(place, many) if 0 <= place < spec.design.n_points * many else None
+        for place in (here - 1, here + 1)
+    )
+    return placed((spec.point, spec.replicate), values, before, after)
+
+
+def placed(
+    here: Place, values: Mapping[str, Value], before: Place | None, after: Place | None
+) -> Reply:
+    """Which trial of a study is shown, the values of what varies, and its neighbours;
+    None where there is none.
+    """
+    point, replicate = here
+    return {
+        "point": point,
+        "replicate": replicate,
+        "values": {name: plain(value) for name, value in values.items()},
+        "before": before,
+        "after": after,
+    }
 
 
 def _control(setting: Setting, default: Value) -> Reply:
@@ -197,10 +230,11 @@ def _metric(
         "name": name,
         "text": about.text,
         "unit": spelled(about.unit, model),
+        "source": about.source,
         "published": numbers,
     }
 
 
 def _derived(one: DerivedMetric) -> Reply:
-    text = one.expression.text
-    return {"name": one.name, "text": text, "unit": one.unit, "published": []}
+    about = {"name": one.name, "text": one.expression.text, "unit": one.unit}
+    return about | {"source": "computed by the spec", "published": []}

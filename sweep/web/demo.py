@@ -26,6 +26,7 @@ class Demo:
     sentence  what to look for
     speed     steps a second at which it is opened
     overlays  what is drawn with it: some of those of a page
+    beside    another preset, which is shown beside it; or ""
     first     the step at which its moving picture begins
     every     steps between two frames of this picture
     frames    how many frames it has
@@ -39,6 +40,7 @@ class Demo:
     first: int
     every: int
     frames: int
+    beside: str = ""
 
     @cached_property
     def text(self) -> str:
@@ -58,6 +60,7 @@ class Demo:
             "yaml": self.text,
             "speed": self.speed,
             "overlays": list(self.overlays),
+            "beside": self.beside,
         }
 
 
@@ -110,13 +113,14 @@ DEMOS = {
         Demo(
             name="text",
             title="What the paper says, what its program did",
-            sentence="By the equations of the paper the flock bursts; choose the preset"
-            " as_run, and see the flocks of its program.",
+            sentence="By the equations of the paper the flock bursts; beside it, on the"
+            " same clock and seed, are the flocks of its program.",
             speed=5,
             overlays=("trails",),
             first=0,
             every=1,
             frames=40,
+            beside="as_run",
         ),
         Demo(
             name="thousand",

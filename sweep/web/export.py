@@ -2,11 +2,11 @@
 
 import io
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, Protocol
 
 import numpy as np
 from matplotlib import style
@@ -21,7 +21,7 @@ from sweep.replays.flight import Report
 from sweep.replays.video import find_ffmpeg, write_gif, write_mp4
 from sweep.tables.outputs import check_output, unfinished
 from sweep.web.flight import KeptFlight, silent
-from sweep.web.origin import about_frame, file_name
+from sweep.web.origin import about_frame, in_lines, picture_name, run_name
 
 MIME = {
     "png": "image/png",
@@ -30,10 +30,17 @@ MIME = {
     "mp4": "video/mp4",
     "html": "text/html;charset=utf-8",
 }
-WRITERS: dict[str, Callable[[Iterator[Picture], BinaryIO], None]] = {
-    "gif": write_gif,
-    "mp4": write_mp4,
-}
+
+
+class FilmWriter(Protocol):
+    """Writes pictures as a film, with a comment in its metadata."""
+
+    def __call__(
+        self, pictures: Iterator[Picture], file: BinaryIO, /, *, comment: str
+    ) -> None: ...
+
+
+WRITERS: dict[str, FilmWriter] = {"gif": write_gif, "mp4": write_mp4}
 DRAWING = Lock()
 """Held while a picture is drawn, because the style of figures is global in the
 process.
@@ -76,7 +83,7 @@ def draw_frame(
         content = write(
             Scene(study, job), step, bodies, about_frame(study, job, step, spec)
         )
-    return File(file_name(study, job, kind, step), MIME[kind], content)
+    return File(f"{picture_name(study, job, step)}.{kind}", MIME[kind], content)
 
 
 def _png(
@@ -107,19 +114,24 @@ def _svg(
     return file.getvalue()
 
 
-def animate(flight: KeptFlight, kind: str, report: Report = silent) -> File:
-    """A run as "gif" or "mp4", with at most MOST_FRAMES pictures. `report` is told how
-    many of how many are drawn. Raises OutputError for MP4 without ffmpeg.
+def animate(
+    flight: KeptFlight, kind: str, spec: str = "", report: Report = silent
+) -> File:
+    """A run as "gif" or "mp4", with at most MOST_FRAMES pictures. `spec` is the YAML
+    that gives it, for the metadata. `report` is told how many of how many are drawn.
+    Raises OutputError for MP4 without ffmpeg.
     """
     if kind == "mp4":
         find_ffmpeg()
-    few = thinned(flight, MOST_FRAMES)
+    few, last = thinned(flight, MOST_FRAMES), int(flight.steps[-1])
+    said = about_frame(flight.study, flight.job, last, spec)
     with DRAWING, TemporaryFile() as file:  # ffmpeg needs the path of a true file
         scene = Scene(few.study, few.job, few.every)
-        WRITERS[kind](_drawn(scene, few, report), file)
+        WRITERS[kind](_drawn(scene, few, report), file, comment=in_lines(said))
         file.seek(0)
         content = file.read()
-    return File(file_name(flight.study, flight.job, kind), MIME[kind], content)
+    name = run_name(flight.study, flight.job, last)
+    return File(f"{name}.{kind}", MIME[kind], content)
 
 
 def _drawn(scene: Scene, flight: KeptFlight, report: Report) -> Iterator[Picture]:

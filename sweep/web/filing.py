@@ -14,7 +14,7 @@ from sweep.design.jobs import Job
 from sweep.errors import OutputError, SpecError
 from sweep.replays.video import find_ffmpeg
 from sweep.text import unknown
-from sweep.web.origin import about_frame, file_name
+from sweep.web.origin import about_frame, picture_name, trial_name
 from sweep.web.protocol import Reply
 
 if TYPE_CHECKING:
@@ -90,12 +90,13 @@ def filed(order: Order, kind: str, greeting: list[Reply], spec: str) -> Make:
 
 
 def origin_of(order: Order, spec: str) -> Reply:
-    """The origin message: the name of a picture of the frame, without its ending, and
-    its metadata.
+    """The origin message: the names of a picture of the frame and of the trial, without
+    an ending, and the metadata of the picture.
     """
-    name = file_name(order.study, order.job, "", order.step).removesuffix(".")
+    name = picture_name(order.study, order.job, order.step)
     said = about_frame(order.study, order.job, order.step, spec)
-    return {"type": "origin", "name": name, "about": said}
+    trial = trial_name(order.study, order.job)
+    return {"type": "origin", "name": name, "trial": trial, "about": said}
 
 
 def _made(
@@ -112,7 +113,9 @@ def _made(
         file = (
             recording_of(flight, greeting, spec)
             if kind == "html"
-            else animate(flight, kind, lambda done, whole: tell("drawn", done / whole))
+            else animate(
+                flight, kind, spec, lambda done, whole: tell("drawn", done / whole)
+            )
         )
     return {
         "type": "file",

@@ -26,18 +26,28 @@ class Request:
 @dataclass(frozen=True)
 class Hello(Request):
     """The page is there. `page` is its name: a page that comes back finds its session
-    by it. Where there is none any more, the session begins with what the page has kept.
-    With a `trial` it is that of a stored trial of a study; `beside` names another one
-    of it that is played beside that one.
+    by it. Where there is none any more, the session begins with what the page has kept:
+    of one run, or of two side by side. With a `trial` it is that of a stored trial of a
+    study; `beside` names another one of it that is played beside that one.
     """
 
     page: str
     yaml: Yaml = ""
     point: str = ""
     replicate: Whole = 0
+    yaml_beside: Yaml = ""
+    point_beside: str = ""
+    replicate_beside: Whole = 0
     study: str = ""
     trial: str = ""
     beside: str = ""
+
+    @property
+    def of_second(self) -> "Hello":
+        """What was kept of the second run, as if it were the only one."""
+        return Hello(
+            self.page, self.yaml_beside, self.point_beside, self.replicate_beside
+        )
 
 
 @dataclass(frozen=True)

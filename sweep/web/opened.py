@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from ruamel.yaml import YAML
 
 from kernels.catalogue import Catalogue
@@ -80,16 +81,8 @@ class OpenedSpec:
         """The spec at the point that has this value of a setting, and the most values
         of this point otherwise. Raises SpecError where there is none.
         """
-        columns = self.design.columns
-        if name not in columns:
-            raise SpecError(unknown("setting that varies", name, columns))
-        fits = columns[name] == value
-        if not fits.any():
-            raise SpecError(f"{name}: no point has {value}")
-        alike = sum(
-            (column == column[self.point]).astype(int) for column in columns.values()
-        )
-        return self.at(int(np.argmax(np.where(fits, alike, -1))), self.replicate)
+        point = point_having(self.design.columns, self.point, name, value)
+        return self.at(point, self.replicate)
 
     def text(self, edits: Edits) -> str:
         """The YAML of the spec with these changes. What they contradict gives way: the
@@ -164,6 +157,22 @@ class OpenedSpec:
             record["series"] = [*record.get("series", ()), *metrics]
         yaml.dump(root, stream)
         return stream.getvalue()
+
+
+def point_having(
+    columns: Mapping[str, NDArray[Any]], point: int, name: str, value: Value
+) -> int:
+    """The number of the point that has this value of a setting, and the most values of
+    `point` otherwise; `columns` (P,) are the values of what varies. Raises SpecError
+    where there is none.
+    """
+    if name not in columns:
+        raise SpecError(unknown("setting that varies", name, columns))
+    fits = columns[name] == value
+    if not fits.any():
+        raise SpecError(f"{name}: no point has {value}")
+    alike = sum((column == column[point]).astype(int) for column in columns.values())
+    return int(np.argmax(np.where(fits, alike, -1)))
 
 
 def opened(study: Study) -> OpenedSpec:

@@ -1,5 +1,7 @@
 """Where a file of the page comes from: its name, and what its metadata say."""
 
+from collections.abc import Mapping
+
 from kernels.identity import kernels_sha
 from sweep.design.jobs import Job
 from sweep.store.provenance import machine
@@ -17,11 +19,29 @@ def about(study: str, job: Job) -> dict[str, str]:
 
 
 def about_frame(study: str, job: Job, step: int, spec: str) -> dict[str, str]:
-    """The origin of a picture at a step, with the spec that gives it."""
+    """The origin of a picture at a step, or of a run up to it, with the spec that gives
+    it.
+    """
     return about(study, job) | {"Step": str(step), "Spec": spec}
 
 
-def file_name(study: str, job: Job, kind: str, step: int | None = None) -> str:
-    """A trial's file name, e.g. nguyen2024-separation-05d7a1b2-step-250.png."""
-    frame = "" if step is None else f"-step-{step}"
-    return f"{study.replace('/', '-')}-{job.trial_id[:8]}{frame}.{kind}"
+def in_lines(said: Mapping[str, str]) -> str:
+    """An origin as one text, for formats whose metadata have no keys."""
+    return "\n".join(f"{key}: {value}" for key, value in said.items())
+
+
+def trial_name(study: str, job: Job) -> str:
+    """The beginning of the names of all files of a trial."""
+    return f"{study.replace('/', '-')}-{job.trial_id[:8]}"
+
+
+def picture_name(study: str, job: Job, step: int) -> str:
+    """The name of the picture of a step, without its ending, e.g.
+    nguyen2024-separation-05d7a1b2-step-250.
+    """
+    return f"{trial_name(study, job)}-step-{step}"
+
+
+def run_name(study: str, job: Job, last: int) -> str:
+    """The same of a run up to its step `last`: ...-05d7a1b2-to-step-250."""
+    return f"{trial_name(study, job)}-to-step-{last}"

@@ -228,8 +228,11 @@ class Player:
         """Make a file while the show goes on, and send it. Only one file is made at a
         time. It is stopped when the page says so, or is gone.
         """
+        side = {"side": message.side}
+        over = _progress(None, "", 1.0) | side
         if self.filing.locked():
-            outbox.put(_error("a file is being made already; wait for it"))
+            busy = _error("a file is being made already; wait for it")
+            outbox.put(over, busy | side)
             return
         async with self.filing:
             stopped = self.stopped = Event()
@@ -237,15 +240,15 @@ class Player:
                 make = await self.in_turn(
                     lambda: self.show.side(message.side).export(message.kind)
                 )
-                tell = _telling(outbox, message.kind, stopped)
-                outbox.put(await asyncio.to_thread(make, tell))
+                tell = _telling(outbox, message, stopped)
+                outbox.put(await asyncio.to_thread(make, tell) | side)
             except StoppedError:
                 pass
             except Exception as error:
-                outbox.put(_error(_reason(error)))
+                outbox.put(_error(_reason(error)) | side)
             finally:
                 stopped.set()
-                outbox.put(_progress(None, "", 1.0))
+                outbox.put(over)
 
     async def _step(self, outbox: Outbox) -> None:
         """Advance the show while it is going, and send the state when it stands
@@ -315,8 +318,8 @@ def _progress(kind: str | None, doing: str, share: float) -> Reply:
     return {"type": "progress", "kind": kind, "doing": doing, "share": share}
 
 
-def _telling(outbox: Outbox, kind: str, stopped: Event) -> Tell:
-    """Tells a page how far the making of a file is, a hundred times at most; may be
+def _telling(outbox: Outbox, message: Export, stopped: Event) -> Tell:
+    """Tells a page how far the making of its file is, a hundred times at most; may be
     called from any thread.
     """
     last: list[tuple[str, float]] = []
@@ -327,7 +330,7 @@ def _telling(outbox: Outbox, kind: str, stopped: Event) -> Tell:
         here = doing, math.floor(100 * share) / 100
         if [here] != last:
             last[:] = [here]
-            outbox.put(_progress(kind, *here))
+            outbox.put(_progress(message.kind, *here) | {"side": message.side})
 
     return tell
 

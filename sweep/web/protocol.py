@@ -7,10 +7,10 @@ page knows which state is older than its last message. Only hello and ready have
 answer of this kind. A message may have a `side` too: which one of two runs side by side
 it is about, 0 or 1. What is said of the second one has side 1.
 
-    hello page yaml point replicate study trial beside
-                                 first; answered by controls, scene, state, metrics and
-                                 a frame. The next three are what `kept` has said, for
-                                 a page whose session is gone; study and trial name a
+    hello page yaml point replicate yaml_beside point_beside replicate_beside study
+          trial beside           first; answered by controls, scene, state, metrics and
+                                 a frame. The next six are what `kept` has said, for a
+                                 page whose session is gone; study and trial name a
                                  stored trial to play, and beside another one that is
                                  played beside it
     set name value part          a setting, or `seed`; an infinite number is the text
@@ -30,12 +30,13 @@ it is about, 0 or 1. What is said of the second one has side 1.
     sweep name low high points   a setting that the copied spec sweeps; with off: true
                                  no longer
     spec                         answered by spec: yaml, trial, exact, note
-    keep                         answered by kept: yaml, point, replicate
+    keep                         answered by kept: yaml, point, replicate; of two runs
+                                 also those of the second, as in hello
     export kind                  png, svg, gif, mp4 or html; answered by file: name,
                                  mime, data (base64)
     stop                         the file that is being made is not wanted any more
-    origin                       answered by origin: name, about; of a picture that the
-                                 page makes of its frame
+    origin                       answered by origin: name, trial, about; of what the
+                                 page saves itself: a picture of its frame, or a table
     ready                        the last frame is drawn and another one may come
     seek frame                   a step that was run, or one of a stored trial
     undo, redo                   the last edit
@@ -70,8 +71,8 @@ To the page:
     rules names
           of the accelerations in the frames that follow
     progress kind doing share
-          of the file that is being made: what is done, and how much of it, from 0 to 1;
-          kind is null when it is made, or stopped
+          of the file that is being made, of the run with this side: what is done, and
+          how much of it, from 0 to 1; kind is null when it is made, or stopped
     spec, kept, file, origin
           as above
     anew

@@ -17,7 +17,7 @@ from sweep.web.encoding import frame
 from sweep.web.export import MIME, File, thinned
 from sweep.web.flight import KeptFlight
 from sweep.web.front_matter import front_matter
-from sweep.web.origin import about, file_name
+from sweep.web.origin import about, run_name
 from sweep.web.senses import faced, senses_of
 
 MOST_BYTES = 16 * 2**20
@@ -50,7 +50,8 @@ def recording_of(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> 
         front.title,
         origin,
     )
-    return File(file_name(flight.study, flight.job, "html"), MIME["html"], content)
+    name = run_name(flight.study, flight.job, int(flight.steps[-1]))
+    return File(f"{name}.html", MIME["html"], content)
 
 
 def recorded_run(flight: KeptFlight, said: dict[str, Message], spec: str) -> Message:

@@ -5,6 +5,7 @@ The simulation itself is put to the step that is looked at. So a replay shows ev
 that a live run shows.
 """
 
+from contextlib import suppress
 from typing import Any
 
 from sweep.design.jobs import Job
@@ -22,13 +23,12 @@ from sweep.web.live import Live, do
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
 from sweep.web.state import ViewState, from_job
+from sweep.web.stored import TrialChoice
 from sweep.web.track import NOTHING, go_to, quiet, survey
 
 CHANGING = (
     messages.Set
     | messages.ChooseModel
-    | messages.ShowTrial
-    | messages.ShowValue
     | messages.Shapes
     | messages.Goal
     | messages.Sweep
@@ -51,12 +51,18 @@ class Replay(Live):
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
-        self.study, self.stored = study, study.trial(trial)
-        self.job = study.job(self.stored)
-        state = from_job(self.job)
+        self.study, self.others = study, TrialChoice(study)
+        super().__init__(self._load(trial, report))
+
+    def _load(self, trial: str, report: Report = silent) -> ViewState:
+        """Run a trial again and compare it. Where that fails, nothing has changed."""
+        study = self.study
+        stored = study.trial(trial)
+        job = study.job(stored)
+        state = from_job(job)
         try:
-            self.track = survey(self.job, _measured(self.job), report)
-            self.differences = differences(study.name, self.stored, simulate(self.job))
+            track = survey(job, _measured(job), report)
+            found = differences(study.name, stored, simulate(job))
         except Exception as error:
             if isinstance(error, UserError):
                 raise
@@ -64,8 +70,18 @@ class Replay(Live):
             raise StoreError(
                 f"trial {trial} cannot be shown, as it fails: {about}"
             ) from error
-        self.which = _which(self.job, study.varied)
-        super().__init__(state)
+        self.stored, self.job, self.track, self.differences = stored, job, track, found
+        return state
+
+    @property
+    def which(self) -> str:
+        """The values of the trial in what varies in its study, and its replicate."""
+        names = self.study.varied
+        values = [
+            f"{name.replace('_', ' ')} {self.job.settings[name]}" for name in names
+        ]
+        number = f"replicate {self.job.replicate + 1:,} of {self.others.replicates:,}"
+        return ", ".join([*values, number])
 
     def _begin(self, state: ViewState) -> None:
         self.running, self.aim = False, 0
@@ -147,6 +163,10 @@ class Replay(Live):
                 self.pause()
                 self.seek(frame)
                 return [self.status()]
+            case messages.ShowTrial(point, replicate):
+                return self._show_stored(self.others.trial(point, replicate))
+            case messages.ShowValue(name, value):
+                return self._show_stored(self.others.having(self.job, name, value))
             case messages.Spec():
                 return [
                     {
@@ -160,6 +180,27 @@ class Replay(Live):
             case message if isinstance(message, CHANGING):
                 raise SpecError(FIXED)
         return super().handle(message)
+
+    def _show_stored(self, trial: str) -> list[Reply]:
+        """Play another stored trial, with the same plots where it has them."""
+        plots, speed = self.state.plots, self.speed
+        self._begin(self._load(trial))
+        self.speed = speed
+        if plots != self.state.plots:
+            with suppress(SpecError):
+                self.follow(plots)
+        return self.greeting()
+
+    def greeting(self) -> list[Reply]:
+        """Controls, with the stored trials to choose from, scene and state."""
+        shown, *others = super().greeting()
+        return [shown | {"trials": self.others.offered()}, *others]
+
+    def waiting(self, message: Message) -> str:
+        """That another trial is run again, which may take long."""
+        if isinstance(message, messages.ShowTrial | messages.ShowValue):
+            return "running the trial again, to compare it with what is stored"
+        return super().waiting(message)
 
     def _edit(self, message: Message) -> None:
         """Do what the page asks, which edits nothing."""
@@ -191,7 +232,8 @@ class Replay(Live):
 
     def status(self) -> Reply:
         """The state message, with what is replayed."""
-        return super().status() | {"replay": self._replayed()}
+        about = {"replay": self._replayed(), "trial": self.others.placed(self.job)}
+        return super().status() | about
 
     def _replayed(self) -> dict[str, Any]:
         row, values = self.stored.row, self.track.values
@@ -229,12 +271,6 @@ class Replay(Live):
             else ""
         )
         return f"It differs from what is stored: {self.differences[0]}{others}."
-
-
-def _which(job: Job, varied: list[str]) -> str:
-    """The values of a trial in what varies in its study, and its replicate."""
-    values = [f"{name.replace('_', ' ')} {job.settings[name]}" for name in varied]
-    return ", ".join([*values, f"replicate {job.replicate + 1:,}"])
 
 
 def _measured(job: Job) -> tuple[str, ...]:

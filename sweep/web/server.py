@@ -148,7 +148,7 @@ class Rooms:
             show = await making
             if hello.yaml:
                 try:
-                    await asyncio.to_thread(show.restore, hello)
+                    show = await asyncio.to_thread(_restored, show, hello)
                 except UserError as error:
                     said = f"what this page has kept cannot be shown: {error}"
                     await line.tell({"type": "error", "message": said})
@@ -304,6 +304,19 @@ class PageServer:
         if not taken:
             raise ConnectionError("the page is gone")
         return TAKEN
+
+
+def _restored(show: Show, hello: Hello) -> Show:
+    """The show of what a page has kept: one run, or two. Raises a UserError for what
+    cannot be shown.
+    """
+    show.restore(hello)
+    if not hello.yaml_beside:
+        return show
+    first = show.side(0)
+    second = first.beside("")
+    second.restore(hello.of_second)
+    return Twin(first, second)
 
 
 def _data(reply: Reply) -> Response:

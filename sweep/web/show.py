@@ -83,6 +83,9 @@ class RunShow(Show, Protocol):
     def status(self) -> Reply:
         """The state message."""
 
+    def kept(self) -> Reply:
+        """The kept message."""
+
     def seek(self, step: int, /) -> None:
         """Go to a step."""
 

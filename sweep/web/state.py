@@ -21,7 +21,7 @@ from sweep.errors import SpecError
 from sweep.spec.derived_metrics import DerivedMetric
 from sweep.spec.document import Document, Entry
 from sweep.spec.keys import written
-from sweep.spec.maps import DrawnMap, OwnMap, read_maps
+from sweep.spec.maps import OwnMap, map_as_written, read_maps, shape_as_written
 from sweep.spec.settings import (
     NotAllowedError,
     Setting,
@@ -130,7 +130,7 @@ class ViewState:
         return (
             None
             if self.own is None
-            else [_shape(*obstacle) for obstacle in self.own.obstacles]
+            else [shape_as_written(obstacle) for obstacle in self.own.obstacles]
         )
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
@@ -242,7 +242,7 @@ class ViewState:
             "seed": self.seed,
         }
         if self.own:
-            values["maps"] = {str(self.fixed["map"]): self._drawn(self.own)}
+            values["maps"] = {str(self.fixed["map"]): map_as_written(self.own)}
         if fixed := {
             name: self.fixed[name]
             for name in known
@@ -292,7 +292,7 @@ class ViewState:
         edits = Edits(
             settings=settings,
             shown=self.settings,
-            maps={str(self.fixed["map"]): self._drawn(own)} if own else {},
+            maps={str(self.fixed["map"]): map_as_written(own)} if own else {},
             sweeps={
                 name: _axis(known[name].kind, range_)
                 for name, range_ in self.sweeps.items()
@@ -311,9 +311,6 @@ class ViewState:
         """A file in the place of the name of its entry."""
         kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
         return self.known.written(kinds[name], value) if name in kinds else value
-
-    def _drawn(self, own: OwnMap) -> dict[str, Any]:
-        return written({"size": own.size, "shapes": self.shapes}, DrawnMap)
 
     def _portable(self) -> dict[str, Any]:
         """The spec with files in the place of the names of their entries."""
@@ -453,17 +450,15 @@ def _study(state: ViewState) -> Study:
     """The study of the copied spec. Its map may have very many shapes, so they are not
     written and read as YAML: the text has one shape in their place.
     """
-    spec = state.as_spec()
-    if state.own is None:
+    spec, own = state.as_spec(), state.own
+    if own is None:
         return parse_spec(spec, known=state.known)
-    name, map_ = next(iter(spec["maps"].items()))
-    width, height = state.own.size
-    stand_in = {
-        "disc": {"x": width / 2, "y": height / 2, "radius": min(width, height) / 4}
-    }
-    light = spec | {"maps": {name: map_ | {"shapes": [stand_in]}}}
-    study = parse_spec(light, known=state.known)
-    return replace(study, maps=_read({name: map_}))
+    (name,) = spec["maps"]
+    x, y = own.size[0] / 2, own.size[1] / 2
+    stand_in = {"disc": {"x": x, "y": y, "radius": min(x, y) / 2}}
+    map_ = {"size": list(own.size), "shapes": [stand_in]}
+    study = parse_spec(spec | {"maps": {name: map_}}, known=state.known)
+    return replace(study, maps={name: own})
 
 
 def _read(maps: Mapping[str, Any]) -> dict[str, OwnMap]:
@@ -475,21 +470,6 @@ def _own_map(shapes: list[Shape], size: Mapping[str, object]) -> OwnMap:
     return _read({EDITED: {"size": [size[side] for side in SIDES], "shapes": shapes}})[
         EDITED
     ]
-
-
-def _shape(
-    x: float, y: float, half_width: float, half_height: float, is_round: float
-) -> Shape:
-    if is_round:
-        return {"disc": {"x": x, "y": y, "radius": half_width}}
-    return {
-        "rectangle": {
-            "x": x,
-            "y": y,
-            "width": 2 * half_width,
-            "height": 2 * half_height,
-        }
-    }
 
 
 def _axis(kind: str, range_: Range) -> dict[str, Any]:

@@ -121,7 +121,9 @@ class Twin:
         is about itself. If that brings one to another step, the other one follows.
         """
         step, going = self.step, self.running
-        if isinstance(message, SHARED):
+        if isinstance(message, messages.Keep):
+            replies = [self._kept()]
+        elif isinstance(message, SHARED):
             replies = self._both(message)
         else:
             side = self.side(message.side)
@@ -132,6 +134,12 @@ class Twin:
             with suppress(SpecError):
                 self._both(messages.StartRun())
         return [reply for reply in replies if reply["type"] != "state"] + self.states()
+
+    def _kept(self) -> Reply:
+        """What the page goes on with: that of the first run, and of the second."""
+        first, second = (side.kept() for side in self.sides)
+        named = {f"{key}_beside": second[key] for key in second.keys() - {"type"}}
+        return first | named
 
     def _both(self, message: Message) -> list[Reply]:
         replies: list[Reply] = []

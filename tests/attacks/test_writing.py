@@ -86,6 +86,10 @@ OTHERWISE = {
         "where parts are made up; nobody else may enter it"
     ),
     "sweep/tables/netcdf.py to_netcdf": "into that folder",
+    "sweep/replays/video.py TemporaryDirectory": (
+        "a folder of its own, for the metadata that ffmpeg reads"
+    ),
+    "sweep/replays/video.py write_text": "into that folder",
     "sweep/testing/compiled.py TemporaryDirectory": (
         "where the interpreter leaves its flights; nobody else may enter it"
     ),

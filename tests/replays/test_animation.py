@@ -344,6 +344,26 @@ def test_an_ffmpeg_that_fails_is_quoted(
         video.write_mp4(pictures(), file)
 
 
+def test_an_mp4_has_a_comment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """ffmpeg reads it from a file, in which five signs have a backslash before them:
+    https://ffmpeg.org/ffmpeg-formats.html#Metadata-1.
+    """
+    told = tmp_path / "told"
+    told.write_text(
+        '#!/bin/sh\nfor last; do\ncase "$last" in */about) about="${last#file:}";; esac'
+        '\ndone\ncat >/dev/null\ncat "$about" > "${last#file:}"\n',
+        encoding="utf-8",
+    )
+    told.chmod(0o755)
+    monkeypatch.setattr(video, "find_ffmpeg", lambda: str(told))
+    with (tmp_path / "x.mp4").open("w+b") as file:
+        pictures = iter([np.zeros((2, 2, 3), np.uint8)])
+        video.write_mp4(pictures, file, "a = 1; # ü\nb: \\")
+    assert (tmp_path / "x.mp4").read_text(encoding="utf-8") == (
+        ";FFMETADATA1\ncomment=a \\= 1\\; \\# ü\\\nb: \\\\\n"
+    )
+
+
 def test_an_mp4_is_written_where_it_will_be(
     study: StoredStudy, trial: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,13 +21,15 @@ from sweep.design.jobs import Jobs, point_id
 from sweep.errors import SpecError, StoreError
 from sweep.own_code.reading import load_spec
 from sweep.replays.replay import replay
-from sweep.spec import images, maps
+from sweep.spec import copied_maps, images, maps
 from sweep.spec.images import obstacles_of, rectangles
 from sweep.spec.maps import OwnMap, from_json
 from sweep.spec.settings import settings_of
+from sweep.spec.strict_yaml import dump
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation
+from sweep.trial.world import world_of
 from sweep.workers.executors import Serial
 from tests import builders
 from tests.specs import short, short_study
@@ -276,10 +278,10 @@ MISTAKES = [
     ),
     (["  room: {image: x.png}"], '7: missing key "resolution" in "room"'),
     (["  room: {img: x.png}"], '7: unknown key "img"'),
-    (["  room: {size: [1, 2]}"], '7: "room" needs one of shapes, image, ros'),
+    (["  room: {size: [1, 2]}"], '7: "room" needs one of shapes, from, image, ros'),
     (
         ["  room: {image: x.png, ros: x.yaml}"],
-        '7: "room" needs one of shapes, image, ros',
+        '7: "room" needs one of shapes, from, image, ros',
     ),
     (["  room: {image: x.png, resolution: 1, size: [1, 2]}"], '7: unknown key "size"'),
     (["  room: 5"], '7: "room" must be a mapping with at least one entry, not 5'),
@@ -524,3 +526,90 @@ def test_worlds_kept_between_trials_are_those_of_their_obstacles(
             9000 - 39 * 19,
             9000 - 39 * 21,
         ] * 2
+
+
+FIXED = sorted(copied_maps.sizes())
+
+
+def copied(*lines: str) -> OwnMap:
+    """The map "room" of a spec with these lines."""
+    return short_study("maps:", "  room:", *lines).maps["room"]
+
+
+def test_maps_that_are_the_same_in_every_trial_can_be_copied() -> None:
+    for name in FIXED:
+        size = MAPS[name].size
+        assert size is not None
+        drawn = np.array(copied_maps.obstacles_in(name))
+        job = builders.job(
+            "aziel_chen2025" if MAPS[name].unit == "px" else "nanobot", map=name
+        )
+        assert (drawn.reshape(-1, 5) == world_of(job).obstacles).all()
+        own = copied(f"    from: {name}")
+        assert own == OwnMap(size, copied_maps.obstacles_in(name))
+
+
+def test_a_copied_map_has_what_is_changed_left_out_and_added() -> None:
+    before = copied_maps.obstacles_in("cafeteria")
+    own = copied(
+        "    from: cafeteria",
+        "    without: [18, 2]",
+        "    change: [{number: 5, to: {disc: {x: 1, y: 2, radius: 3}}}]",
+        "    add: [{rectangle: {x: 400, y: 300, width: 6, height: 8}}]",
+    )
+    other, new = (1.0, 2.0, 3.0, 3.0, 1.0), (400.0, 300.0, 3.0, 4.0, 0.0)
+    assert own.obstacles == (*before[:1], *before[2:4], other, *before[5:17], new)
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_a_copy_is_written_shortly_and_gives_the_same_obstacles(data) -> None:
+    name = data.draw(st.sampled_from(FIXED))
+    size, obstacles = copied_maps.sizes()[name], [*copied_maps.obstacles_in(name)]
+    number = st.floats(1.0, 9.0)  # within the smallest of them
+    shape = st.builds(lambda x, y, r: (x, y, r, r, 1.0), number, number, number)
+    for _ in range(data.draw(st.integers(0, 4))):
+        place = data.draw(st.integers(0, len(obstacles)))
+        kind = data.draw(st.sampled_from(["add", "move", "remove"]))
+        if kind == "add" or place == len(obstacles):
+            obstacles.append(data.draw(shape))
+        elif kind == "move":
+            obstacles[place] = data.draw(shape)
+        else:
+            del obstacles[place]
+    own = OwnMap(size, tuple(obstacles))
+    written = maps.map_as_written(own)
+    text = dump({"room": written}).replace("\n", "\n  ")
+    assert parse_spec(short("maps:", f"  {text}")).maps["room"] == own
+    if len(obstacles) > 12:
+        assert written["from"] == name
+        assert len(text) < 600
+
+
+def test_a_map_that_is_no_copy_is_written_with_its_shapes() -> None:
+    own = OwnMap((800.0, 600.0), ROOM_OBSTACLES)
+    assert maps.map_as_written(own).keys() == {"size", "shapes"}
+
+
+def test_all_mistakes_of_a_copied_map_are_said_at_once() -> None:
+    with pytest.raises(SpecError) as refused:
+        copied(
+            "    from: cafeteria",
+            "    without: [19, 3]",
+            "    change:",
+            "    - {number: 3, to: {disc: {x: 1, y: 2, radius: 3}}}",
+            "    - {number: 4, to: {disc: {x: 1, y: 2}}}",
+            "    add: [{disc: {x: -90, y: 2, radius: 3}}]",
+        )
+    said = str(refused.value)
+    for words in (
+        "obstacle 3 is changed or left out twice",
+        "there is no obstacle 19: cafeteria has 18",
+        'missing key "radius"',
+        "the disc lies outside the world, which is 800 x 600",
+    ):
+        assert words in said, said
+    with pytest.raises(SpecError, match='unknown map to copy "cafetera"; did you mean'):
+        copied("    from: cafetera")
+    with pytest.raises(SpecError, match='unknown map to copy "random_obstacles"'):
+        copied("    from: random_obstacles")

@@ -11,6 +11,7 @@ from sweep.analysis import by_point, mean_interval, pooled
 from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves
+from sweep.tables.json_rows import rows_as_json
 from sweep.tables.point_means import point_means
 from tests.commands import sweep
 from tests.plotted import study
@@ -212,3 +213,15 @@ def test_a_text_is_a_list_of_one_and_never_its_letters() -> None:
         point_means(grid(), by="border")
     with pytest.raises(ChoiceError, match='unknown series metric "sped"'):
         metric_curves(grid(), metrics="sped")
+
+
+def test_json_has_all_digits_of_a_float_and_no_number_that_json_lacks() -> None:
+    values = [1e-11, 0.1 + 0.2, 5e-324, 1 / 3, 1.7e308]
+    frame = pd.DataFrame({"value": [*values, np.nan, np.inf]})
+    frame["count"] = pd.array([1, 2, 3, 4, 5, None, 7], "Int64")
+    frame["name"] = ["a", None, "é", "", "b", "c", "d"]
+    read = json.loads(rows_as_json(frame))
+    assert [row["value"] for row in read] == [*values, None, None]
+    assert [row["count"] for row in read] == [1, 2, 3, 4, 5, None, 7]
+    assert [row["name"] for row in read] == ["a", None, "é", "", "b", "c", "d"]
+    assert rows_as_json(frame[:0]) == "[]"

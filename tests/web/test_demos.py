@@ -140,7 +140,7 @@ def test_a_demo_opens_in_the_simulator_and_is_its_spec(
         page.page.goto(server.url + address.removeprefix("./"))
     page.until("window.boidsweep?.view.state?.running")
     assert page.ask("boidsweep.view.state.model") == "rustamani2024"
-    assert page.ask("boidsweep.view.state.speed") == 30
+    page.until("boidsweep.view.state.speed === 30")
     page.until("boidsweep.view.stage.frame.step > 2")
     assert page.ask("boidsweep.view.stage.overlays.has('trails')")
     assert copied(page) == DEMOS["maze"].text
@@ -157,6 +157,23 @@ def test_a_demo_opens_in_the_simulator_and_is_its_spec(
     show = page.show
     assert isinstance(show, Live)
     assert show.state.as_text() == DEMOS["flock"].text
+
+
+def test_the_demo_of_two_presets_opens_both_side_by_side(
+    server: PageServer, started: Callable[..., Page], opened: Open
+) -> None:
+    start = started(reduced_motion="reduce")
+    address = start.locator(CARDS).nth(4).get_attribute("href")
+    assert address
+    page = opened(at=server, locale="en-GB")
+    with page.page.expect_event("load"):
+        page.page.goto(server.url + address.removeprefix("./"))
+    page.until("window.boidsweep?.second?.stage.frame?.step > 0")
+    presets = page.ask(
+        "[boidsweep.view, boidsweep.second].map(({ state }) => state.preset)"
+    )
+    assert presets == ["as_written", "as_run"]
+    assert page.ask("boidsweep.second.stage.overlays.has('trails')")
 
 
 def test_only_who_knows_the_token_sees_demos(server: PageServer) -> None:

@@ -123,10 +123,15 @@ def test_an_animation_has_the_frames_of_the_flight(
     flight: KeptFlight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(export, "MOST_FRAMES", 12)
-    file = export.animate(flight, "gif")
-    assert (file.name, file.mime) == ("some-study-01234567.gif", "image/gif")
+    spec = "study: some/study  # ü; x = 1\n" + 300 * "fixed: {n: 12}\n"
+    file = export.animate(flight, "gif", spec)
+    name = "some-study-01234567-to-step-30.gif"
+    assert (file.name, file.mime) == (name, "image/gif")
     with Image.open(io.BytesIO(file.content)) as gif:
         assert gif.n_frames == 11
+        comment = gif.info["comment"].decode()
+        assert comment.startswith(f"Study: {STUDY}\nTrial: {JOB.trial_id}\n")
+        assert comment.endswith(f"Step: 30\nSpec: {spec}")
         gif.seek(4)
         shown = np.asarray(gif.convert("RGB"), np.int64)
     assert np.abs(shown - Scene(STUDY, JOB).draw(12, flight.bodies[12])).mean() < 1.0

@@ -81,8 +81,7 @@ def test_a_picture_as_shown_has_the_pixels_of_the_screen_and_its_origin(
     page = shown(opened)
     name, content = exported(page, words, tmp_path)
     said = origin(page)
-    assert name == f"{said['name']}-{finer}x.png"
-    assert name.endswith(f"-step-40-{finer}x.png")
+    assert name == f"{said['name']}-as-shown-{96 * finer}dpi.png"
     with Image.open(io.BytesIO(content)) as image:
         image.load()
         assert {key: image.info[key] for key in said["about"]} == said["about"]
@@ -104,7 +103,7 @@ def test_a_picture_as_lines_has_every_layer(opened: Open, tmp_path: Path) -> Non
     name, content = exported(page, "as lines", tmp_path)
     said, show = origin(page), page.show
     assert isinstance(show, Live)
-    assert name == f"{said['name']}.svg"
+    assert name == f"{said['name']}-as-shown.svg"
     root = Tree.fromstring(content)
     assert root.findtext(f"{SVG}title") == said["name"]
     told = root.findtext(f"{SVG}desc") or ""
@@ -223,6 +222,10 @@ class Slow(Live):
                 tell("drawn", 0.42)
 
         return make if kind == "gif" else super().export(kind)
+
+    def beside(self, preset: str, /) -> Live:
+        """One that is as slow, from its start."""
+        return Slow(super().beside(preset).state)
 
 
 def test_a_page_shows_how_far_a_file_is_and_stops_it(

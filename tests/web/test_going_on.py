@@ -46,7 +46,7 @@ def test_any_trial_of_an_opened_spec_is_shown_and_its_text_stays(opened: Open) -
         page.page.get_by_label("replicate", exact=True).press("Enter")
         page.until("boidsweep.view.state.trial.replicate === 16")
         assert page.ask("boidsweep.view.state.settings.separation_weight") == 2
-        assert "separation weight 2, replicate 17" in page.page.title()
+        assert "separation weight 2, replicate 17 of 400" in page.page.title()
         assert copied(page) == SEPARATION.read_text()
         page.page.get_by_role("button", name="Copy as spec").click()
         words = "Launched, point 5 of 5, replicate 17 of 400 gives the very frames"

@@ -159,6 +159,8 @@ def test_changes_stay_at_another_point_and_replicate() -> None:
         "point": 3,
         "replicate": 17,
         "values": {"separation_weight": 1.5},
+        "before": (3, 16),
+        "after": (3, 18),
     }
     assert live.state.settings["cohesion_weight"] == 2
     (reply,) = live.handle(messages.Spec())

@@ -754,7 +754,7 @@ def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(
         assert both == {"stored": row["coverage"], "replayed": row["coverage"]}
         plot = "boidsweep.view.charts.plots.get('coverage')"
         assert page.ask(f"{plot}.series.steps.length") == 61
-        assert page.page.get_by_label("fov", exact=True).is_disabled()
+        assert page.page.locator("input[id$='-fov']").is_disabled()
         page.page.keyboard.press("d")
         page.drag((400, 300), (450, 300))
         page.page.keyboard.press("Space")

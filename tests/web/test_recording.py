@@ -92,7 +92,10 @@ def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(
 
 def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     content = content_of(file.content)
-    assert file.name == f"some-study-{STATE.job.trial_id[:8]}.html"
+    assert (
+        file.name
+        == f"some-study-{STATE.job.trial_id[:8]}-to-step-{flight.steps[-1]}.html"
+    )
     assert content["about"]["Trial"] == STATE.job.trial_id
     assert content["about"]["kernels_sha"] == kernels_sha()
     assert content["spec"] == STATE.as_text()

@@ -87,7 +87,9 @@ def test_every_number_is_the_stored_one(spec: str, index: int, tmp_path: Path) -
     show = Replay(study, trial)
     told = show.status()["replay"]
     assert (told["study"], told["trial"], told["equal"]) == (study.name, trial, True)
-    assert told["which"].endswith(f"replicate {show.job.replicate + 1}")
+    assert told["which"].endswith(
+        f"replicate {show.job.replicate + 1} of {len(set(study.trials['replicate']))}"
+    )
     assert all(name.replace("_", " ") in told["which"] for name in study.varied)
     assert told["words"] == "Every number equals the stored one, bit for bit."
     series = study.series[study.series["trial_id"] == trial]
@@ -329,3 +331,54 @@ def test_a_table_says_how_to_see_a_trial_of_each_point(
     assert seen["replicate"].tolist() == [1, 1]
     table_text(study, found)
     assert rows["view"][0] in capsys.readouterr().out
+
+
+def test_one_goes_from_one_stored_trial_to_another(flown: StoredStudy) -> None:
+    """By neighbours through all of them, by numbers, and by a value of what varies."""
+    show = Replay(flown, trial_of(flown, 0))
+    trials = flown.trials.set_index("trial_id")
+    seen = [show.job.trial_id]
+    while after := show.status()["trial"]["after"]:
+        replies = show.handle(messages.ShowTrial(*after))
+        assert [reply["type"] for reply in replies] == ["controls", "scene", "state"]
+        state = replies[-1]
+        assert state["replay"]["trial"] == show.job.trial_id
+        assert state["replay"]["equal"]
+        assert state["trial"]["before"] is not None
+        row = trials.loc[show.job.trial_id]
+        assert state["trial"]["replicate"] == row["replicate"]
+        assert state["trial"]["values"] == {
+            "separation_weight": row["separation_weight"]
+        }
+        seen.append(show.job.trial_id)
+    assert sorted(seen) == sorted(trials.index)
+    offered = show.greeting()[0]["trials"]
+    assert (offered["points"], offered["replicates"]) == (2, 3)
+    assert offered["axes"] == [{"name": "separation_weight", "values": [0.5, 1.0]}]
+    show.handle(messages.ShowValue("separation_weight", 0.5))
+    state = show.status()
+    assert (state["trial"]["point"], state["trial"]["replicate"]) == (0, 2)
+    for wrong, words in (
+        (messages.ShowTrial(0, 3), "no trial is stored of point 1, replicate 4"),
+        (messages.ShowValue("separation_weight", 0.7), "no point has 0.7"),
+        (messages.ShowValue("cohesion_weight", 1.0), "unknown setting that varies"),
+    ):
+        with pytest.raises(SpecError, match=words):
+            show.handle(wrong)
+        assert show.status() == state
+
+
+def test_where_the_next_trial_fails_the_one_that_is_shown_stays(
+    flown: StoredStudy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show = Replay(flown, trial_of(flown, 0))
+    show.seek(4)
+    state, picture = show.status(), show.picture()
+
+    def failing(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("sweep.web.replaying.simulate", failing)
+    with pytest.raises(StoreError, match="cannot be shown, as it fails: ZeroDivision"):
+        show.handle(messages.ShowTrial(1, 0))
+    assert (show.status(), show.picture()) == (state, picture)

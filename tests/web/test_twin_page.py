@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,17 @@ import pytest
 
 from sweep.web.live import Live
 from sweep.web.replaying import Replay
+from sweep.web.server import PageServer
 from sweep.web.twin import Twin
 from tests.studies import SMALL, launched
-from tests.web.chromium import Opened, running_server
+from tests.web.chromium import (
+    Opened,
+    in_a_thread,
+    in_the_cafeteria,
+    running_server,
+)
+from tests.web.test_exports import Slow
+from tests.web.test_going_on import free_port
 
 Open = Callable[..., Opened]
 WATCH = """() => {
@@ -107,6 +116,61 @@ def test_a_page_that_comes_back_shows_both_runs_again(opened: Open) -> None:
     page.until("boidsweep.second && !boidsweep.second.before")
     page.until("boidsweep.second.stage.frame?.step === 9")
     assert page.page.locator(".side").count() == 2
+
+
+def test_both_runs_are_restored_by_a_server_that_is_started_anew(opened: Open) -> None:
+    port = free_port()
+    with ExitStack() as first:
+        server = PageServer(in_the_cafeteria, port)
+        page = opened(first.enter_context(in_a_thread(server)))
+        page.page.locator("summary", has_text="as_written").click()
+        page.page.get_by_role("button", name="Show as_written beside this").click()
+        page.until("boidsweep.second?.state")
+        page.send(type="set", name="n", value=17, side=1)
+        kept = "boidsweep.view.memory.read()"
+        page.until(f"{kept}?.yaml_beside?.includes('n: 17')")
+        assert "n: 17" not in page.ask(f"{kept}.yaml")
+        address = page.ask("boidsweep.view.memory.address()")
+        page.until("!boidsweep.second.asked")
+        before = page.ask("[boidsweep.view.state, boidsweep.second.state]")
+    page.until("boidsweep.view.away && boidsweep.second.away")
+    with in_a_thread(PageServer(in_the_cafeteria, port)) as server:
+        page.until("!boidsweep.view.away && boidsweep.second?.state")
+        after = page.ask("[boidsweep.view.state, boidsweep.second.state]")
+        for one, other in zip(before, after, strict=True):
+            assert one["settings"] == other["settings"]
+        page.until(f"{kept}.yaml_beside")
+        other = page.page.context.new_page()
+        other.goto(address)
+        other.wait_for_function(
+            "() => window.boidsweep?.second?.state?.settings.n === 17"
+        )
+        page.page.get_by_role("button", name="Only A").click()
+        page.until(f"!boidsweep.second && !{kept}.yaml_beside")
+        page.page.context.close()
+    # What the browser says of the server that was away.
+    page.complaints[:] = [one for one in page.complaints if "WebSocket" not in one]
+
+
+def test_the_progress_of_a_file_is_shown_beside_the_run_that_it_is_of(
+    opened: Open,
+) -> None:
+    with running_server(lambda: Slow(in_the_cafeteria().state)) as server:
+        page = opened(server)
+        page.page.get_by_role("button", name="Show this twice").click()
+        page.until("boidsweep.second?.stage.frame")
+        one, other = (
+            page.page.locator(".side").nth(side).locator(".making") for side in (0, 1)
+        )
+        page.send(type="export", kind="gif", side=1)
+        other.get_by_text("GIF: drawn, 42 %").wait_for()
+        assert not one.is_visible()
+        page.ask("boidsweep.view.files.ask('gif')")  # two at a time are refused
+        page.page.get_by_text("a file is being made already").wait_for()
+        one.wait_for(state="hidden")
+        assert other.is_visible()
+        other.get_by_role("button", name="Stop").click()
+        other.wait_for(state="hidden")
 
 
 def test_two_stored_trials_are_played_side_by_side(

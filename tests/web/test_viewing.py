@@ -83,6 +83,9 @@ def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(
             stored["point"][4] if len(arguments) == 2 else first["point"]
         )
         assert show.state.job.seed == 5
+        if arguments == ("small",):
+            show.show_trial(1, 2)
+            assert show.state.opened.job.trial_id == stored["trial_id"][5]
     assert show.status()["replay"]["equal"]
 
 

@@ -9,7 +9,7 @@ const DOI = /https:\/\/doi\.org\/[^\s,;]+/;
 
 // The text of a source, in which a DOI is a link.
 /** @param {string} source */
-function linked(source) {
+export function linked(source) {
   const [address] = DOI.exec(source) ?? [];
   if (!address) return [source];
   const [before, after] = source.split(address, 2);

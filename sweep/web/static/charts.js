@@ -1,6 +1,7 @@
 // The metrics that the user has chosen, a plot each, and what has been measured so far.
 
-import { button, make } from "./dom.js";
+import { Closer } from "./closer.js";
+import { button, make, short } from "./dom.js";
 import { MetricsDialog } from "./dialogs.js";
 import { Plot, Series } from "./plots.js";
 
@@ -20,15 +21,18 @@ export class Charts {
   /** @type {State | null} */
   state = null;
   drawn = 0; // when
+  step = 0; // at which
 
   /**
    * @param {HTMLElement} root
    * @param {Stage} stage
    * @param {(message: Message) => void} send
+   * @param {(use: (name: string) => void) => void} named names a file of this run
    */
-  constructor(root, stage, send) {
+  constructor(root, stage, send, named) {
     this.stage = stage;
     this.send = send;
+    this.closer = new Closer(root, named);
     this.choice = new MetricsDialog(root, (names) => this.choose(names));
     this.rows = make("div", { className: "plots" });
     const open = button("chart", "Choose metrics", () => this.open(), "choose", {
@@ -57,8 +61,7 @@ export class Charts {
   /** @param {Pick<Controls, "metrics">} controls */
   offer({ metrics }) {
     this.metrics = metrics;
-    for (const plot of this.plots.values()) plot.element.remove();
-    this.plots.clear();
+    for (const [name, plot] of this.plots) this.remove(name, plot);
   }
 
   /** @param {State} state */
@@ -77,6 +80,7 @@ export class Charts {
 
   /** @param {string} name @param {Plot} plot */
   remove(name, plot) {
+    this.closer.leave(plot);
     plot.element.remove();
     this.plots.delete(name);
   }
@@ -86,12 +90,44 @@ export class Charts {
     const there = this.plots.get(name);
     if (there) return there;
     const known = this.metrics.find((one) => one.name === name);
-    const metric = known ?? { name, text: "", unit: "", published: [] };
+    const metric = known ?? { name, text: "", unit: "", source: "", published: [] };
     const remove = () =>
       this.choose((this.state?.plots ?? []).filter((one) => one !== name));
-    const plot = new Plot(metric, this.seriesOf(name), shown, remove);
+    const plot = new Plot(metric, this.seriesOf(name), shown, {
+      ...this.acts,
+      remove,
+      enlarge: (one) => this.closer.show(one),
+    });
     this.plots.set(name, plot);
     return plot;
+  }
+
+  // What all plots of this run do.
+  get acts() {
+    return {
+      /** @param {number | null} step */
+      read: (step) => this.read(step),
+      /** @param {number} step */
+      seek: (step) => this.send({ type: "seek", frame: step }),
+      /** @param {number} step */
+      clock: (step) => this.clock(step),
+    };
+  }
+
+  // One cursor in all plots.
+  /** @param {number | null} step */
+  read(step) {
+    for (const plot of this.plots.values()) plot.cursor = step;
+    this.drawNow();
+  }
+
+  /** @param {number} step */
+  clock(step) {
+    const { time = "" } = this.stage.scene ?? {};
+    const passed = Number(this.state?.settings.dt ?? 1) * step;
+    return time === "step" && passed === step
+      ? `step ${step}`
+      : `step ${step}, ${short(passed, 6)} ${time}`;
   }
 
   /** @param {string} name */
@@ -117,6 +153,11 @@ export class Charts {
     const now = performance.now();
     if (now - this.drawn < APART && this.state?.running) return;
     this.drawn = now;
-    for (const plot of this.plots.values()) plot.draw(step, this.stage.colours);
+    this.step = step;
+    this.drawNow();
+  }
+
+  drawNow() {
+    for (const plot of this.plots.values()) plot.draw(this.step, this.stage.colours);
   }
 }

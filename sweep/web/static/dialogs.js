@@ -8,7 +8,7 @@ import { KEYS } from "./keys.js";
 /** @import { Metric, Spec } from "./protocol.d.ts" */
 
 /** @param {HTMLElement} root @param {string} title @param {HTMLElement[]} children */
-function dialog(root, title, ...children) {
+export function dialog(root, title, ...children) {
   const close = button("remove", "Close", () => box.close(), "", {
     className: "quiet",
   });

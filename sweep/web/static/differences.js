@@ -50,6 +50,7 @@ export class Differences {
     }
     for (const [name, plot] of this.plots) {
       if (shared.includes(name)) continue;
+      this.views[0].charts.closer.leave(plot);
       plot.element.remove();
       this.plots.delete(name);
     }
@@ -66,9 +67,21 @@ export class Differences {
     const text = `${spaced(name)} of B less that of A`;
     const metric = { ...like.metric, text, published: [] };
     const remove = () => this.remove(name);
-    const plot = new Plot(metric, new Series(), { settings: {}, exact: true }, remove);
+    const { acts, closer } = this.views[0].charts;
+    const plot = new Plot(metric, new Series(), { settings: {}, exact: true }, {
+      ...acts,
+      read: (step) => this.read(step),
+      remove,
+      enlarge: (one) => closer.show(one, `${name}-B-less-A`),
+    });
     this.plots.set(name, plot);
     this.rows.append(plot.element);
+  }
+
+  /** @param {number | null} step */
+  read(step) {
+    for (const plot of this.plots.values()) plot.cursor = step;
+    this.draw();
   }
 
   /** @param {string} name */

@@ -29,9 +29,9 @@ const FILES = [
 ];
 
 export class Exports {
-  // What was drawn when a picture as shown was asked for, until its origin comes.
+  // What is done with the origin that was asked for, when it comes.
   /** @type {((origin: OriginOf) => void) | null} */
-  drawn = null;
+  use = null;
 
   /** @param {Stage} stage @param {(message: Message) => void} send */
   constructor(stage, send) {
@@ -89,29 +89,35 @@ export class Exports {
   /** @param {number} finer */
   pixels(finer) {
     const canvas = this.stage.pixels(finer);
-    this.drawn = ({ name, about }) =>
+    this.origin(({ name, about }) =>
       canvas.toBlob(async (blob) => {
         const png = new Uint8Array(await (blob ?? new Blob()).arrayBuffer());
         const whole = new Blob(labelled(png, about, finer * INCH));
-        download(`${name}-${finer}x.png`, "image/png", whole);
-      });
-    this.send({ type: "origin" });
+        download(`${name}-as-shown-${finer * INCH}dpi.png`, "image/png", whole);
+      })
+    );
   }
 
   lines() {
     const pen = this.stage.lines();
-    this.drawn = ({ name, about }) => {
+    this.origin(({ name, about }) => {
       const said = Object.entries(about).map(([key, text]) => `${key}: ${text}`);
       const svg = pen.document(name, said.join("\n"));
-      download(`${name}.svg`, "image/svg+xml", svg);
-    };
+      download(`${name}-as-shown.svg`, "image/svg+xml", svg);
+    });
+  }
+
+  // Asks what a file of this frame is called, and says of itself.
+  /** @param {(origin: OriginOf) => void} use */
+  origin(use) {
+    this.use = use;
     this.send({ type: "origin" });
   }
 
   /** @param {OriginOf} origin */
   name(origin) {
-    this.drawn?.(origin);
-    this.drawn = null;
+    this.use?.(origin);
+    this.use = null;
   }
 
   /** @param {Pick<Progress, "kind" | "doing" | "share">} progress */

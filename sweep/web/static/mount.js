@@ -1,5 +1,6 @@
 // Shows what comes over a transport: one run, or two of them side by side.
 
+import { secondOf } from "./address.js";
 import { Differences } from "./differences.js";
 import { button, make, short, spaced, write } from "./dom.js";
 import { View } from "./view.js";
@@ -11,7 +12,8 @@ const PAIR = 0x32465342; // "BSF2"
 const HEAD = 8; // bytes
 const LETTERS = ["A", "B"];
 const MOST_NAMES = 4;
-const OF_THE_FIRST = ["hello", "ready", "keep"];
+const OF_THE_FIRST = ["hello", "ready"];
+const OF_BOTH = "keep";
 
 // The two frames in a message that has two, or null.
 /**
@@ -104,6 +106,15 @@ class SideHead {
   }
 }
 
+// What the first run's view keeps of the second, whose view writes nothing itself.
+/** @param {View} first @returns {View["memory"]} */
+const ofSecond = ({ memory }) =>
+  memory && {
+    read: () => secondOf(memory.read()),
+    write: () => {},
+    address: () => memory.address(),
+  };
+
 // Two runs in one window.
 class Pair {
   /**
@@ -122,7 +133,8 @@ class Pair {
     const both = make("div", { className: "pair" }, one, other);
     this.root.append(both);
     one.append(first.root);
-    this.views = [first, new View(other, channel, {})];
+    this.views = [first, new View(other, channel, { memory: ofSecond(first) })];
+    this.views[1].stage.overlays = new Set(first.stage.overlays);
     this.views[1].run.element.remove(); // that of the first one drives both
     this.differences = new Differences(this.views);
     this.root.append(this.differences.element, first.run.element);
@@ -140,6 +152,7 @@ class Pair {
     const [first, second] = this.views;
     this.differences.leave();
     first.settle();
+    first.forget();
     this.home?.append(first.root);
     second.unmount();
     this.root.remove();
@@ -179,7 +192,7 @@ export class Window {
   /** @param {Message} message */
   sendOfSecond(message) {
     if (OF_THE_FIRST.includes(message.type)) return;
-    this.transport.send({ ...message, side: 1 });
+    this.transport.send(message.type === OF_BOTH ? message : { ...message, side: 1 });
   }
 
   /** @param {(one: Transport) => void} act */
@@ -199,10 +212,11 @@ export class Window {
       return;
     }
     if (heard.type === "anew") return this.alone();
-    if (heard.side === 1) {
+    if (heard.side === 1 && heard.type === "controls") {
       this.pair ??= new Pair(this.view, this.second, this.keep);
-      this.second.onmessage?.(heard);
-    } else this.first.onmessage?.(heard);
+    }
+    const side = heard.side === 1 && this.pair ? this.second : this.first;
+    side.onmessage?.(heard);
     if (heard.type === "state") this.pair?.show();
   }
 

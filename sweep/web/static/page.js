@@ -7,6 +7,8 @@ import { PAGE, pageId, Socket } from "./socket.js";
 /** @import { Kept } from "./protocol.d.ts" */
 
 const [KEPT, OPENED] = ["boidsweep-kept", "boidsweep-opened"];
+const ONE = ["yaml", "point", "replicate"];
+const NAMES = [...ONE, ...ONE.map((name) => `${name}_beside`)];
 const MOST_KEPT = 500_000; // characters, far less than a message may have
 
 // A window that comes to another address begins anew there. Whether it has.
@@ -28,9 +30,10 @@ const memory = {
     return location.href.split("#")[0] + hashOf(kept);
   },
   /** @param {Kept} kept */
-  write({ yaml, point, replicate }) {
-    if (yaml.length > MOST_KEPT) return sessionStorage.removeItem(KEPT);
-    sessionStorage.setItem(KEPT, JSON.stringify({ yaml, point, replicate }));
+  write(kept) {
+    const text = JSON.stringify(kept, NAMES);
+    if (text.length > MOST_KEPT) sessionStorage.removeItem(KEPT);
+    else sessionStorage.setItem(KEPT, text);
   },
 };
 /** @param {string} words */

@@ -1,8 +1,9 @@
 // The choice of model, preset and map; and for a stored trial, how it compares with
 // what is stored.
 
-import { make, short, spaced } from "./dom.js";
+import { button, make, short, spaced } from "./dom.js";
 
+/** @import { Picture } from "./dom.js" */
 /** @import { Controls, Message, Replay, State } from "./protocol.d.ts" */
 /** @import { Trial, Trials } from "./protocol.d.ts" */
 
@@ -60,15 +61,15 @@ export class Pickers {
       ),
       ...(controls.trials && trial ? this.trials(controls.trials, trial) : []),
     );
-    for (const select of this.element.querySelectorAll("select")) {
-      select.disabled = Boolean(replay);
+    for (const select of this.element.querySelectorAll(".choice > select")) {
+      if (select instanceof HTMLSelectElement) select.disabled = Boolean(replay);
     }
   }
 
   // Which trial of the opened spec: the values of what varies, or the number of the
   // point where there are too many of them; and the replicate.
   /** @param {Trials} trials @param {Trial} trial */
-  trials({ points, replicates, axes }, { point, replicate, values }) {
+  trials({ points, replicates, axes }, { point, replicate, values, before, after }) {
     const many = axes.some((axis) => !axis.values.length);
     const byValue = many ? [] : axes.map(({ name, values: known }) =>
       this.picker(
@@ -92,7 +93,26 @@ export class Pickers {
       ...(replicates > 1
         ? [this.number("replicate", replicate, replicates, again)]
         : []),
+      ...(before || after
+        ? [
+          this.beside("before", "Previous trial", before),
+          this.beside("after", "Next trial", after),
+        ]
+        : []),
     ];
+  }
+
+  // To a trial beside the one that is shown.
+  /**
+   * @param {Picture} picture
+   * @param {string} label
+   * @param {[point: number, replicate: number] | null} place
+   */
+  beside(picture, label, place) {
+    const go = () => {
+      if (place) this.send({ type: "trial", point: place[0], replicate: place[1] });
+    };
+    return button(picture, label, go, "", { disabled: !place });
   }
 
   // One of `count` things, which people count from 1.

@@ -75,7 +75,7 @@ export class Player {
     this.card = new ReplayCard();
     this.overlays = new Overlays(this.stage, () => this.draw());
     this.boid = new BoidCard(send, this.stage);
-    this.charts = new Charts(root, this.stage, send);
+    this.charts = new Charts(root, this.stage, send, (use) => use(this.name));
     this.nearly = make("small");
     this.overlays.element.append(this.nearly);
     watch.append(this.card.element, this.overlays.element);
@@ -87,6 +87,12 @@ export class Player {
   // The step of the frame on the screen.
   get step() {
     return this.run?.tape.steps[this.place] ?? 0;
+  }
+
+  // Of files of this run.
+  get name() {
+    const { study = "", trial = "" } = this.run?.state.replay ?? {};
+    return `${study.replaceAll("/", "-")}-${trial.slice(0, 8)}`;
   }
 
   // Shows a recording from its beginning; what is drawn and how fast stays.

@@ -1,5 +1,5 @@
 // Metrics against the step, each in a small canvas, with what was published as dashed
-// lines.
+// lines. A cursor reads values, and a click goes to its step.
 
 import { button, contextOf, make, short, spaced, unitText, write } from "./dom.js";
 
@@ -51,9 +51,30 @@ export class Series {
     while (i > 0 && this.steps[i] > step) i--;
     return this.values[i];
   }
+
+  // The step with a value that is nearest to a place on the axis, or null.
+  /** @param {number} place */
+  nearest(place) {
+    /** @param {number | null} best @param {number} step */
+    const nearer = (best, step) =>
+      best === null || Math.abs(step - place) < Math.abs(best - place) ? step : best;
+    return this.steps.reduce(nearer, /** @type {number | null} */ (null));
+  }
 }
 
 /** @typedef {Pick<State, "settings" | "exact">} Shown */
+/**
+ * What a plot asks for: that a step is read in it and those beside it, that the run
+ * goes to a step, that it is removed, or is shown larger. `clock` has the time of a
+ * step in words.
+ *
+ * @typedef {object} Acts
+ * @property {(step: number | null) => void} read
+ * @property {(step: number) => void} seek
+ * @property {(step: number) => string} clock
+ * @property {() => void} [remove]
+ * @property {(plot: Plot) => void} [enlarge]
+ */
 
 /** @param {Published} one */
 const numberOf = ({ value, frame }) =>
@@ -73,28 +94,27 @@ export class Plot {
   // That of the same metric in a run beside, which is drawn on the same axes.
   /** @type {Plot | null} */
   peer = null;
+  // The same plot in a larger canvas.
+  /** @type {Plot | null} */
+  larger = null;
+  // The step whose value is read.
+  /** @type {number | null} */
+  cursor = null;
 
   /**
    * @param {Metric} metric
    * @param {Series} series
    * @param {Shown} shown
-   * @param {() => void} remove
+   * @param {Acts} acts
    */
-  constructor(metric, series, shown, remove) {
+  constructor(metric, series, shown, acts) {
     this.metric = metric;
+    this.acts = acts;
     this.series = series;
     /** @type {Published[]} */
     this.published = [];
     this.canvas = make("canvas", { role: "img", tabIndex: -1 });
     this.value = make("output", { className: "reading" });
-    const close = button(
-      "remove",
-      `Remove the plot of ${spaced(metric.name)}`,
-      remove,
-      "",
-      { className: "quiet" },
-    );
-    const title = make("h3", { textContent: spaced(metric.name), title: metric.text });
     this.line = make("p", { className: "published" });
     const unit = make("span", {
       className: "unit",
@@ -103,10 +123,48 @@ export class Plot {
     this.element = make(
       "figure",
       { className: "plot" },
-      make("header", {}, title, this.value, unit, close),
+      make("header", {}, this.title(), this.value, unit, ...this.close()),
     );
     this.element.append(this.canvas, this.line);
     this.publish(shown);
+    this.canvas.addEventListener(
+      "pointermove",
+      (event) => acts.read(this.under(event)),
+    );
+    this.canvas.addEventListener("pointerleave", () => acts.read(null));
+    this.canvas.addEventListener("click", (event) => {
+      const step = this.under(event);
+      if (step !== null) acts.seek(step);
+    });
+  }
+
+  title() {
+    const { metric: { name, text }, acts: { enlarge } } = this;
+    if (!enlarge) return make("h3", { textContent: spaced(name) });
+    const open = make("button", {
+      type: "button",
+      className: "quiet",
+      textContent: spaced(name),
+      title: `${text}. Larger, with its source and its values`,
+      on: { click: () => enlarge(this) },
+    });
+    return make("h3", {}, open);
+  }
+
+  close() {
+    const { metric: { name }, acts: { remove } } = this;
+    if (!remove) return [];
+    const label = `Remove the plot of ${spaced(name)}`;
+    return [button("remove", label, remove, "", { className: "quiet" })];
+  }
+
+  // The step below the mouse.
+  /** @param {MouseEvent} event */
+  under({ offsetX }) {
+    const { first, last } = this.span();
+    const width = this.canvas.clientWidth - EDGE.left - EDGE.right;
+    const part = (offsetX - EDGE.left) / Math.max(1, width);
+    return this.series.nearest(first + part * (last - first));
   }
 
   // The published numbers are shown where no setting differs and none was changed on
@@ -162,6 +220,16 @@ export class Plot {
     };
     this.drawIn(context, area, step, colours);
     this.tell(step);
+    this.enlarge(step, colours);
+  }
+
+  /** @param {number} step @param {Colours} colours */
+  enlarge(step, colours) {
+    const { larger } = this;
+    if (!larger) return;
+    const { series, peer, published, cursor } = this;
+    Object.assign(larger, { series, peer, published, cursor });
+    larger.draw(step, colours);
   }
 
   /**
@@ -197,12 +265,21 @@ export class Plot {
       context.fillStyle = colours.chosen;
       context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
     }
-    context.fillStyle = colours.muted;
+    const { cursor } = this;
+    if (cursor !== null) {
+      const value = this.series.at(cursor);
+      context.fillStyle = colours.ink;
+      context.fillRect(across(cursor) - 0.5, area.top, 1, area.bottom - area.top);
+      context.strokeStyle = colours.ink;
+      if (value !== null) this.ring(context, across(cursor), along(value));
+    }
+    context.fillStyle = cursor === null ? colours.muted : colours.ink;
     context.font = "11px system-ui, sans-serif";
     context.fillText(short(low, 3), area.left, area.bottom + 12);
     context.fillText(short(high, 3), area.left, area.top - 4);
     context.textAlign = "right";
-    context.fillText(`step ${last}`, area.right, area.bottom + 12);
+    const words = cursor === null ? `step ${last}` : this.acts.clock(cursor);
+    context.fillText(words, area.right, area.bottom + 12);
     context.textAlign = "left";
   }
 
@@ -291,11 +368,15 @@ export class Plot {
   /** @param {number} step */
   tell(step) {
     const { metric } = this;
-    write(this.value, short(this.series.at(step) ?? null));
+    const read = this.cursor ?? step;
+    write(
+      this.value,
+      short(this.series.at(read) ?? null, this.cursor === null ? 4 : 6),
+    );
     const known = this.line.textContent && `; ${this.line.textContent}`;
     const label = `${
       spaced(metric.name)
-    }: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
+    }: ${this.value.textContent} ${metric.unit} at step ${read}${known}`;
     if (this.canvas.getAttribute("aria-label") !== label) {
       this.canvas.setAttribute("aria-label", label);
     }

@@ -95,12 +95,15 @@ export interface StoredName {
   beside?: string;
 }
 
-/** What a page needs to go on when its session is gone. */
+/** What a page needs to go on when its session is gone; of two runs that of both. */
 export interface Kept {
   yaml: string;
   /** The id of the point. */
   point: string;
   replicate: number;
+  yaml_beside?: string;
+  point_beside?: string;
+  replicate_beside?: number;
 }
 
 /** The trials of an opened spec. An axis of many values has none here. */
@@ -116,6 +119,9 @@ export interface Trial {
   point: number;
   replicate: number;
   values: Record<string, Value>;
+  /** The trials beside it in the order of points and replicates; null where none is. */
+  before: [point: number, replicate: number] | null;
+  after: [point: number, replicate: number] | null;
 }
 
 export interface Group {
@@ -144,6 +150,8 @@ export interface Metric {
   name: string;
   text: string;
   unit: string;
+  /** The document that defines it. */
+  source: string;
   published: Published[];
 }
 
@@ -264,10 +272,11 @@ export interface File {
   data: string;
 }
 
-/** What a picture of the frame says of itself; its name has no ending. */
+/** What a picture of the frame says of itself. No name has an ending. */
 export interface OriginOf {
   type: "origin";
   name: string;
+  trial: string;
   about: Record<string, string>;
 }
 

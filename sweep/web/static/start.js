@@ -16,6 +16,7 @@ import { Stage } from "./stage.js";
  *   yaml: string,
  *   speed: number,
  *   overlays: string[],
+ *   beside: string,
  * }} Demo
  */
 /** @typedef {{ scene: Scene, frames: string[] }} Moving */
@@ -26,9 +27,9 @@ const SIMULATOR = "./";
 
 class Card {
   /** @param {Demo} demo */
-  constructor({ name, title, sentence, yaml, speed, overlays }) {
+  constructor({ name, title, sentence, yaml, ...opening }) {
     this.name = name;
-    this.overlays = overlays;
+    this.overlays = opening.overlays;
     /** @type {ArrayBuffer[]} */
     this.frames = [];
     this.place = 0;
@@ -40,7 +41,7 @@ class Card {
       {},
       make(
         "a",
-        { href: SIMULATOR + hashOfRun(yaml, speed, overlays) },
+        { href: SIMULATOR + hashOfRun(yaml, opening) },
         make("div", { className: "moving" }, this.canvas),
         make("h2", { textContent: title }),
         make("p", { textContent: sentence }),

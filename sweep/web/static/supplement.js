@@ -151,7 +151,7 @@ class Supplement {
     const { metric } = figure;
     return {
       groups: [],
-      metrics: [{ ...metric, unit: unitText(metric.unit), published: [] }],
+      metrics: [{ ...metric, unit: unitText(metric.unit), source: "", published: [] }],
       state: this.state(run),
       scene: scenes[run.scene],
       senses: run.senses,

@@ -175,7 +175,12 @@ export class View {
     );
     this.overlays = new Overlays(this.stage, () => this.overlaid());
     this.boid = new BoidCard(this.send, this.stage);
-    this.charts = new Charts(this.root, this.stage, this.send);
+    this.charts = new Charts(
+      this.root,
+      this.stage,
+      this.send,
+      (use) => this.files.origin(({ trial }) => use(trial)),
+    );
     left.append(this.overlays.element, this.boid.element, this.charts.element);
     const tip = new Tip(this.root, this.status.element);
     this.groups = new SettingGroups(this.prefix, this.send, tip);
@@ -276,6 +281,11 @@ export class View {
     this.edited = edited;
     clearTimeout(this.keeping);
     this.keeping = setTimeout(() => this.transport.send({ type: "keep" }), KEEP_AFTER);
+  }
+
+  // What was kept is no longer what is shown: the next state is kept anew.
+  forget() {
+    this.edited = "";
   }
 
   /** @param {"undo" | "redo"} type */
@@ -433,10 +443,11 @@ export class View {
     const { beginning } = this;
     if (!beginning) return;
     this.beginning = undefined;
-    const { speed, overlays, run } = beginning;
+    const { speed, overlays, beside, run } = beginning;
     if (speed !== null) this.send({ type: "speed", steps_per_second: speed });
     this.overlays.show(overlays);
     if (overlays.length) this.overlaid();
+    if (beside) this.send({ type: "beside", preset: beside });
     if (run) this.run.toggle();
   }
 
@@ -560,7 +571,9 @@ function titleOf({ trials }, { model, preset, trial, replay }) {
   const values = Object.entries(trial.values).map(([name, value]) =>
     `, ${spaced(name)} ${short(value)}`
   );
-  return `${trials.study}${values.join("")}, replicate ${trial.replicate + 1}`;
+  return `${trials.study}${values.join("")}, replicate ${
+    trial.replicate + 1
+  } of ${trials.replicates}`;
 }
 
 /** @param {string[]} names @param {string} name */

@@ -1,0 +1,29 @@
+"""The rows of a table as JSON, with as many digits as a float needs.
+
+pandas writes 15 decimals at most, and 10 of its own accord, so that 1e-16 becomes 0.
+"""
+
+import json
+import math
+from typing import Any
+
+import pandas as pd
+
+
+def json_rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """A mapping a row, without the index. A value that is missing or not finite is
+    None.
+    """
+    columns = [map(_known, frame[name].tolist()) for name in frame]
+    names = [str(name) for name in frame]
+    return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def rows_as_json(frame: pd.DataFrame) -> str:
+    """The rows as a JSON text: a float that is read from it is the one of the table."""
+    return json.dumps(json_rows(frame), indent=2, allow_nan=False)
+
+
+def _known(value: Any) -> Any:
+    unknown = isinstance(value, float) and not math.isfinite(value)
+    return None if value is pd.NA or unknown else value

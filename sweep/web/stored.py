@@ -1,0 +1,96 @@
+"""The stored trials of a study, as the page goes from one to another: by the values of
+what varies and the replicate, or in the order of points and replicates.
+"""
+
+from bisect import bisect_left, bisect_right
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from sweep.design.jobs import Job
+from sweep.errors import SpecError, UserError
+from sweep.spec.settings import Value
+from sweep.tables.stored_study import StoredStudy
+from sweep.web.controls import Place, offered, placed
+from sweep.web.opened import opened_again, point_having
+from sweep.web.protocol import Reply
+from sweep.web.state import ViewState, from_job, from_opened
+
+
+def from_stored(study: StoredStudy, job: Job) -> ViewState:
+    """The state that shows a stored trial again, as one of those of the study's spec.
+    Where that spec no longer gives this trial, as after a change of the kernels, of the
+    program or of a table beside it, it is shown alone.
+    """
+    path = Path(str(study.provenance.get("spec_path", "spec.yaml")))
+    try:
+        spec = opened_again(study.spec, job.point, job.replicate, job.known, path)
+    except UserError:
+        return from_job(job)
+    same = spec.job.trial_id == job.trial_id
+    return from_opened(spec) if same else from_job(job)
+
+
+class TrialChoice:
+    """The trials of `study` that are stored. A trial is named by the places of its
+    point among the points, and of its replicate, both from 0.
+    """
+
+    def __init__(self, study: StoredStudy) -> None:
+        self.study = study
+        ids = study.points.index.tolist()
+        self.points = {str(point): number for number, point in enumerate(ids)}
+        self.columns = {name: study.points[name].to_numpy() for name in study.varied}
+
+    @cached_property
+    def replicates(self) -> int:
+        """The trials of a point, the most that are planned."""
+        return int(np.max(self.study.plan["replicate"].to_numpy(), initial=0)) + 1
+
+    @cached_property
+    def ids(self) -> dict[Place, str]:
+        """The ids of stored trials by their places."""
+        trials = self.study.trials
+        points = [self.points[point] for point in trials["point"].tolist()]
+        places = zip(points, trials["replicate"].tolist(), strict=True)
+        return dict(zip(places, trials["trial_id"].tolist(), strict=True))
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where trials are stored, in their order."""
+        return sorted(self.ids)
+
+    def offered(self) -> Reply:
+        """The trials of the controls message."""
+        points = len(self.points)
+        return offered(self.study.name, self.columns, points, self.replicates)
+
+    def place(self, job: Job) -> Place:
+        """Where a trial is among them."""
+        return self.points[job.point], job.replicate
+
+    def placed(self, job: Job) -> Reply:
+        """The trial of the state message, with the stored ones before and after it."""
+        here, places = self.place(job), self.places
+        neighbours = (
+            places[k] if 0 <= k < len(places) else None
+            for k in (bisect_left(places, here) - 1, bisect_right(places, here))
+        )
+        values = {name: job.settings[name] for name in self.columns}
+        return placed(here, values, *neighbours)
+
+    def trial(self, point: int, replicate: int) -> str:
+        """The id of the trial at a place. Raises SpecError where none is stored."""
+        if (point, replicate) not in self.ids:
+            where = f"point {point + 1:,}, replicate {replicate + 1:,}"
+            raise SpecError(f"no trial is stored of {where}")
+        return self.ids[point, replicate]
+
+    def having(self, job: Job, name: str, value: Value) -> str:
+        """The id of the trial of the same replicate at the point that has this value of
+        a setting, and the most values of `job` otherwise. Raises SpecError where there
+        is none.
+        """
+        point = point_having(self.columns, self.place(job)[0], name, value)
+        return self.trial(point, job.replicate)

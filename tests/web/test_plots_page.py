@@ -1,0 +1,105 @@
+"""What a plot of the page tells: values under a cursor, a step to go to, what its
+metric is, and its values as a file.
+"""
+
+import csv
+import io
+from collections.abc import Callable
+
+from kernels.metrics import METRICS
+from sweep.web.live import Live
+from tests.web.chromium import Opened
+
+Open = Callable[..., Opened]
+STEPS = 60
+
+
+def run(opened: Open) -> Opened:
+    """The common page at step 60, whose plots have all values until then."""
+    page = opened()
+    page.send(type="step", count=STEPS)
+    page.until(f"boidsweep.view.stage.frame.step === {STEPS}")
+    series = "boidsweep.view.charts.plots.values().next().value.series"
+    page.until(f"{series}.steps.length === {STEPS} + 1")
+    return page
+
+
+def point(page: Opened, selector: str, part: float) -> tuple[float, float]:
+    """A place on the screen, so far from left to right in a plot."""
+    canvas = page.page.locator(selector).first
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    assert box is not None
+    return box["x"] + 2 + part * (box["width"] - 4), box["y"] + 30
+
+
+def columns(show: Live) -> dict[str, list[float]]:
+    return show.history.columns
+
+
+def shown(page: Opened) -> Live:
+    show = page.show
+    assert isinstance(show, Live)
+    return show
+
+
+def test_a_cursor_reads_all_plots_and_a_click_goes_to_its_step(opened: Open) -> None:
+    page = run(opened)
+    plots = page.page.locator(".plots").first.locator(".plot")
+    page.page.mouse.move(*point(page, ".plot canvas", 0.5))
+    page.until("boidsweep.view.charts.plots.values().next().value.cursor === 30")
+    for place, name in enumerate(shown(page).state.plots):
+        value = columns(shown(page))[name][30]
+        reading = float(plots.nth(place).locator(".reading").inner_text())
+        assert abs(reading - value) <= 5e-6 * abs(value)  # six digits
+        label = plots.nth(place).locator("canvas").get_attribute("aria-label")
+        assert label
+        assert "at step 30" in label
+    page.page.mouse.click(*point(page, ".plot canvas", 0.5))
+    page.until("boidsweep.view.stage.frame.step === 30")
+    assert shown(page).step == 30
+    page.page.mouse.move(5, 5)
+    page.until("boidsweep.view.charts.plots.values().next().value.cursor === null")
+
+
+def test_a_plot_seen_closer_says_what_its_metric_is(opened: Open) -> None:
+    page = run(opened)
+    name = shown(page).state.plots[0]
+    about = METRICS[name]
+    page.page.locator(".plot h3 button").first.click()
+    box = page.page.locator("dialog[open]")
+    said = box.locator("dl").inner_text()
+    assert about.text in said
+    assert about.source in said
+    small, large = (
+        page.page.locator(which).first.bounding_box()
+        for which in (".plot canvas", "dialog[open] canvas")
+    )
+    assert small is not None
+    assert large is not None
+    assert large["width"] > 3 * small["width"]
+    page.page.mouse.move(*point(page, "dialog[open] canvas", 0.25))
+    reading = box.locator(".reading")
+    value = columns(shown(page))[name][15]
+    reading.get_by_text(f"{float(f'{value:.6g}'):g}"[:5]).wait_for()
+    page.page.mouse.click(*point(page, "dialog[open] canvas", 0.25))
+    page.until("boidsweep.view.stage.frame.step === 15")
+    page.page.keyboard.press("Escape")
+    assert page.ask("boidsweep.view.charts.closer.of") is None
+
+
+def test_values_of_a_plot_are_saved_with_all_digits(opened: Open) -> None:
+    page = run(opened)
+    name = shown(page).state.plots[0]
+    page.page.locator(".plot h3 button").first.click()
+    with page.page.expect_download() as download:
+        page.page.get_by_role("button", name="Save as CSV").click()
+    job = shown(page).state.job
+    file = download.value.suggested_filename
+    assert file.endswith(f"-{job.trial_id[:8]}-{name}.csv")
+    with download.value.path().open(encoding="utf-8") as saved:
+        head, *rows = csv.reader(io.StringIO(saved.read()))
+    assert head[0] == "step"
+    assert head[1].startswith(name)
+    assert [int(step) for step, _ in rows] == list(range(STEPS + 1))
+    assert [float(value) for _, value in rows] == columns(shown(page))[name]
