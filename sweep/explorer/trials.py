@@ -47,9 +47,8 @@ def trials(watched: Watched, asked: AskTrials) -> dict[str, Any]:
         replay=[command("replay", study.name, one) for one in shown["trial_id"]],
     )
     points = list(dict.fromkeys(shown["point"]))
-    settings = json.loads(
-        study.points.loc[points, study.headings].to_json(orient="index")
-    )
+    told = study.points.loc[points, study.headings]
+    settings = dict(zip(told.index, json_rows(told), strict=True))
     return {
         "metric": column,
         "unit": study.units.get(column, ""),

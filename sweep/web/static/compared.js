@@ -142,9 +142,12 @@ export class ComparedView {
       this.tip,
     );
     this.trials = SIDES.map((side) =>
-      new TrialTable(({ trial }) => go({ trial, side }), `trials of ${LETTERS[side]}`)
+      new TrialTable(
+        (change) => go({ ...change, side }),
+        `trials of ${LETTERS[side]}`,
+      )
     );
-    this.player = new Player();
+    this.player = new Player(go);
     this.element = make(
       "div",
       { className: "study", hidden: true },

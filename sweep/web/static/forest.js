@@ -86,7 +86,7 @@ export class Forest {
     const far = ends.map(Math.abs).toSorted((a, b) => a - b);
     const most = Math.max(FAR * (far[far.length >> 1] ?? 0), ...inner.map(Math.abs));
     const kept = ends.map((end) => Math.min(Math.max(end, -most), most));
-    const axis = { name: "", label: "", logarithmic: false, names: [] };
+    const axis = { name: "", label: "", logarithmic: false, names: [], listed: [] };
     return new Scale([...inner, ...kept], axis);
   }
 

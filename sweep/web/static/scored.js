@@ -38,7 +38,7 @@ export class ScorecardView {
     this.line = make("div");
     this.claim = make("section", { className: "card", "aria-label": "claim" });
     this.sides = make("div");
-    this.player = new Player();
+    this.player = new Player(go);
     this.element = make(
       "div",
       { className: "study", hidden: true },
@@ -129,7 +129,7 @@ export class ScorecardView {
       this.open = nameOf(claim);
       this.trials = claim.behind.map((_, i) =>
         new TrialTable(
-          ({ trial }) => this.go({ trial, side: String(i) }),
+          (change) => this.go({ ...change, side: String(i) }),
           claim.behind.length > 1 ? `trials of side ${i + 1}` : "trials",
         )
       );
