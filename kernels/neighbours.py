@@ -100,8 +100,9 @@ class Gaze(NamedTuple):
 
 def build_near(n: int) -> Near:
     """Room for the neighbours of one of `n` boids."""
-    room = n + PIECE
-    return Near(np.zeros(room, np.uint32), *np.zeros((4, room)), build_marks(n))
+    who = np.zeros(n + PIECE, np.uint32)
+    dx, dy, distance2, factor = np.zeros((4, n + PIECE))
+    return Near(who, dx, dy, distance2, factor, build_marks(n))
 
 
 def all_pairs(n: int) -> Grid:
