@@ -15,9 +15,13 @@ from kernels.settings import STAMP, Observation
 from kernels.state import Indices, World
 from kernels.worlds import Reach, inside_any
 
-BLOCKED = -(2**30)
-"""Where the visit counts of obstacle pixels start. They always stay negative, so no
-second array has to mark obstacles.
+BLOCKED, N_SUMS = -(2**30), 3
+"""Where the visit counts of obstacle pixels start, and how many sums are kept. Counts
+in obstacles always stay negative, so no second array has to mark obstacles.
+"""
+BAND = 64
+"""So many rows of pixels a thread has before the next one has as many: few footprints
+lie in two bands, and a gathered flock in more than one.
 """
 
 
@@ -62,7 +66,7 @@ def build_coverage(world: World, contact: Reach, observation: Observation) -> Co
         1.0 / observation.pixel,
         radius,
         stamp,
-        np.zeros(3, np.int64),
+        np.zeros(N_SUMS, np.int64),
     )
 
 
@@ -81,7 +85,7 @@ def no_coverage() -> Coverage:
         0.0,
         0.0,
         np.zeros(0, np.uint32),
-        np.zeros(3, np.int64),
+        np.zeros(N_SUMS, np.int64),
     )
 
 
@@ -122,27 +126,47 @@ def mark(coverage: Coverage, x: float, y: float) -> None:
     Pixels outside the world or in obstacles do not count. Section 3.2 of
     aziel_chen2025.
     """
+    mark_share(coverage, x, y, 0, 1)
+
+
+@jit
+def mark_share(coverage: Coverage, x: float, y: float, rank: int, size: int) -> None:
+    """`mark` in the rows of one of `size` threads: see `_is_of`."""
     x, y = x * coverage.per_length, y * coverage.per_length
     radius = coverage.radius
     right, top = coverage.columns - radius - 1.0, coverage.rows - radius - 1.0
     if coverage.stamp.size > 0 and radius <= x < right and radius <= y < top:
-        corner = (int(y) - int(radius)) * coverage.columns + int(x) - int(radius)
-        _mark_stamp(coverage, np.uint32(corner))
+        row, width = int(y) - int(radius), 2 * int(radius)
+        corner = np.uint32(row * coverage.columns + int(x) - int(radius))
+        if size > 1 and row // BAND != (row + width) // BAND:
+            _mark_stamp(coverage, corner, rank, size)
+        elif _is_of(row, rank, size):
+            _mark_stamp(coverage, corner, 0, 1)
     elif (
         -radius - 1.0 < x < coverage.columns + radius
         and -radius - 1.0 < y < coverage.rows + radius
     ):
-        _mark_clipped(coverage, x, y)
+        _mark_clipped(coverage, x, y, rank, size)
 
 
 @jit
-def _mark_stamp(coverage: Coverage, corner: np.uint32) -> None:
+def _is_of(row: int, rank: int, size: int) -> bool:
+    """Whether a row of pixels is one of the `rank`-th of `size` threads: they have
+    bands of BAND rows in turn.
+    """
+    return row // BAND % size == rank
+
+
+@jit
+def _mark_stamp(coverage: Coverage, corner: np.uint32, rank: int, size: int) -> None:
     """Count the stamp whose square has its first pixel at `corner`; the whole square
     lies in the world.
     """
     new, visits, total = 0, 0, 0
     for k in range(coverage.stamp.size):
         pixel = corner + coverage.stamp[k]
+        if size > 1 and not _is_of(int(pixel) // coverage.columns, rank, size):
+            continue
         count = coverage.visits[pixel]
         coverage.visits[pixel] = count + 1
         new += int(count == 0)
@@ -152,7 +176,7 @@ def _mark_stamp(coverage: Coverage, corner: np.uint32) -> None:
 
 
 @jit
-def _mark_clipped(coverage: Coverage, x: float, y: float) -> None:
+def _mark_clipped(coverage: Coverage, x: float, y: float, rank: int, size: int) -> None:
     """Count the footprint about (x, y), or that point truncated, leaving out what lies
     outside the world.
     """
@@ -164,6 +188,8 @@ def _mark_clipped(coverage: Coverage, x: float, y: float) -> None:
         max(0, math.ceil(y - radius)),
         min(coverage.rows - 1, math.floor(y + radius)) + 1,
     ):
+        if not _is_of(row, rank, size):
+            continue
         half = math.sqrt(max(0.0, radius * radius - (row - y) * (row - y)))
         for column in range(
             max(0, math.ceil(x - half)),

@@ -19,6 +19,8 @@ from kernels.jit import jit
 Marks = NDArray[np.bool_]
 WORD = np.uint64(64)
 """Marks are read as one number of so many bits."""
+PIECE = 8
+"""No processor that numba knows computes with more numbers of 64 bits at once."""
 
 
 @jit
@@ -33,6 +35,14 @@ def signed(k: Any) -> int:
     makes a float of what may be either.
     """
     return np.int64(k)  # type: ignore[return-value]
+
+
+@jit
+def whole(count: int) -> Any:
+    """The least multiple of PIECE that is not below `count`. Of a loop so long,
+    compiled code takes no turn alone; what the last ones compute is for nobody.
+    """
+    return unsigned((count + PIECE - 1) // PIECE * PIECE)
 
 
 def build_marks(n: int) -> Marks:

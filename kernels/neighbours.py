@@ -19,6 +19,7 @@ import numpy as np
 
 from kernels.fetching import fetch
 from kernels.indices import (
+    PIECE,
     WORD,
     Marks,
     build_marks,
@@ -39,11 +40,8 @@ AHEAD = 8
 """So many boids before its search, the memory that it will read is asked for."""
 CROWDED = 4
 """A list of more than N / CROWDED boids takes longer to read than everyone: the
-processor looks at several boids of everyone at once.
-"""
-MANY = 128
-"""The marks of so many boids are read a word at a time. In smaller flocks the ends of
-words, which the processor cannot foresee, cost more than the marks that are not set.
+processor looks at several boids of everyone at once. Where the mean list is so long,
+there are none.
 """
 
 
@@ -75,8 +73,9 @@ class Grid(NamedTuple):
 
 class Near(NamedTuple):
     """Room for the neighbours of one boid: who, displacement to it and its square;
-    arrays of shape (N + 1,).
+    arrays of shape (N + PIECE,).
 
+    `factor`, of the same shape, is room for a number that a rule computes of each.
     `mark` says of everyone whether it is one; it has whole words of marks, at least N.
     """
 
@@ -84,6 +83,7 @@ class Near(NamedTuple):
     dx: Floats
     dy: Floats
     distance2: Floats
+    factor: Floats
     mark: Marks
 
 
@@ -100,13 +100,9 @@ class Gaze(NamedTuple):
 
 def build_near(n: int) -> Near:
     """Room for the neighbours of one of `n` boids."""
-    return Near(
-        np.zeros(n + 1, np.uint32),
-        np.zeros(n + 1),
-        np.zeros(n + 1),
-        np.zeros(n + 1),
-        build_marks(n),
-    )
+    who = np.zeros(n + PIECE, np.uint32)
+    dx, dy, distance2, factor = np.zeros((4, n + PIECE))
+    return Near(who, dx, dy, distance2, factor, build_marks(n))
 
 
 def all_pairs(n: int) -> Grid:
@@ -136,12 +132,13 @@ def build_grid(flock: Flock, world: World, search_range: float, room: int = 0) -
 
     Cells tile the world, so that the fold is the torus where positions wrap. There are
     at most about 4 N of them. A block has room for `room` boids; if that is 0, for all
-    of a small flock, for twice the mean of a large one.
+    of a small flock, for twice the mean of a large one. With a `room` there are lists
+    also where most are too long to be read.
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
     cells = columns * rows
-    if cells < 9:
+    if cells < (9 if room else 9 * CROWDED):
         return all_pairs(n)
     if room == 0:
         room = n if n <= SMALL_FLOCK else max(ROOM, 18 * n // cells)
@@ -404,9 +401,7 @@ def search(
     )
     cell = grid.row[i] * grid.columns + grid.column[i]
     if grid.everyone or grid.blocks[cell, 0] > grid.longest:
-        if seen.x.size < MANY:
-            return _search_few(seen, world, i, gaze, near)
-        return _search_many(seen, world, i, gaze, near)
+        return _search_everyone(seen, world, i, gaze, near)
     if grid.ahead is not None:
         _fetch_ahead(seen, grid, i)
     length = grid.blocks[cell, 0]
@@ -474,26 +469,7 @@ def _fetch_ahead(seen: Flock, grid: Grid, i: int) -> None:
 
 
 @jit
-def _search_few(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
-    """`search` among everyone. The first pass runs on several boids at once, the second
-    reads each mark without a branch.
-    """
-    n, found = unsigned(seen.x.size), unsigned(0)
-    for j in range(n):
-        near.mark[j] = _look(seen, world, i, j, gaze)[3]
-    near.mark[i] = False
-    for j in range(n):
-        near.boid[found] = j
-        found += unsigned(near.mark[j])
-    for k in range(found):
-        near.dx[k], near.dy[k], near.distance2[k], _ = _look(
-            seen, world, i, near.boid[k], gaze
-        )
-    return signed(found)
-
-
-@jit
-def _search_many(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
+def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
     """`search` among everyone. The first pass runs on several boids at once, the second
     reads a word of marks at a time, and only those that are set.
     """

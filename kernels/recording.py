@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.coverage import Coverage, mark
+from kernels.coverage import N_SUMS, Coverage, mark
 from kernels.events import N_EVENTS, Watch, count
 from kernels.jit import jit
 from kernels.state import Floats, Flock, World
 
 COVERED, VISITS, SQUARED_VISITS = 0, 1, 2
-FIRST_EVENT = 3
+FIRST_EVENT = N_SUMS
 N_COUNTS = FIRST_EVENT + N_EVENTS
 STEP, FILLED = 0, 1
 FIRST_STATE = len(Flock._fields)
@@ -128,15 +128,27 @@ def observe(flock: Flock, world: World, record: Record) -> bool:
     """Take note of one step done; return whether all positions, velocities and states
     are finite numbers.
     """
-    record.progress[STEP] += 1
-    for i in range(flock.x.size):
-        if not math.isfinite(flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]):
-            return False
-    if not keep_state(record.state, record.state_before):
+    if not begin_step(flock, record):
         return False
     if record.covering:
         for i in range(flock.x.size):
             mark(record.coverage, flock.x[i], flock.y[i])
+    end_step(flock, world, record)
+    return True
+
+
+@jit
+def begin_step(flock: Flock, record: Record) -> bool:
+    """The part of `observe` before visits are counted."""
+    record.progress[STEP] += 1
+    for i in range(flock.x.size):
+        if not math.isfinite(flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]):
+            return False
+    return keep_state(record.state, record.state_before)
+
+
+@jit
+def end_step(flock: Flock, world: World, record: Record) -> None:
+    """The part of `observe` after visits are counted."""
     count(flock, world, record.watch, record.progress[STEP])
     keep_frame(flock, record)
-    return True

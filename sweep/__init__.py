@@ -59,7 +59,7 @@ __all__ = [
     "unpack",
     "view",
 ]
-__version__ = "0.13.0"
+__version__ = "0.14.0"
 
 
 check_kernels(sys.modules.get("kernels"))

@@ -218,7 +218,9 @@ class _Statements:
             raise NotForLanesError("each lane writes at another index")
         if self._facts.counts(target.value) and self._expressions.added_to is None:
             raise NotForLanesError("it sets the events that it counts")
-        array, index = self._value(target.value), self._value(target.slice)
+        array, index = target.value, target.slice
+        if not self._expressions.is_of_neighbour(target):
+            array, index = self._value(array), self._value(index)
         stores = self._mask_of_stores(mask)
         is_row = isinstance(self._facts.kind(target.value), Rows)
         if (differs or stores is not None) and not is_row:

@@ -51,7 +51,7 @@ class Expressions:
         self._refuse(node)
         if isinstance(node, ast.Call):
             return self._call(node)
-        if self._is_of_neighbour(node):
+        if self.is_of_neighbour(node):
             return node
         for_lanes = self._by_lanes(node)
         return self._as_it_is(node) if for_lanes is None else for_lanes
@@ -69,7 +69,7 @@ class Expressions:
                 raise NotForLanesError(f"{name} has a value in some lanes only")
             case ast.Attribute() if self.facts.holds(node.value, Grid, Near):
                 raise NotForLanesError("a grid and a list of neighbours are of no lane")
-            case ast.Subscript(ctx=ast.Load()) if not self._is_of_neighbour(node):
+            case ast.Subscript(ctx=ast.Load()) if not self.is_of_neighbour(node):
                 if self.facts.differs(node.slice):
                     raise NotForLanesError("each lane reads at another index")
                 if is_each(self.facts.kind(node.value)):
@@ -77,12 +77,12 @@ class Expressions:
                 if self.facts.counts(node.value) and node is not self.added_to:
                     raise NotForLanesError("it reads the events that it counts")
 
-    def _is_of_neighbour(self, node: ast.expr) -> bool:
+    def is_of_neighbour(self, node: ast.expr) -> bool:
         """Whether an expression is `near.dx[k]`, or the like, in a loop over what was
         found. A place in a list says nothing else: each lane lists others.
         """
         match node:
-            case ast.Subscript(ast.Attribute(near), ast.Name(place), ast.Load()):
+            case ast.Subscript(ast.Attribute(near), ast.Name(place)):
                 return place in self.places and self.facts.holds(near, Near)
         return False
 

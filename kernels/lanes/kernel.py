@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels import neighbours, recording
+from kernels import indices, neighbours, recording
 from kernels.events import N_EVENTS
 from kernels.jit import jit_as
 from kernels.lanes.conversion import SUBSTITUTES, converted
@@ -74,8 +74,15 @@ def _note(flock: Any, _world: Any, record: Any) -> bool:
     return bool(record.finite[late] == ALL)
 
 
+@piece
+def _whole(found: Any) -> Any:
+    """`kernels.indices.whole`: each turn of a loop is one of all lanes already."""
+    return found
+
+
 SUBSTITUTES.update(
     {
+        indices.whole: _whole,
         neighbours.search: search,
         neighbours.move: move,
         neighbours.move_all: move_all,
@@ -128,7 +135,7 @@ def _kernel(
             flock = Flock({_rows_of("bodies", 0, 6)})
             before = Flock({_rows_of("bodies", 6, 12)})
             heading_x, heading_y = {_rows_of("bodies", 12, 14)}
-            near = Near(room.who, {_rows_of("ways", 0, 3)}, room.marks)
+            near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks)
             work = Workspace(
                 grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind
             )

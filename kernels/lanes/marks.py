@@ -135,7 +135,7 @@ def mark_step(
             and -radius - 1.0 < y < coverage.rows + radius
         ):
             marks.clipped[0] += 1
-            _mark_clipped(coverage, x, y)
+            _mark_clipped(coverage, x, y, 0, 1)
     _add(coverage, new, seen, _total(held))
 
 

@@ -38,18 +38,18 @@ from kernels.lanes.rows import Each
 from kernels.lanes.search import build_places
 from kernels.lanes.vectors import WIDTH
 from kernels.model import Model
-from kernels.neighbours import CROWDED, MANY
+from kernels.neighbours import CROWDED
 from kernels.recording import STEP, Record, keep_frame
 from kernels.state import Floats, Flock, World
 
 REFUSALS = NumbaError, NotForLanesError
 """What a kernel for lanes raises that cannot be compiled."""
-MOST_BOIDS = 200
+MOST_BOIDS, MOST_FAR_SIGHTED = 200, 110
 """Every boid looks at everyone, in lanes: larger flocks are faster alone. In processor
 time, eight trials of 256 boids in 1024 cells were 0.98 times as fast as alone, and of
-200 boids in 784 cells 1.11 times. Where a boid looks at everyone alone too, it does
-that faster from MANY boids on: 100 boids in 18 cells were 1.06 times as fast as alone,
-and 150 boids 0.8 times.
+200 boids in 784 cells 1.11 times. The second number is for searches that look at
+everyone alone too: with 18 cells 100 boids were 1.12 times as fast as alone, 127 boids
+0.96 times and 200 boids 0.91 times.
 """
 TRAIL_BYTES, TRAIL_VISITS = 2**23, MOST * 3 // 4
 """What is kept of steps until they are observed, and how many boid-steps of a trial.
@@ -70,7 +70,7 @@ def can_fly_together(model: Model, n: int, share: float) -> bool:
     """Whether flights of a model, of `n` boids each, may fly in lanes, and are faster
     so. `share` is the part of the world that a search looks through alone.
     """
-    most = MANY - 1 if share * CROWDED >= 1.0 else MOST_BOIDS
+    most = MOST_FAR_SIGHTED if share * CROWDED >= 1.0 else MOST_BOIDS
     return n <= most and not model.state and not is_noted_alone(model.advance)
 
 
@@ -82,7 +82,7 @@ def is_kept_for_lanes(model: Model) -> bool:
 
 class Room(NamedTuple):
     """The memory of a kernel for lanes, of N boids: `bodies` (14, N, WIDTH) has the
-    flock, the flock before a step, and the headings; `ways` (3, N + 1, WIDTH), `who`
+    flock, the flock before a step, and the headings; `ways` (4, N + 1, WIDTH), `who`
     and `marks` (N + 1,) are for neighbours; `weights` (P, WIDTH); `trail` (WIDTH, 1 +
     S, 4, M) with `late` (1,), see kernels.lanes.kernel; `counted` (N_EVENTS, WIDTH).
     """
@@ -124,7 +124,7 @@ class Formation:
         )
         self._rows = Room(
             _aligned(2 * FIELDS + 2, whole)[:, :n],
-            _aligned(3, n + 1),
+            _aligned(4, n + 1),
             np.zeros(n + 1, np.uint32),
             np.zeros(n + 1, np.uint8),
             np.array(

@@ -14,7 +14,7 @@ from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_unit
-from kernels.rules.social import alignment, cohesion, separation_unit
+from kernels.rules.social import ranged_sums
 from kernels.rules.steering import wander
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About
 from kernels.state import Flock, World, remember
@@ -119,15 +119,24 @@ def _acceleration(
     """The weighted sum of Eq. (3) for boid `i`: each force limited to max_force, the
     wander and the sum not.
     """
-    most, near = params.max_force, work.near
-    range2 = square_range(params.separation_range, params.range_inclusive)
-    x, y = limit(*separation_unit(near, found, range2), most)
+    most, inclusive = params.max_force, params.range_inclusive
+    away_x, away_y, vx, vy, aligned, to_x, to_y, joined = ranged_sums(
+        seen,
+        work.near,
+        found,
+        square_range(params.separation_range, inclusive),
+        square_range(params.alignment_range, inclusive),
+        square_range(params.cohesion_range, inclusive),
+    )
+    x, y = limit(away_x, away_y, most)
     ax, ay = params.separation_weight * x, params.separation_weight * y
-    range2 = square_range(params.alignment_range, params.range_inclusive)
-    x, y = limit(*alignment(seen, i, near, found, range2), most)
+    share = 1.0 / max(aligned, 1.0)
+    x = vx * share - seen.vx[i] if aligned > 0.0 else 0.0
+    y = vy * share - seen.vy[i] if aligned > 0.0 else 0.0
+    x, y = limit(x, y, most)
     ax, ay = ax + params.alignment_weight * x, ay + params.alignment_weight * y
-    range2 = square_range(params.cohesion_range, params.range_inclusive)
-    x, y = limit(*cohesion(near, found, range2), most)
+    share = 1.0 / max(joined, 1.0)
+    x, y = limit(to_x * share, to_y * share, most)
     ax, ay = ax + params.cohesion_weight * x, ay + params.cohesion_weight * y
     x, y = wander(rng, params.wander_range)
     ax, ay = ax + params.wander_weight * x, ay + params.wander_weight * y

@@ -7,6 +7,7 @@ from typing import Any
 from numpy.random import Generator
 
 from kernels.caching import is_kept
+from kernels.coverage import N_SUMS
 from kernels.events import N_EVENTS
 from kernels.model import Model
 from kernels.neighbours import Near, build_near
@@ -110,6 +111,9 @@ def _run(take: Callable[[int], None], teams: list[Team]) -> None:
 
 
 def _counting_apart(record: Record, team: Team) -> Record:
-    """A record whose events are those that this thread counts."""
-    events = team.events[team.rank, :N_EVENTS]
-    return record._replace(watch=record.watch._replace(events=events))
+    """A record whose events and sums of visits are those that this thread counts."""
+    events, sums = team.events[team.rank, :N_EVENTS], team.sums[team.rank, :N_SUMS]
+    return record._replace(
+        watch=record.watch._replace(events=events),
+        coverage=record.coverage._replace(sums=sums),
+    )

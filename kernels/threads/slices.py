@@ -1,10 +1,10 @@
 """A model's `advance` for one of several threads, from its own text.
 
 All threads run the same text, step by step. A loop over boids becomes one over the
-slice of the thread. `observe` is called by the first thread alone, and `move_all` by
-the last one; both at once where nothing is between them, since one reads only the flock
-and the other writes only the grid. After each of these parts the threads wait for each
-other.
+slice of the thread. `observe` becomes that of kernels.threads.observing, and `move_all`
+is called by the last thread; both at once where nothing is between them, since one
+reads only the flock and the other writes only the grid. After each of these parts the
+threads wait for each other.
 
 So a boid is updated by the same operations as by one thread, and has the same bits, if
 a loop over boids has no order: if it reads of the others only what it does not write.
@@ -23,15 +23,15 @@ from kernels.lanes.calls import named_by, plain_of
 from kernels.lanes.syntax import names_in, stores_in, tree_of
 from kernels.lanes.texts import function_of
 from kernels.state import Flock
+from kernels.threads import observing
 from kernels.threads.barrier import wait
-from kernels.threads.team import gather
 
 REMEMBER, MOVE_ALL, OBSERVE = map(
     plain_of, (state.remember, neighbours.move_all, recording.observe)
 )
 ONCE_A_STEP = {REMEMBER: "remember", MOVE_ALL: "move_all", OBSERVE: "observe"}
-TEAM, WAIT, GATHER, OF_SLICE = "_team", "_wait", "_gather", "_remember"
-OURS = {TEAM, WAIT, GATHER, OF_SLICE}
+TEAM, WAIT, OF_TEAM, OF_SLICE = "_team", "_wait", "_observe", "_remember"
+OURS = {TEAM, WAIT, OF_TEAM, OF_SLICE}
 FIXED = (
     ast.Name,
     ast.Attribute,
@@ -63,7 +63,7 @@ def kernel_of(advance: Callable[..., bool]) -> Callable[..., bool]:
     tree = tree_of(plain)
     ast.increment_lineno(tree, plain.__code__.co_firstlineno - 1)
     text = _Text(tree, scope).written()
-    scope |= {WAIT: wait, GATHER: gather, OF_SLICE: _remember()}
+    scope |= {WAIT: wait, OF_TEAM: observing.observe, OF_SLICE: _remember()}
     kernel: Callable[..., bool] = jit_as(function_of(text, scope), plain)
     return kernel
 
@@ -225,7 +225,7 @@ class _Text:
             one.iter = _slice()
             yield from (one, *_gate())
         elif isinstance(one, ast.If):
-            yield from _observed(one)
+            yield _observed(one)
         elif isinstance(one, ast.Expr) and isinstance(one.value, ast.Call):
             yield from self._call(one, one.value)
 
@@ -245,19 +245,14 @@ def _gate() -> list[ast.stmt]:
     return _statements(f"if not {WAIT}({TEAM}): return False")
 
 
-def _observed(node: ast.If) -> list[ast.stmt]:
-    """What the first thread does with a step when all have done their parts of it."""
+def _observed(node: ast.If) -> ast.If:
+    """`if not observe(...): return False`, for all threads of the team."""
     assert isinstance(node.test, ast.UnaryOp)
     call = node.test.operand
     assert isinstance(call, ast.Call)
-    record = ast.unparse(call.args[2])
-    first = f"""
-if {TEAM}.rank == 0:
-    {GATHER}({record}, {TEAM})
-    {TEAM}.going[0] = {ast.unparse(call)}
-"""
-    ends = _statements(f"if not {TEAM}.going[0]: return False")
-    return [*_statements(first), *_gate(), *ends]
+    call.func = ast.Name(OF_TEAM, ast.Load())
+    call.args.append(ast.Name(TEAM, ast.Load()))
+    return node
 
 
 def _is_text(node: ast.stmt) -> bool:

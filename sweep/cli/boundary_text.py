@@ -9,6 +9,7 @@ from rich.table import Table
 from sweep.cli.listing import MOST_ROWS
 from sweep.cli.terminal import console
 from sweep.tables.boundary import Boundary
+from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
@@ -19,13 +20,7 @@ def boundary_json(study: StoredStudy, found: Boundary) -> str:
     rule, tables = found.rule, {}
     for name in ("points", "cells", "crossings"):
         table = getattr(found, name)
-        # pandas writes what is not finite as null, as JSON has nothing for it.
-        text = (
-            None
-            if table is None
-            else table.reset_index().to_json(orient="records", double_precision=15)
-        )
-        tables[name] = json.loads(text) if text else None
+        tables[name] = None if table is None else json_rows(table.reset_index())
     return json.dumps(
         {
             "study": study.name,

@@ -3,6 +3,7 @@
 # ruff: noqa: ARG001
 import math
 
+from kernels.indices import whole
 from kernels.jit import jit
 from tests.kernels import more_rules_for_lanes as more
 
@@ -136,6 +137,18 @@ def truth_as_number(row, near, found, rng, watch):
     row[1] = 1.0 * bool(count)
     row[2] = 1.0 * bool(row[2])
     row[3] = -(row[3] > 0.0) + 2 * (row[4] > 0.0)
+
+
+@jit
+def factors_of_neighbours(row, near, found, rng, watch):
+    for k in range(whole(found)):
+        near.factor[k] = near.dx[k] if near.distance2[k] < 4.0 else 0.5
+    for k in range(found):
+        if near.dy[k] > 0.0:
+            near.factor[k] *= 2.0
+    for k in range(found):
+        row[1] += near.factor[k]
+        row[2] -= near.dy[k] * near.factor[k]
 
 
 @jit

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels.coverage import build_coverage, heatmap, mark
+from kernels.coverage import BAND, build_coverage, heatmap, mark, mark_share, unvisited
 from kernels.events import COLLISIONS, ESCAPES
 from kernels.settings import DISC, STAMP
 from kernels.worlds import build_reach
@@ -39,6 +39,33 @@ def marked(
     for x, y in positions:
         mark(coverage, x, y)
     return heatmap(coverage), coverage.sums
+
+
+@pytest.mark.parametrize("size", [2, 3, 5])
+@pytest.mark.parametrize(
+    ("footprint", "radius"), [(STAMP, 2.0), (STAMP, 70.0), (DISC, 2.3), (DISC, 0.9)]
+)
+def test_threads_count_together_what_one_counts_each_in_its_rows(
+    footprint: int, radius: float, size: int
+) -> None:
+    """Also of footprints in two bands, in more, and over the edges of the world."""
+    rows = 5 * BAND + 7
+    world = builders.a_world(COLUMNS, rows, obstacles=[[20, BAND, 7, 7, 1]])
+    seen = builders.OBSERVATION._replace(footprint=footprint, footprint_radius=radius)
+    fresh = build_coverage(world, build_reach(world, 0.0), seen)
+    wanted, shared = unvisited(fresh), unvisited(fresh)
+    low, high = (-5.0, -5.0), (COLUMNS + 5.0, rows + 5.0)
+    places = np.random.default_rng(1).uniform(low, high, (400, 2))
+    for x, y in places:
+        mark(wanted, x, y)
+    for rank in range(size):
+        before = heatmap(unvisited(shared))
+        for x, y in places:
+            mark_share(shared, x, y, rank, size)
+        touched = np.flatnonzero((heatmap(shared) != before).any(axis=1))
+        assert set(touched // BAND % size) == {rank}
+    assert np.array_equal(shared.visits, wanted.visits)
+    assert np.array_equal(shared.sums, wanted.sums)
 
 
 @given(

@@ -13,17 +13,20 @@ import pytest
 
 from kernels import neighbours
 from kernels.indices import (
+    PIECE,
     WORD,
     Marks,
     build_marks,
     lowest,
     signed,
     unsigned,
+    whole,
     without_lowest,
     word,
 )
 from kernels.jit import jit
 from kernels.neighbours import Gaze, all_pairs, build_near, search
+from kernels.rules import social
 from kernels.stamps import Definition, closure
 from kernels.state import Indices, World
 from tests import builders
@@ -92,16 +95,16 @@ def _seen_by(world: World, x: Any, y: Any, i: int, reach: float) -> list[int]:
 
 @pytest.mark.parametrize("ahead", [(0.0, 0.0), (1.0, -2.0)])
 @pytest.mark.parametrize("torus", [True, False])
-@pytest.mark.parametrize("change", [-1, 0, 1, 65])
+@pytest.mark.parametrize("n", [5, 63, 64, 65, 130])
 def test_everyone_in_range_is_found_in_few_and_many(
-    change: int, torus: bool, ahead: tuple[float, float]
+    n: int, torus: bool, ahead: tuple[float, float]
 ) -> None:
-    """In flocks about the size from which words are read, thin and dense."""
-    n, rng = neighbours.MANY + change, np.random.default_rng(5)
+    """In flocks of about one word, of two and of a part of one, thin and dense."""
+    rng = np.random.default_rng(5)
     x, y = rng.uniform(0, 800, n), rng.uniform(0, 600, n)
     world, near = builders.a_world(minimum_image=torus), build_near(n)
     flock, grid = builders.a_flock(x, y), all_pairs(n)
-    for i in (0, 1, 63, 64, n - 1):
+    for i in sorted({0, 1, min(63, n - 1), n - 1}):
         for reach in (0.0, 40.0, 290.0, 2000.0):
             view = neighbours.ALL_ROUND
             found = search(flock, world, grid, i, reach * reach, view, *ahead, near)
@@ -133,23 +136,40 @@ def _compiled(function: Any) -> tuple[str, str]:
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["_search_few", "_search_many"])
-def test_compiled_searches_have_no_test_for_negative_indices(name: str) -> None:
+def test_a_compiled_search_has_no_test_for_negative_indices() -> None:
     """One in the second pass took 8 % of a step of nguyen2024."""
-    code, _ = _compiled(getattr(neighbours, name))
+    code, _ = _compiled(neighbours._search_everyone)
     assert "icmp" in code
     assert re.findall(r"icmp slt i64 \S+, 0\b", code) == []
 
 
-@needs_compiler
-@pytest.mark.skipif(
+on_avx2 = pytest.mark.skipif(
     platform.machine() not in ("x86_64", "AMD64")
     or not llvmlite.binding.get_host_cpu_features().get("avx2"),
     reason="names of registers and instructions of a processor with AVX2",
 )
-@pytest.mark.parametrize("name", ["_search_few", "_search_many"])
-def test_compiled_searches_compare_several_distances_at_once(name: str) -> None:
+
+
+@needs_compiler
+@on_avx2
+def test_a_compiled_search_compares_several_distances_at_once() -> None:
     """Registers ymm and zmm hold four and eight of them."""
-    _, machine = _compiled(getattr(neighbours, name))
+    _, machine = _compiled(neighbours._search_everyone)
     assert re.search(r"vcmp\w*pd\b.*%[yz]mm", machine)
     assert re.search(r"vmulpd\b.*%[yz]mm", machine)
+
+
+@needs_compiler
+@on_avx2
+def test_compiled_separation_takes_several_roots_at_once() -> None:
+    made: Any = numba.njit(error_model="numpy", _nrt=False)(social._shorten.py_func)
+    made(build_near(2), 2, 1.0)
+    [machine] = made.inspect_asm().values()
+    assert re.search(r"vsqrtpd\b.*%[yz]mm", machine)
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 200])
+def test_whole_pieces_have_room_for_all(count: int) -> None:
+    many = int(whole(count))
+    assert many % PIECE == 0
+    assert count <= many < count + PIECE

@@ -167,7 +167,7 @@ def _chosen(x: float, y: float) -> float:
 
 ARRAY = types.Array(types.float64, 1, "C")
 ROW = ROWS[types.float64]
-NEAR = types.NamedTuple([ARRAY, ROW, ROW, ROW, ARRAY], Near)
+NEAR = types.NamedTuple([ARRAY, ROW, ROW, ROW, ROW, ARRAY], Near)
 RANDOM = types.NamedUniTuple(types.npy_rng, WIDTH, Each)
 REFUSED: list[tuple[Callable[..., Any], dict[str, Any], str]] = [
     (_halved, {"x": LANES}, "it has a statement `while`"),

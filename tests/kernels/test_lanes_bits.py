@@ -9,6 +9,7 @@ from numba.core.errors import TypingError
 from numpy.random import PCG64, Generator
 
 from kernels.coverage import build_coverage, heatmap, mark, unvisited
+from kernels.indices import PIECE
 from kernels.lanes.conversion import converted
 from kernels.lanes.facts import NotForLanesError
 from kernels.lanes.kernel import LanesWatch
@@ -43,11 +44,11 @@ def _alone(rule: Any, lane: int) -> tuple[np.ndarray, np.ndarray]:
     """The numbers and the events after a rule, for one lane."""
     row, events = NUMBERS[:, lane].copy(), np.zeros(3, np.int64)
     listed = np.flatnonzero(MARKS[:, lane])
-    dx, dy = np.zeros((2, N + 1))
+    dx, dy, factor = np.zeros((3, N + PIECE))
     dx[: listed.size], dy[: listed.size] = WAYS[:, listed, lane]
     boid = np.zeros(N + 1, np.uint32)
     boid[: listed.size] = listed
-    near = Near(boid, dx, dy, dx * dx + dy * dy, np.zeros(N, np.bool_))
+    near = Near(boid, dx, dy, dx * dx + dy * dy, factor, np.zeros(N, np.bool_))
     rng = Generator(PCG64(lane))
     rule(row, near, listed.size, rng, LanesWatch(events))
     return row, events
@@ -58,8 +59,9 @@ def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
     advance = converted(rule)
 
     @numba.njit(**OPTIONS)
-    def fly(row, boid, dx, dy, distance2, marks, count, rngs, events):
-        near = Near(boid, rows(dx), rows(dy), rows(distance2), marks)
+    def fly(row, boid, ways, marks, count, rngs, events):
+        dx, dy, distance2, factor = ways
+        near = Near(boid, rows(dx), rows(dy), rows(distance2), rows(factor), marks)
         count_rows = rows(count)
         listed = found(count_rows[0], N, marks)
         watch = LanesWatch(rows(events))
@@ -74,7 +76,8 @@ def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
     boid[:N] = np.arange(N)
     count = MARKS.sum(axis=0).astype(np.int64)[None, :].copy()
     rngs = Each(*(Generator(PCG64(lane)) for lane in range(WIDTH)))
-    fly(row, boid, dx, dy, dx * dx + dy * dy, marks, count, rngs, events)
+    ways = dx, dy, dx * dx + dy * dy, np.zeros((N + 1, WIDTH))
+    fly(row, boid, ways, marks, count, rngs, events)
     return row, events
 
 
@@ -89,6 +92,7 @@ SAME = (
     rules.swaps,
     rules.events_that_are_counted,
     rules.truth_as_number,
+    rules.factors_of_neighbours,
 )
 REFUSED = (
     rules.keywords_of_draws,

@@ -255,6 +255,18 @@ def test_a_torus_of_three_columns_is_searched_by_grid_across_its_border() -> Non
     assert found_by(grid, flock, world, 0, 99.0, 360.0, False) == [1]
 
 
+def test_there_are_no_lists_where_most_are_too_long_to_be_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A list has 9 N / C boids on average. With a room that is asked for there are."""
+    monkeypatch.setattr(neighbours, "CROWDED", 4)
+    flock = builders.a_flock(np.full(8, 5.0), np.full(8, 5.0))
+    for width, everyone in ((500.0, True), (600.0, False)):
+        world = builders.a_world(width, 700.0)
+        assert build_grid(flock, world, 99.0).everyone == everyone
+        assert not build_grid(flock, world, 99.0, 4).everyone
+
+
 @pytest.mark.parametrize(("inclusive", "found"), [(True, [1]), (False, [])])
 def test_a_neighbour_exactly_at_the_range_counts_only_if_inclusive(
     inclusive: bool, found: list[int]

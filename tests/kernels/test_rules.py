@@ -15,6 +15,7 @@ import pytest
 import kernels
 from kernels import arbitration
 from kernels.arbitration import limit, serve
+from kernels.indices import PIECE
 from kernels.model import OccupancySettings
 from kernels.neighbours import Near
 from kernels.occupancy import build_occupancy
@@ -23,7 +24,7 @@ from kernels.settings import BOUNDED, OPEN, TORUS
 from kernels.worlds import build_reach
 from tests import builders, naive
 
-CASES = 60
+CASES, BOIDS = 60, 13
 OBSTACLES = [
     [100, 100, 25, 25, 1],
     [140, 130, 10, 10, 0],
@@ -53,7 +54,7 @@ def scalar(name: str, rng: np.random.Generator) -> Any:
     """A number for a parameter of a rule, by its name; any other name is a length or
     force of either sign.
     """
-    if name in ("range2", "crowd2"):
+    if name.endswith("2"):
         return rng.uniform(0, 60) ** 2
     if name in ("position", "x", "y"):
         return rng.choice(
@@ -81,19 +82,20 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
     the same for the same seed.
     """
     rng = np.random.default_rng(seed)
-    found = int(rng.choice([0, 1, 2, 7, 12]))
-    x, y = rng.normal(0, 30, (2, 13))
+    found = int(rng.choice([0, 1, 2, 7, 8, 12]))
+    x, y = rng.normal(0, 30, (2, BOIDS + PIECE))
     x[0] = y[0] = 0.0
     given = {
         "near": Near(
-            rng.permutation(13).astype(np.uint32),
+            rng.permutation(BOIDS).astype(np.uint32),
             x,
             y,
             x * x + y * y,
-            np.zeros(13, np.bool_),
+            np.full(BOIDS + PIECE, np.nan),
+            np.zeros(BOIDS, np.bool_),
         ),
         "found": found,
-        "seen": builders.a_flock(*rng.normal(0, 3, (4, 13))),
+        "seen": builders.a_flock(*rng.normal(0, 3, (4, BOIDS))),
         "world": WORLD,
         "rng": np.random.default_rng(seed),
         "occupancy": OCCUPANCY,

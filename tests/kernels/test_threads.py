@@ -73,6 +73,7 @@ def read(tmp_path: Path) -> Iterator[Callable[..., Advance]]:
         del sys.modules[name]
 
 
+OBSERVED = "if not _observe(flock, world, record, _team):"
 LOOP = "        for i in range(flock.x.size):\n"
 BODY = "            flock.x[i] = seen.x[i] + dt * seen.vx[i]\n"
 REFUSED = {
@@ -126,16 +127,20 @@ def text_of(kernel: Any) -> str:
 def test_threads_wait_after_each_part_but_between_grid_and_observation(
     read: Callable[..., Advance],
 ) -> None:
+    """They wait for each other within `_observe`, too."""
     text = text_of(kernel_of(read()))
     parts = [line.strip() for line in text.splitlines()]
-    waits = [k for k, line in enumerate(parts) if line == "if not _wait(_team):"]
-    kinds = ("_remember(", "for i in", "move_all(", "observe(")
+    waits = [
+        k for k, line in enumerate(parts) if line in ("if not _wait(_team):", OBSERVED)
+    ]
+    kinds = ("_remember(", "for i in", "move_all(", OBSERVED)
     places = [next(k for k, line in enumerate(parts) if kind in line) for kind in kinds]
     between = [
         sum(first < k < last for k in waits)
         for first, last in zip(places, [*places[1:], len(parts)], strict=True)
     ]
-    assert between == [1, 1, 0, 1]
+    assert between == [1, 1, 0, 0]
+    assert OBSERVED in parts
     assert waits[0] < places[0]
 
 

@@ -103,6 +103,28 @@ def flocking_sums(seen: Any, near: Any, found: int, crowd2: float) -> Vector:
     )
 
 
+def ranged_sums(
+    seen: Any,
+    near: Any,
+    found: int,
+    separation2: float,
+    alignment2: float,
+    cohesion2: float,
+) -> Vector:
+    others, _ = within(near, found, alignment2)
+    velocities = np.column_stack([seen.vx, seen.vy])[others]
+    _, towards = within(near, found, cohesion2)
+    return np.concatenate(
+        [
+            separation_unit(near, found, separation2),
+            velocities.sum(axis=0),
+            [len(others)],
+            towards.sum(axis=0),
+            [len(towards)],
+        ]
+    )
+
+
 def protected_sums(
     seen: Any, near: Any, found: int, crowd2: float, range2: float, crowd_apart: bool
 ) -> Vector:

@@ -277,12 +277,12 @@ def test_of_very_many_jobs_a_few_are_looked_at(flown: list[int]) -> None:
     assert flown == [1] * WIDTH
 
 
-def test_large_flocks_and_those_that_search_all_by_words_fly_alone() -> None:
+def test_large_flocks_and_those_that_see_far_fly_alone() -> None:
     for n, about, count in [
         (200, {}, 1),
         (201, {}, WIDTH),
-        (127, {"perception_range": 500.0}, 1),
-        (128, {"perception_range": 500.0}, WIDTH),
+        (110, {"perception_range": 500.0}, 1),
+        (111, {"perception_range": 500.0}, WIDTH),
     ]:
         jobs = eight(FAST, n=n, steps=30, map="empty", **about)
         assert len(list(groups(jobs))) == count
