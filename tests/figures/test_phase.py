@@ -37,7 +37,8 @@ def test_a_line_has_means_and_a_band_for_its_crossing(tmp_path: Path) -> None:
     assert band.get_x() == one["low"]
     assert band.get_x() + band.get_width() == pytest.approx(one["high"])
     said = figure.get_supxlabel().replace("\n", " ")
-    assert f"small: {len(table)} points of 3 to 12 trials" in said
+    most = study.plan["point"].to_pandas().value_counts().max()
+    assert f"small: {len(table)} points of 3 to {most} trials" in said
     assert "on either side of 2 with 95 %, all of them together" in said
 
 
