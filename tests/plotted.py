@@ -72,6 +72,9 @@ SPECS = {
     "flying": FLYING,
     "ablated": ABLATED,
 }
+SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
+    "refine: {metric: speed, at: 3, axes: [separation_weight], until: 0.5, budget: 9}\n"
+)
 SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))

@@ -153,6 +153,7 @@ WORDS = {
         "sweep/campaigns/search/export.py",
         "sweep/campaigns/search/findings.py",
         "sweep/campaigns/search/outcome.py",
+        "sweep/campaigns/search/points_behind.py",
         "sweep/campaigns/search/repetitions.py",
         "sweep/spec/derived_metrics.py",
         "sweep/tables/search_phases.py",

@@ -14,6 +14,8 @@ def json_rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """A mapping a row, without the index. A value that is missing or not finite is
     None.
     """
+    if not len(frame.columns):
+        return [{} for _ in range(len(frame))]
     columns = [map(_known, frame[name].tolist()) for name in frame]
     names = [str(name) for name in frame]
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]

@@ -39,7 +39,9 @@ def test_structures_are_those_of_the_reference() -> None:
         assert [field[0] for field in entry._fields_] == theirs[name]
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    "name", [one for one in MODELS if (HERE / f"{one}.cpp").exists()]
+)
 def test_settings_stand_in_the_order_of_python(name: str) -> None:
     assert members(f"{name}.cpp")["Settings"] == list(MODELS[name].params._fields)
 

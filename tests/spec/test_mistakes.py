@@ -103,7 +103,7 @@ study: many
 model: nguyen2042
 preset: as_runn
 fixed: {n: fifty, perception_range: 3, flok_range: 2}
-sweep: {seperation_weight: [0.5, 1], cohesion_weight: [0.5, 0.5]}
+sweep: {seperation_weight: [0.5, 1], steps: [5, 5]}
 replicates: 0
 record:
   metrics: [sped, potential, foo]
@@ -116,7 +116,7 @@ checkpoint: 0
 4: 'fifty' is not allowed for n: it is a whole number
 4: unknown setting "flok_range"; did you mean "flock_range"?
 5: unknown setting "seperation_weight"; did you mean "separation_weight"?
-5: 0.5 stands twice in "cohesion_weight"
+5: 5 stands twice in "steps"
 6: "replicates" must be a whole number
 8: unknown metric "sped"; did you mean "speed"?
 8: unknown metric "foo"

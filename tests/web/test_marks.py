@@ -78,7 +78,7 @@ def test_arrow_keys_go_from_cell_to_cell_and_enter_chooses(
     board.focus()
     for key in ("Home", "ArrowRight", "ArrowRight", "ArrowUp", "ArrowLeft"):
         page.keyboard.press(key)
-    tip = page.locator(".figure [role=status]")
+    tip = page.locator(".figure .tip").first
     expect(tip).to_contain_text("of 3 trials")
     page.keyboard.press("Enter")
     expect(page.locator("[aria-label=trials] h2")).to_contain_text(
@@ -154,7 +154,7 @@ def test_intervals_are_drawn_anew_when_something_was_stored(
         expect(page.locator("[aria-label=trials] h2")).to_be_visible()
         assert page.evaluate(f"window.first === {BOARD}")
         relaunch(SMALL.replace("replicates: 3", "replicates: 12"), tmp_path)
-        expect(page.locator(".figure .said")).to_contain_text("12 trials a point")
+        expect(page.locator(".figure .said").first).to_contain_text("12 trials a point")
         after = page.evaluate(half)
         page.goto("about:blank")  # it asks no server that is gone
     assert len(before) == len(after) == 2

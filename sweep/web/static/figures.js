@@ -137,7 +137,7 @@ export class FigurePanel {
     if (!figure || !shown || shown === this.told) return;
     this.told = shown;
     const { metrics, panels, form } = figure;
-    if (metrics.length > 1 || panels[0].x.name === "frame") return;
+    if (metrics.length !== 1 || panels[0].x.name === "frame") return;
     const { study, half } = this.asked;
     /** @type {{ published: Published[] }} */
     const answer = await ask("published", { study, half, metric: metrics[0] });

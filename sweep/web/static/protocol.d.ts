@@ -163,6 +163,7 @@ export interface Published {
   value: number;
   where: string;
   says: string;
+  half: boolean;
   frame: number | null;
   settings: Record<string, Value | null>;
 }
