@@ -2,12 +2,23 @@
 
 import sys
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.cli.app import Force, Results, Trust, Workers, app, stop
+from sweep.cli.app import (
+    CodeFrom,
+    Force,
+    LaunchFile,
+    NoCode,
+    Results,
+    Trust,
+    Workers,
+    app,
+    stop,
+)
 from sweep.cli.completing import study_names
 from sweep.cli.reading import Over, Where
 from sweep.cli.supplementing import (
@@ -31,8 +42,11 @@ from sweep.cli.supplementing import (
 from sweep.cli.viewing import open_page
 from sweep.text import installing
 
-BOTH = ("study", "results", "trust", "to")
-SERVED = ("port", "no_open")
+if TYPE_CHECKING:
+    from sweep.web.launching import Launcher
+
+BOTH = ("study", "results", "trust", "to", "workers")
+SERVED = ("port", "no_open", "launch", "no_code", "code_from")
 """Options of a page that is served; all others are of a file."""
 
 
@@ -57,6 +71,9 @@ def show(
             "--no-open", help="Only print the address, as for a remote machine."
         ),
     ] = False,
+    launch: LaunchFile = None,
+    no_code: NoCode = False,
+    code_from: CodeFrom = None,
     to: To = None,
     metric: FigureMetric = "",
     over: Annotated[
@@ -81,7 +98,8 @@ def show(
     played again.
 
     It only reads, and follows a launch that is running. The page is served to this
-    machine only. Ctrl-C ends it.
+    machine only. Ctrl-C ends it. With --launch it may put more points into a region of
+    the study of a spec, and launch that, when you say so.
 
     With --to it writes one study for readers instead, as one file of at most 16 MiB:
     its figure with intervals, and behind every point a stored trial that plays. Each of
@@ -89,7 +107,12 @@ def show(
     """
     _check_options(context, study, to)
     if study is None or to is None:
-        _serve(results, study, port, trust=trust, no_open=no_open)
+        launcher = None
+        if launch:
+            options = ["--workers", str(workers)] if workers else []
+            launcher = _launcher(launch, results, options, no_code, code_from)
+            study = study or launcher.study
+        _serve(results, study, port, launcher, trust=trust, no_open=no_open)
         return
     from sweep.explorer.publication import PaperTexts, publication, read_cff
     from sweep.explorer.supplement import SupplementChoice
@@ -126,18 +149,44 @@ def _check_options(context: typer.Context, study: str | None, to: Path | None) -
         stop(f"{', '.join(of_page)}: for a page that is served, and --to writes a file")
 
 
+def _launcher(
+    file: Path,
+    results: Results,
+    options: list[str],
+    no_code: bool,
+    code_from: Path | None,
+) -> "Launcher":
+    """What launches the spec in a file, which must be there."""
+    from sweep.cli.spec_files import check_spec_file
+    from sweep.own_code.reading import load_spec
+    from sweep.web.launching import Launcher
+
+    check_spec_file(file, results)
+    options += ["--code-from", str(code_from)] if code_from else []
+    read = partial(load_spec, code=not no_code, code_from=code_from)
+    return Launcher(file, results, options, read=read)
+
+
 def _serve(
-    results: Results, study: str | None, port: int, *, trust: bool, no_open: bool
+    results: Results,
+    study: str | None,
+    port: int,
+    launcher: "Launcher | None",
+    *,
+    trust: bool,
+    no_open: bool,
 ) -> None:
     try:
         from sweep.explorer.site import explorer
     except ModuleNotFoundError as error:
         needed = f"the explorer needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
-    server, url = explorer(results, study, port, trust=trust)
+    server, url = explorer(results, study, port, trust=trust, launcher=launcher)
     print(url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:
         open_page(url)
     with suppress(KeyboardInterrupt):
         server.run()
+    if launcher and (said := launcher.farewell()):
+        print(said, file=sys.stderr)

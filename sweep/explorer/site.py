@@ -8,7 +8,8 @@ from typing import Any
 from urllib.parse import quote
 
 from sweep.explorer import asking
-from sweep.explorer.asking import read
+from sweep.explorer.asking import AskRefine, read
+from sweep.explorer.changing import refine
 from sweep.explorer.drawn import figure
 from sweep.explorer.points import points
 from sweep.explorer.states import state, studies
@@ -16,6 +17,7 @@ from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
 from sweep.store.locations import Location
 from sweep.tables.stored_study import StoredStudy
+from sweep.web.launching import Launcher
 from sweep.web.live import Live
 from sweep.web.replaying import Replay
 from sweep.web.server import PageServer, PageSite, Pairs
@@ -34,22 +36,35 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
 
 
 def explorer(
-    results: Location, study: str | None, port: int = 0, *, trust: bool = False
+    results: Location,
+    study: str | None,
+    port: int = 0,
+    *,
+    trust: bool = False,
+    launcher: Launcher | None = None,
 ) -> tuple[PageServer, str]:
     """The server of the explorer of a folder of results, and the address that begins
-    with a study, or with the list of all. Raises StoreError where there is none.
+    with a study, or with the list of all. Raises StoreError where there is none, but
+    for the study that the page launches.
     """
     watched = Watched(results, trust=trust)
-    if study:
+    if study and not (launcher and launcher.study == study):
         watched.narrow(study)
-    server = PageServer(_simulator, port, site_of(watched))
+    server = PageServer(_simulator, port, site_of(watched, launcher))
     return server, server.url + (f"#study={quote(study)}" if study else "")
 
 
-def site_of(watched: Watched) -> PageSite:
+def site_of(watched: Watched, launcher: Launcher | None = None) -> PageSite:
     """What a server has of these studies."""
     answers = {name: partial(_answer, watched, name) for name in QUESTIONS}
-    return PageSite(HOME, answers, partial(_replayed, watched))
+    answers["refine"] = partial(_refined, watched, launcher)
+    return PageSite(HOME, answers, partial(_replayed, watched), launcher)
+
+
+def _refined(
+    watched: Watched, launcher: Launcher | None, pairs: Pairs
+) -> dict[str, Any]:
+    return refine(watched, launcher, read(AskRefine, pairs))
 
 
 def _answer(watched: Watched, name: str, pairs: Pairs) -> dict[str, Any]:

@@ -71,6 +71,13 @@ export class Scale {
     return this.from + part * (this.to - this.from);
   }
 
+  /** @param {number} pixel */
+  value(pixel) {
+    const part = (pixel - this.from) / (this.to - this.from);
+    const place = this.low + part * (this.high - this.low);
+    return this.log ? 10 ** place : place;
+  }
+
   /** @returns {{ at: number, text: string }[]} */
   get ticks() {
     if (this.names.length) return this.names.map((text, at) => ({ at, text }));
@@ -211,6 +218,17 @@ export class Board {
     context.rotate(-Math.PI / 2);
     context.fillText(fitting(context, unitText(panel.y.label), bottom - TOP), 0, 0);
     context.restore();
+  }
+
+  // Where a value lies in the element, and which one lies there.
+  /** @param {"x" | "y"} axis @param {number} value */
+  pixel(axis, value) {
+    return this[axis]?.pixel(value) ?? 0;
+  }
+
+  /** @param {"x" | "y"} axis @param {number} pixel */
+  value(axis, pixel) {
+    return this[axis]?.value(pixel) ?? 0;
   }
 
   /** @param {CanvasRenderingContext2D} _context @param {string} _ink */

@@ -5,6 +5,7 @@ import { ask, Refused } from "./ask.js";
 import { Cells, rampLegend, rangeOf } from "./cells.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
+import { Region } from "./region.js";
 
 /** @import { Choice, Dot, Figure, Panel, StudyState } from "./explorer.d.ts" */
 
@@ -17,6 +18,8 @@ const AXES = /** @type {const} */ (["x", "y", "by"]);
 export class FigurePanel {
   /** @type {(Lines | Dots | Cells)[]} */
   boards = [];
+  /** @type {Region[]} */
+  regions = [];
   /** @type {Figure | null} */
   figure = null;
   /** @type {Choice | null} */
@@ -121,7 +124,7 @@ export class FigurePanel {
   draw(figure, state) {
     this.figure = figure;
     this.offer(figure, state);
-    for (const board of this.boards) board.remove();
+    for (const part of [...this.boards, ...this.regions]) part.remove();
     const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
     this.boards = figure.panels.map((panel) => this.board(figure, panel, range));
     const titled = this.boards.map((board, i) =>
@@ -135,6 +138,9 @@ export class FigurePanel {
     this.panels.replaceChildren(...titled);
     this.panels.classList.toggle("several", titled.length > 1);
     for (const board of this.boards) board.draw();
+    this.regions = this.boards.map((board, i) =>
+      new Region(board, figure.panels[i], figure.settings, this.go)
+    );
     this.legend.replaceChildren(
       range ? rampLegend(figure, range) : this.colours(figure),
     );
@@ -167,6 +173,7 @@ export class FigurePanel {
   mark() {
     const points = new Set(this.choice?.point.split(" ").filter(Boolean));
     for (const board of this.boards) board.mark(points);
+    for (const region of this.regions) region.show(this.choice?.region ?? "");
   }
 
   /** @param {Figure} figure */

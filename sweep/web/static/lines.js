@@ -136,6 +136,24 @@ export class Lines {
     };
   }
 
+  // Where a value lies in the element, and which one lies there.
+  /** @param {"x" | "y"} axis @param {number} value */
+  pixel(axis, value) {
+    return (this.plot?.valToPos(value, axis) ?? 0) + this.margin(axis);
+  }
+
+  /** @param {"x" | "y"} axis @param {number} pixel */
+  value(axis, pixel) {
+    return this.plot?.posToVal(pixel - this.margin(axis), axis) ?? 0;
+  }
+
+  /** @param {"x" | "y"} axis */
+  margin(axis) {
+    const over = this.plot?.over.getBoundingClientRect();
+    const box = this.element.getBoundingClientRect();
+    return over ? (axis === "x" ? over.left - box.left : over.top - box.top) : 0;
+  }
+
   /** @param {number} left @param {number} top @returns {Dot | null} */
   find(left, top) {
     const { plot } = this;

@@ -6,6 +6,7 @@ import { button, make } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { Player, TrialTable } from "./behind.js";
 import { FigurePanel } from "./figures.js";
+import { RefineCard } from "./refine.js";
 import { PagedTable } from "./rows.js";
 import { StatePanel } from "./strip.js";
 import { PointTable } from "./tables.js";
@@ -25,6 +26,9 @@ const KEYS = /** @type {const} */ ([
   "sort",
   "point",
   "trial",
+  "region",
+  "parts",
+  "replicates",
 ]);
 
 /** @returns {Choice} */
@@ -76,6 +80,7 @@ export class Explorer {
     );
     this.panel = new StatePanel((trial) => this.go({ trial }));
     this.figure = new FigurePanel("figure", go, command);
+    this.refine = new RefineCard(go);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go);
     this.player = new Player();
@@ -84,7 +89,13 @@ export class Explorer {
       "div",
       { className: "study", hidden: true },
       this.panel.element,
-      make("div", { className: "seen" }, this.figure.element, this.points.element),
+      make(
+        "div",
+        { className: "seen" },
+        this.figure.element,
+        this.refine.element,
+        this.points.element,
+      ),
       make("div", { className: "behind" }, this.trials.element, this.player.element),
       this.origin,
     );
@@ -194,6 +205,7 @@ export class Explorer {
     const { choice } = this;
     this.player.show(choice);
     this.originOf(state);
+    this.refine.show(choice, state.revision);
     await Promise.all([
       this.figure.show(choice, state),
       this.points.show(choice),
