@@ -97,6 +97,8 @@ def view(
     if trial and settings:
         stop("--set is for a live run, and a stored trial has its settings")
     try:
+        from sweep.explorer.site import site_of
+        from sweep.explorer.watching import Watched
         from sweep.web.launching import Launcher
         from sweep.web.server import PageServer, PageSite
     except ModuleNotFoundError as error:
@@ -113,12 +115,13 @@ def view(
         state = _chosen(model, preset, map_name, code=not no_code)
         known, begin = state.known, _live(_with(settings, state))
     asked = what or model or preset or map_name or settings
-    launcher = None
+    launcher, site = None, PageSite()
     if launch and known:
         read = partial(_spec_of, code=not no_code, code_from=code_from)
         options = ["--code-from", str(code_from)] if code_from else []
         launcher = Launcher(launch, results, options, known=known, read=read)
-    site = PageSite(launcher=launcher)
+        explorer = site_of(Watched(results, trust=trust), launcher)
+        site = explorer._replace(home=site.home)
     server = PageServer(_first_at_once(begin) if asked else begin, port, site)
     address = server.url if asked else server.start
     print(address, flush=True)

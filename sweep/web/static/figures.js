@@ -124,6 +124,7 @@ export class FigurePanel {
   draw(figure, state) {
     this.figure = figure;
     this.offer(figure, state);
+    this.tip.hidden = true;
     for (const part of [...this.boards, ...this.regions]) part.remove();
     const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
     this.boards = figure.panels.map((panel) => this.board(figure, panel, range));

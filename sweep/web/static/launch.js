@@ -13,7 +13,10 @@ export class LaunchCard {
   proposal = null;
   timer = 0;
 
-  constructor() {
+  // `explorer` is the address of the explorer, where this is another page.
+  /** @param {string} [explorer] */
+  constructor(explorer) {
+    this.explorer = explorer;
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.difference = make("pre", { className: "difference" });
     this.lines = make("pre", { className: "lines" });
@@ -32,6 +35,12 @@ export class LaunchCard {
       on: { click: () => this.end() },
     });
     this.said = make("p", { className: "facts said", role: "status" });
+    this.follow = make("a", {
+      target: "_blank",
+      rel: "noopener",
+      textContent: "Follow it in the explorer",
+      hidden: true,
+    });
     const copy = button(
       "copy",
       "Copy the command",
@@ -40,33 +49,38 @@ export class LaunchCard {
       { className: "quiet" },
     );
     const save = button("save", "Save the spec", () => this.save(), "Save the spec");
+    const saved = explorer ? [] : [save]; // the simulator has a button for it
     this.content = make(
       "div",
       { className: "proposal", hidden: true },
       this.difference,
       make("details", {}, this.file, this.lines),
       make("div", { className: "command row" }, this.command, copy),
-      make("div", { className: "row" }, this.launch, save, this.why),
+      make("div", { className: "row" }, this.launch, ...saved, this.why),
     );
-    const element = make("div", { className: "launches" });
-    element.append(
+    this.element = make(
+      "div",
+      { className: "launches" },
       this.refusal,
       this.content,
-      make("div", { className: "row" }, this.stop),
       this.said,
+      make("div", { className: "row" }, this.stop, this.follow),
     );
-    this.element = element;
   }
 
-  // Proposes a text, and shows what its launch would change.
+  // Proposes a text, and shows what its launch would change. Whether this page launches
+  // anything.
   /** @param {string} yaml */
-  async propose(yaml) {
+  async offer(yaml) {
+    const { file } = await this.look();
+    this.element.hidden = !file;
+    if (!file) return false;
     await this.guarded(async () => {
       /** @type {Proposal} */
       const proposal = await act("propose", { yaml });
       this.show(proposal);
     });
-    await this.look();
+    return true;
   }
 
   /** @param {Proposal | null} proposal */
@@ -81,8 +95,9 @@ export class LaunchCard {
     this.lines.textContent = lines;
     this.command.textContent = command;
     const trials = many === 1 ? "1 trial" : `${many.toLocaleString("en")} trials`;
+    const name = file.slice(file.search(/[^/\\]*$/));
     this.launch.textContent = lines
-      ? `Write ${file} and launch ${trials}`
+      ? `Write ${name} and launch ${trials}`
       : `Launch ${trials}`;
     this.launch.disabled = Boolean(why);
     this.why.textContent = why;
@@ -120,7 +135,10 @@ export class LaunchCard {
 
   // Asks what has become of a launch, while it goes on.
   async look() {
-    this.tell(await ask("launch", {}));
+    /** @type {Launches} */
+    const launches = await ask("launch", {});
+    this.tell(launches);
+    return launches;
   }
 
   /** @param {Launches} launches */
@@ -129,6 +147,10 @@ export class LaunchCard {
     const running = started?.code === null;
     this.stop.hidden = !running;
     this.said.textContent = started ? saidOf(started) : "";
+    this.follow.hidden = !started || !this.explorer;
+    this.follow.href = `${this.explorer}#study=${
+      encodeURIComponent(started?.study ?? "")
+    }`;
     if (running) this.timer = setTimeout(() => this.look(), LOOK_AGAIN);
   }
 

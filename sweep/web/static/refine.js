@@ -30,9 +30,9 @@ export class RefineCard {
       ...PARTS.map((value) => make("option", { value, textContent: value })),
     );
     this.replicates = make("input", {
-      type: "number",
+      type: "text",
+      inputMode: "numeric",
       id: "replicates",
-      min: "1",
       on: { change: () => go({ replicates: this.replicates.value }) },
     });
     this.element = make(
@@ -73,8 +73,8 @@ export class RefineCard {
     const { study = "", region = "", point = "", parts = "", replicates = "" } =
       this.choice ?? {};
     const between = region.split(",").map((one) => one.trim());
-    const about = region ? {} : { point: point.split(" ") };
-    return { study, between, parts, replicates, ...about };
+    const about = region ? [] : point.split(" ");
+    return { study, between, point: about, parts, replicates };
   }
 
   // Asks what the change would be, if it is looked at and another one than before.

@@ -6,7 +6,7 @@ import { make } from "./dom.js";
 /** @import { Choice, Dot, FigureAxis, Panel } from "./explorer.d.ts" */
 
 const LEAST = 5; // pixels of a drag
-const DIGITS = 6;
+const DIGITS = 4;
 
 /**
  * What a board of a figure has: its element, its marks, and its scales.
