@@ -188,5 +188,5 @@ def _serve(
         open_page(url)
     with suppress(KeyboardInterrupt):
         server.run()
-    if launcher and (said := launcher.farewell()):
+    if launcher and (said := launcher.leave()):
         print(said, file=sys.stderr)

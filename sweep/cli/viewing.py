@@ -130,7 +130,7 @@ def view(
         open_page(address)
     with suppress(KeyboardInterrupt):
         server.run()
-    if launcher and (said := launcher.farewell()):
+    if launcher and (said := launcher.leave()):
         print(said, file=sys.stderr)
 
 

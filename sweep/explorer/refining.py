@@ -20,6 +20,7 @@ from sweep.design.design import Design, expand
 from sweep.errors import ChoiceError
 from sweep.spec.axes import DIGITS, Axis, by_design
 from sweep.spec.document import Place
+from sweep.spec.point_tables import TABLE
 from sweep.spec.settings import Setting, Values
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
@@ -140,11 +141,14 @@ class _Refined:
                     self.study.name,
                 )
         document = parse_document(self.study.text, self.study.path)
-        for axes in by_design(self.study.axes):
+        designs = by_design(self.study.axes)
+        for axes in designs:
             names = {name for axis in axes for name in axis.columns}
             if self.wanted.between.keys() <= names:
                 return {
-                    axis.name: self._axis(axis, _at(document.value, axis.place))
+                    self._name(axis, len(designs) + 1): self._axis(
+                        axis, _at(document.value, axis.place)
+                    )
                     for axis in axes
                 }
         raise ChoiceError(
@@ -153,9 +157,27 @@ class _Refined:
             self.study.name,
         )
 
+    def _name(self, axis: Axis, number: int) -> str:
+        """The name of an axis in the design of this number: one of several settings has
+        a name of its own in each.
+        """
+        if axis.name in axis.columns:
+            return axis.name
+        taken = {*self.study.settings, *(other.name for other in self.study.axes)}
+        while f"{axis.name}_{number}" in taken:
+            number += 1
+        return f"{axis.name}_{number}"
+
     def _axis(self, axis: Axis, written: Any) -> Any:
         """An axis of the further design, as a spec writes it."""
         inside = self.wanted.between.keys() & axis.columns.keys()
+        drawn = axis.sampler not in (None, TABLE) and axis.name not in axis.columns
+        if drawn and not inside:
+            raise ChoiceError(
+                f'"{axis.name}" would draw other points in a further design: choose a'
+                " region of its settings too",
+                self.study.name,
+            )
         if not inside:
             return written
         form = next((one for one in NARROWED if one in written), None)

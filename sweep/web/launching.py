@@ -192,8 +192,12 @@ class Launcher:
             "started": about | {"said": _last(one.said) if code else ""},
         }
 
-    def farewell(self) -> str:
-        """What the user is told at the end about a launch that goes on; "" for none."""
+    def leave(self) -> str:
+        """Let go of what was started here; what the user is told of a launch that goes
+        on, "" where none does.
+        """
+        if self.started:
+            self.started.said.close()
         if not self.started or not self.running:
             return ""
         one = self.started
@@ -223,9 +227,16 @@ def proposed(
 
 
 def stored_spec(stored: StoredStudy) -> Study:
-    """The study of a stored spec, as if it stood in a file of the current folder. None
-    of its code runs. Raises SpecError.
+    """The study of a stored spec, as if it stood in a file of the current folder.
+
+    Raises ChoiceError where it names code of its own, and SpecError.
     """
+    if isinstance(stored.known, OwnCatalogue):
+        raise ChoiceError(
+            "its spec names code of its own, which lies beside its file; name that file:"
+            " sweep show --launch SPEC",
+            stored.name,
+        )
     return study_with(stored.spec, Path(SPEC), stored.known)
 
 
