@@ -187,10 +187,8 @@ class Launcher:
             return {"file": str(self.file), "started": None}
         code = one.process.poll()
         about = {"study": one.study, "process": one.process.pid, "code": code}
-        return {
-            "file": str(self.file),
-            "started": about | {"said": _last(one.said) if code else ""},
-        }
+        said = _last(one.said) if code and not one.said.closed else ""
+        return {"file": str(self.file), "started": about | {"said": said}}
 
     def leave(self) -> str:
         """Let go of what was started here; what the user is told of a launch that goes

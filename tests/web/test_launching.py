@@ -86,14 +86,17 @@ def test_what_a_launch_says_of_its_failure_is_told(launcher: Launcher) -> None:
     assert "failed" in launcher.state()["started"]["said"]
 
 
-def test_a_stopped_launch_ends_and_the_next_one_goes_on(launcher: Launcher) -> None:
+def test_a_launch_goes_on_without_the_page_until_it_is_stopped(
+    launcher: Launcher,
+) -> None:
+    long = SMALL.replace("steps: 9", "steps: 20000000")
     assert launcher.stop()["started"] is None
-    launcher.launch(MORE, launcher.proposed(MORE).seen)
+    launcher.launch(long, launcher.proposed(long).seen)
+    assert launcher.started
+    process = launcher.started.process
+    assert f"goes on, as process {process.pid};" in launcher.leave()
     launcher.stop()
     assert ended(launcher) != 0
-    launcher.launch(MORE, launcher.proposed(MORE).seen)
-    assert ended(launcher) == 0
-    assert dict(stored(launcher).trials["status"].value_counts()) == {"done": 8}
 
 
 def test_a_file_that_was_changed_meanwhile_stays(launcher: Launcher) -> None:
@@ -140,17 +143,6 @@ def test_a_file_that_cannot_be_is_said_at_once(folder: Path) -> None:
     (folder / "two.yaml").write_text(f"{SMALL}---\n{MORE}")
     with pytest.raises(SpecError, match="two.yaml"):
         Launcher(folder / "two.yaml", folder / "results")
-
-
-def test_a_launch_that_goes_on_is_named_at_the_end(folder: Path) -> None:
-    long = SMALL.replace("steps: 9", "steps: 20000000")
-    launcher = Launcher(folder / "spec.yaml", folder / "results")
-    launcher.launch(long, launcher.proposed(long).seen)
-    assert launcher.started
-    process = launcher.started.process
-    assert f"goes on, as process {process.pid};" in launcher.leave()
-    process.terminate()
-    assert process.wait(PATIENCE) != 0
 
 
 def test_a_stored_spec_with_code_is_not_read_without_its_file(tmp_path: Path) -> None:
