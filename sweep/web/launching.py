@@ -231,8 +231,8 @@ def stored_spec(stored: StoredStudy) -> Study:
     """
     if isinstance(stored.known, OwnCatalogue):
         raise ChoiceError(
-            "its spec names code of its own, which lies beside its file; name that file:"
-            " sweep show --launch SPEC",
+            "its spec names code of its own, which lies beside its file;"
+            " sweep show --launch SPEC names that file",
             stored.name,
         )
     return study_with(stored.spec, Path(SPEC), stored.known)

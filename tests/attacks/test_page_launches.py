@@ -181,16 +181,15 @@ def test_what_was_stored_elsewhere_is_not_launched(folder: Path) -> None:
     """A study of the results that is not that of the file: its spec is a stranger's."""
     launched(SMALL.replace("study: small", "study: theirs"), folder / "results")
     launcher = Launcher(folder / "spec.yaml", folder / "results")
-    with in_a_thread(explorer(folder / "results", None, launcher=launcher)[0]) as server:
+    made = explorer(folder / "results", None, launcher=launcher)[0]
+    with in_a_thread(made) as server:
         address = urlsplit(server.url)
         connection = http.client.HTTPConnection(address.netloc, timeout=60)
         asked = "ask/refine?study=theirs&between=separation_weight+0+1"
         connection.request("GET", address.path + asked)
         said = json.loads(connection.getresponse().read())
         connection.close()
-    assert said["command"] == (
-        f"sweep launch spec.yaml --results {folder / 'results'}"
-    )
+    assert said["command"] == (f"sweep launch spec.yaml --results {folder / 'results'}")
     assert "which is another study" in said["why_not"]
     assert said["seen"] == ""
 

@@ -78,7 +78,7 @@ def assert_gone(process: "subprocess.Popen[str]", url: str) -> None:
     """No process holds the stderr of the command any more, and nobody answers."""
     assert process.stderr
     process.stderr.read()
-    with pytest.raises(OSError):
+    with pytest.raises(ConnectionRefusedError):
         asked(url, "studies")
 
 

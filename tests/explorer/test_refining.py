@@ -22,12 +22,14 @@ def spec(sweep: str, foot: str = FOOT) -> Study:
     return study_of(f"{HEAD}sweep:\n{sweep}{foot}")
 
 
+DRAWN = "  some: {sample: random, points: 9, separation_weight: {uniform: [1, 2]}}\n"
 GRID = "  separation_weight: {linspace: [0, 1, 5]}  # five\n  n: [10, 20, 40]\n"
 
 
 def points(study: Study) -> set[tuple[float, ...]]:
     design = expand(study)
-    return set(zip(*(design.columns[name].tolist() for name in design.columns)))
+    columns = [column.tolist() for column in design.columns.values()]
+    return set(zip(*columns, strict=True))
 
 
 def finer(study: Study, **wanted: object) -> Study:
@@ -91,14 +93,18 @@ def test_what_is_drawn_is_drawn_again_from_the_region_alone() -> None:
     )
     box = {"separation_weight": (0.5, 1.0), "n": (20.5, 60.0)}
     new = points(finer(before, between=box, parts=3)) - points(before)
-    there = [one for one in points(before) if 0.5 <= one[0] <= 1 and 20.5 <= one[2] <= 60]
+    there = [
+        one for one in points(before) if 0.5 <= one[0] <= 1 and 20.5 <= one[2] <= 60
+    ]
     assert len(new) == 2 * len(there) > 0
     assert all(0.5 <= one <= 1 and 21 <= n <= 60 for one, _, n in new)
     assert any(one[1] < 0.1 for one in new)
 
 
 def test_a_condition_of_an_axis_stays() -> None:
-    before = spec("  n: [10, 20]\n  separation_weight: {values: [0, 1], when: n > 10}\n")
+    before = spec(
+        "  n: [10, 20]\n  separation_weight: {values: [0, 1], when: n > 10}\n"
+    )
     after = finer(before, between={"separation_weight": (0, 1)}, parts=2)
     assert {n for n, one in points(after) if one == 0.5} == {20}
 
@@ -126,18 +132,17 @@ def test_a_condition_of_an_axis_stays() -> None:
             "varies several settings together",
         ),
         (
-            "  some: {sample: random, points: 9, separation_weight: {normal: [1, 1]}}\n",
+            DRAWN.replace("uniform", "normal"),
             Refinement({"separation_weight": (0, 1)}),
             "have a part that can be drawn from alone",
         ),
         (
-            "  some: {sample: random, points: 9, separation_weight: {uniform: [1, 2]}}\n",
+            DRAWN,
             Refinement({"separation_weight": (3, 4)}),
             "nothing is drawn from 3 to 4; the spec draws from 1 to 2",
         ),
         (
-            "  n: [10, 20]\n"
-            "  some: {sample: random, points: 9, separation_weight: {uniform: [1, 2]}}\n",
+            f"  n: [10, 20]\n{DRAWN}",
             Refinement({"n": (10, 20)}),
             '"some" would draw other points in a further design',
         ),

@@ -4,20 +4,21 @@ import http.client
 import os
 import random
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
 
+from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import Progress
 from sweep.store.writer import Writer
 from sweep.tables.stored_study import StoredStudy
-from sweep.workers import worker
+from sweep.workers.executors import Serial
 from sweep.workers.runner import drive
 from tests.faults.shows import nursery
-from tests.studies import SMALL, launched, same
+from tests.studies import SMALL, launched, read, same
 
 QUESTIONS = (
     "studies",
@@ -69,11 +70,6 @@ class Watchers:
         self.connection.close()
         self.kills, self.page = self.kills + 1, 0
 
-    def before_a_trial(self) -> None:
-        """Kill an explorer, and open the next one."""
-        self.kill()
-        self.look()
-
     def close(self) -> None:
         self.kill()
         assert self.nursery.stdin
@@ -96,21 +92,18 @@ def watchers(tmp_path: Path) -> Iterator[Watchers]:
 def test_explorers_that_are_killed_change_no_bit(
     watchers: Watchers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kills: int
 ) -> None:
-    replicates = kills // 2
-    spec = SMALL.replace("replicates: 3", f"replicates: {replicates}")
+    spec = SMALL.replace("replicates: 3", f"replicates: {5 * kills}")
     alone = launched(spec, tmp_path / "alone")
-    usual = worker._attempt
-
-    def attempt(run: Callable[[Any], Any], job: Any) -> Any:
-        watchers.before_a_trial()
-        return usual(run, job)
-
-    monkeypatch.setattr(worker, "_attempt", attempt)
     monkeypatch.setitem(drive.__kwdefaults__, "chunk_seconds", 1e-9)
     monkeypatch.setitem(Writer.__init__.__kwdefaults__, "rows", 2)
-    launched(spec, watchers.results)
-    watchers.kill()
-    assert watchers.kills == 2 * replicates
+
+    def report(_progress: Progress) -> None:
+        watchers.kill()
+        if watchers.kills < kills:
+            watchers.look()
+
+    launch(read(spec), watchers.results, Serial(), report=report)
+    assert watchers.kills == kills
     assert watchers.answered > 0
     watched = StoredStudy("small", watchers.results)
     assert same(watched, alone)

@@ -58,7 +58,8 @@ def test_a_proposal_says_what_sweep_diff_says(launcher: Launcher) -> None:
 def test_a_launch_writes_the_file_and_gives_the_bits_of_the_command(
     launcher: Launcher, folder: Path
 ) -> None:
-    assert launcher.launch(MORE, launcher.proposed(MORE).seen)["started"]["code"] is None
+    state = launcher.launch(MORE, launcher.proposed(MORE).seen)
+    assert state["started"]["code"] is None
     assert launcher.file.read_text() == MORE
     with pytest.raises(ChoiceError, match="still running"):
         launcher.launch(SMALL, launcher.proposed(SMALL).seen)
@@ -138,10 +139,10 @@ def test_a_file_that_cannot_be_is_said_at_once(folder: Path) -> None:
     with pytest.raises(ChoiceError, match="there is no folder"):
         Launcher(folder / "lacking" / "spec.yaml", folder / "results")
     (folder / "bad.yaml").write_text(SMALL.replace("steps: 9", "stepps: 9"))
-    with pytest.raises(SpecError, match='bad.yaml:5: .*did you mean "steps"'):
+    with pytest.raises(SpecError, match=r'bad\.yaml:5: .*did you mean "steps"'):
         Launcher(folder / "bad.yaml", folder / "results")
     (folder / "two.yaml").write_text(f"{SMALL}---\n{MORE}")
-    with pytest.raises(SpecError, match="two.yaml"):
+    with pytest.raises(SpecError, match=r"two\.yaml"):
         Launcher(folder / "two.yaml", folder / "results")
 
 
