@@ -10,10 +10,21 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 
 from sweep.cli.app import stop
-from sweep.store.processes import end_with, started
+from sweep.store.processes import started
 from sweep.text import installing
 
 NEEDED = ("starlette", "uvicorn", "websockets")
+SHOW = """
+import sys
+from sweep.cli import main
+from sweep.store.processes import end_with
+
+_, parent, began, *words = sys.argv
+end_with(int(parent), began or None)
+sys.argv = ["sweep", "show", *words]
+main()
+"""
+"""What the process of the page runs: the command, until its parent is gone."""
 
 
 def check_installed() -> None:
@@ -33,7 +44,7 @@ def page_beside(words: Sequence[str]) -> Iterator[None]:
     parent = os.getpid()
     page = subprocess.Popen(
         [
-            *(sys.executable, "-P", "-m", "sweep.cli.page_beside"),
+            *(sys.executable, "-P", "-c", SHOW),
             *(str(parent), started(parent) or "", *words),
         ],
         stdin=subprocess.DEVNULL,
@@ -49,16 +60,3 @@ def page_beside(words: Sequence[str]) -> Iterator[None]:
     finally:
         page.terminate()
         page.wait()
-
-
-def _main() -> None:
-    from sweep.cli import main
-
-    parent, began, *words = sys.argv[1:]
-    end_with(int(parent), began or None)
-    sys.argv = ["sweep", "show", *words]
-    main()
-
-
-if __name__ == "__main__":
-    _main()

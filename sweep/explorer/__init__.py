@@ -1,8 +1,8 @@
 """The results explorer: a page that asks about stored studies, and answers as plain
 data.
 
-It only reads. Numbers come from the tables and figures of a study, so they are those
-that `sweep table` prints and `sweep plot` draws.
+It only reads, and proposes changes of a spec. Numbers come from the tables and figures
+of a study, so they are those that `sweep table` prints and `sweep plot` draws.
 
     asking    the questions that the page may ask
     watching  stored studies, read again when something was stored
@@ -10,6 +10,8 @@ that `sweep table` prints and `sweep plot` draws.
     points    the table of a study, a page at a time
     trials    the trials of a point, what to look at first
     drawn     figures as marks, each with its command
+    refining  a spec with more points in a region
+    changing  what such a change would do
     site      what the server of the page has
 
 A supplement is another page, one file of HTML for readers:

@@ -6,7 +6,7 @@ that the spec has. So no point is lost, and the text of the other designs stays.
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from io import StringIO
 from itertools import pairwise
@@ -19,6 +19,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from sweep.design.design import Design, expand
 from sweep.errors import ChoiceError
 from sweep.spec.axes import DIGITS, Axis, by_design
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Place
 from sweep.spec.point_tables import TABLE
 from sweep.spec.settings import Setting, Values
@@ -26,16 +27,15 @@ from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
 from sweep.text import unknown
 
-Narrowed = Callable[[float, float], list[float]]
 Range = tuple[float, float]
 WIDTH = 2**16
 MOST_PARTS = 100
-NARROWED: dict[str, Narrowed] = {
-    "uniform": lambda low, high: [low, high],
-    "loguniform": lambda low, high: [low, high],
-    "integers": lambda low, high: [math.ceil(low), math.floor(high)],
+NARROWED = {
+    name: one
+    for name, one in DISTRIBUTIONS.items()
+    if one.bounded and one.kind != "listed"
 }
-"""The distributions that have a part between two numbers, and how it is written."""
+"""The distributions that are written as two numbers, between which they draw."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,9 @@ class _Refined:
             )
         first, last = written[form]
         low, high = self.wanted.between[name]
-        ends = NARROWED[form](max(low, first), min(high, last))
+        ends = [max(low, first), min(high, last)]
+        if NARROWED[form].kind == "whole":
+            ends = [math.ceil(ends[0]), math.floor(ends[1])]
         if not ends[0] < ends[1]:
             raise ChoiceError(
                 f"{name}: nothing is drawn from {low:g} to {high:g};"

@@ -35,7 +35,7 @@ from sweep.text import so_many, unknown
 NOBODY = "This page only reads: --launch SPEC lets it launch."
 LAST_CHARACTERS = 2000
 """Of what a launch has said, which a page is told."""
-PROCESS = (sys.executable, "-P", "-m", "sweep.cli")
+PROCESS = (sys.executable, "-P", "-c", "from sweep.cli import main; main()")
 
 
 class Proposal(NamedTuple):
