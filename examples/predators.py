@@ -17,7 +17,8 @@ from numpy.random import Generator
 from kernels.arbitration import limit
 from kernels.jit import jit
 from kernels.model import Model, Sight
-from kernels.neighbours import ALL_ROUND, Near, move_all, search
+from kernels.near import Near
+from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, About, Demand

@@ -26,8 +26,9 @@ from kernels.recording import (
     build_frames,
     keep_frame,
 )
-from kernels.settings import Observation, Schedule, WorldSettings
+from kernels.settings import Observation, Schedule, Sensing, WorldSettings
 from kernels.state import Floats, Flock, Kinds, World, laid_out
+from kernels.topology import topology_of
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Obstacles, Reach, build_reach, build_world
 
@@ -112,6 +113,7 @@ def begin(
     model: Model,
     params: Any,
     schedule: Schedule,
+    sensing: Sensing,
     observation: Observation,
     scenery: Scenery,
     flock: Flock,
@@ -135,6 +137,7 @@ def begin(
         flock,
         scenery.world,
         model.sight(params).range,
+        topology_of(sensing, schedule.n, scenery.world),
         scenery.reach,
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
@@ -249,7 +252,8 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
     """Enter the whole flock into a new grid whose blocks have `room`, see
     kernels.neighbours.build_grid.
     """
-    reach = flight.model.sight(flight.params).range
+    sight, topology = flight.model.sight(flight.params), flight.work.near.topology
+    reach = min(sight.range, topology.around)
     grid = build_grid(flight.flock, flight.world, reach, room)
     flight.work = flight.work._replace(grid=grid)
 

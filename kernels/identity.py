@@ -21,6 +21,7 @@ from kernels.settings import (
     About,
     Observation,
     Schedule,
+    Sensing,
     StartSettings,
     WorldSettings,
 )
@@ -124,7 +125,7 @@ def package_sha(*places: Path) -> str:
 
 @cache
 def _flight_stamp() -> str:
-    groups = (Schedule, WorldSettings, StartSettings, Observation)
+    groups = (Schedule, WorldSettings, Sensing, StartSettings, Observation)
     return _hash([[stamp(one) for one in FLIGHT], [_shape(group) for group in groups]])
 
 

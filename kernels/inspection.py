@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from kernels.flight import Flight
 from kernels.metrics.flocks import labels
-from kernels.neighbours import build_near, cone, search, square_range
+from kernels.near import build_near
+from kernels.neighbours import cone, search, square_range
 from kernels.recording import silent
 from kernels.state import Floats
 
@@ -40,7 +41,7 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     faced = flight.model.faces_heading
     ahead_x = float((work.heading_x if faced else flock.vx)[boid])
     ahead_y = float((work.heading_y if faced else flock.vy)[boid])
-    near = build_near(flock.x.size)
+    near = build_near(flock.x.size, work.near.topology)
     found = search(
         flock,
         flight.world,

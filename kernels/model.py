@@ -13,6 +13,7 @@ from kernels.settings import (
     Demand,
     Observation,
     Schedule,
+    Sensing,
     StartSettings,
     WorldSettings,
 )
@@ -245,7 +246,14 @@ def _flaws_of_at_once(model: Model) -> Iterator[str]:
 
 
 def _flaws_of_state(model: Model) -> Iterator[str]:
-    groups = (model.params, Schedule, WorldSettings, StartSettings, Observation)
+    groups = (
+        model.params,
+        Schedule,
+        WorldSettings,
+        Sensing,
+        StartSettings,
+        Observation,
+    )
     settings = {name for group in groups for name in getattr(group, "_fields", ())}
     for name, about in model.state.items():
         refused = f'no state can be called "{name}": '

@@ -19,10 +19,7 @@ import numpy as np
 
 from kernels.fetching import fetch
 from kernels.indices import (
-    PIECE,
     WORD,
-    Marks,
-    build_marks,
     lowest,
     signed,
     unsigned,
@@ -30,7 +27,10 @@ from kernels.indices import (
     word,
 )
 from kernels.jit import jit
-from kernels.state import Floats, Flock, Indices, World, aligned, is_large
+from kernels.near import Near
+from kernels.settings import METRIC
+from kernels.state import Flock, Indices, World, aligned, is_large
+from kernels.topology import UNSETTLED, select
 
 FAR = 9
 ALL_ROUND = -4.0
@@ -71,22 +71,6 @@ class Grid(NamedTuple):
     row: Indices
 
 
-class Near(NamedTuple):
-    """Room for the neighbours of one boid: who, displacement to it and its square;
-    arrays of shape (N + PIECE,).
-
-    `factor`, of the same shape, is room for a number that a rule computes of each.
-    `mark` says of everyone whether it is one; it has whole words of marks, at least N.
-    """
-
-    boid: Indices
-    dx: Floats
-    dy: Floats
-    distance2: Floats
-    factor: Floats
-    mark: Marks
-
-
 class Gaze(NamedTuple):
     """What one boid can see: the square of its range, the bound of its cone times
     |h|^2, and the vector h ahead.
@@ -96,13 +80,6 @@ class Gaze(NamedTuple):
     bound: float
     ahead_x: float
     ahead_y: float
-
-
-def build_near(n: int) -> Near:
-    """Room for the neighbours of one of `n` boids."""
-    who = np.zeros(n + PIECE, np.uint32)
-    dx, dy, distance2, factor = np.zeros((4, n + PIECE))
-    return Near(who, dx, dy, distance2, factor, build_marks(n))
 
 
 def all_pairs(n: int) -> Grid:
@@ -392,13 +369,33 @@ def search(
     """Find the neighbours of boid `i` in ascending order, fill `near` and return how
     many there are.
 
-    A neighbour is nearer than the square root of `range2` and within the `cone` about
-    the vector h = (ahead_x, ahead_y): with the cosine s/(|d||h|) of the angle, s|s| >=
-    view |d|^2 |h|^2. Where h is zero, a boid sees all round.
+    In sight are those nearer than the square root of `range2` and within the `cone`
+    about the vector h = (ahead_x, ahead_y): with the cosine s/(|d||h|) of the angle,
+    s|s| >= view |d|^2 |h|^2. Where h is zero, a boid sees all round. Neighbours are
+    those of them who count by the topology of `near`.
     """
-    gaze = Gaze(
-        range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y
-    )
+    bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
+    around = near.topology.around
+    first = Gaze(min(range2, around * around), bound, ahead_x, ahead_y)
+    found = _search_in_sight(seen, world, grid, i, first, near)
+    if near.topology.kind == METRIC:
+        return found
+    if first.range2 < range2:
+        found = select(near, found, around)
+        if found != UNSETTLED:
+            return found
+        gaze = Gaze(range2, bound, ahead_x, ahead_y)
+        found = _search_everyone(seen, world, i, gaze, near)
+    return select(near, found, math.inf)
+
+
+@jit
+def _search_in_sight(
+    seen: Flock, world: World, grid: Grid, i: int, gaze: Gaze, near: Near
+) -> int:
+    """All in sight of boid `i`, in ascending order; the range of `gaze` is at most that
+    of `grid`.
+    """
     cell = grid.row[i] * grid.columns + grid.column[i]
     if grid.everyone or grid.blocks[cell, 0] > grid.longest:
         return _search_everyone(seen, world, i, gaze, near)

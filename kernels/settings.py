@@ -2,9 +2,9 @@
 or its choices; and what they must fulfil together.
 
 Every model has its own `Params`; the groups here are common to all: Schedule,
-WorldSettings, StartSettings and Observation. A setting with `choices` is stored in
-these tuples as the index of its choice. Units are written with the words length and
-time, which a model gives their meaning: px and step, or m and s.
+WorldSettings, Sensing, StartSettings and Observation. A setting with `choices` is
+stored in these tuples as the index of its choice. Units are written with the words
+length and time, which a model gives their meaning: px and step, or m and s.
 """
 
 import math
@@ -68,6 +68,14 @@ UPDATE = About(
 )
 SYNCHRONOUSLY = {"update": UPDATE.choices[SYNCHRONOUS]}
 """With it a model with the setting UPDATE updates all boids at once."""
+METRIC, NEAREST, VORONOI = 0, 1, 2
+NEIGHBOURS = About(
+    "with whom of those that it sees a boid interacts. metric: with all; nearest: with"
+    " the nearest ones, as many as the setting of this name says; voronoi: with those"
+    " whose Voronoi cells among them share a side with its own",
+    choices=("metric", "nearest", "voronoi"),
+)
+ALL_IN_SIGHT = NEIGHBOURS.choices[METRIC]
 OPEN, TORUS, BOUNDED = 0, 1, 2
 CONTINUOUS, INTEGER = 0, 1
 HEADING, COMPONENTS = 0, 1
@@ -119,6 +127,21 @@ class WorldSettings(NamedTuple):
     ]
     goal_x: Annotated[float, About("where boids are to go", "length")]
     goal_y: Annotated[float, About("where boids are to go", "length")]
+
+
+class Sensing(NamedTuple):
+    """With whom of those that it sees a boid interacts; see kernels.topology."""
+
+    neighbours: Annotated[int, NEIGHBOURS]
+    nearest: Annotated[
+        int,
+        About(
+            "with so many boids at most one interacts where neighbours is nearest",
+            "boids",
+            low=1,
+            high=10_000_000,
+        ),
+    ]
 
 
 class StartSettings(NamedTuple):
@@ -220,6 +243,8 @@ COMMON: dict[str, Any] = {
     "obstacle_positions": "continuous",
     "goal_x": 0.0,
     "goal_y": 0.0,
+    "neighbours": ALL_IN_SIGHT,
+    "nearest": 7,
     "start_positions": "continuous",
     "start_velocities": "heading",
     "start_margin": 0.0,

@@ -2,11 +2,13 @@
 its world and its parameters.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from kernels.neighbours import Grid, Near, build_grid, build_near
+from kernels.near import Near, Topology, build_near
+from kernels.neighbours import Grid, build_grid
 from kernels.occupancy import Occupancy
 from kernels.state import Floats, Flock, Kinds, World, empty_flock, laid_out
 from kernels.worlds import Reach
@@ -41,6 +43,7 @@ def build_workspace(
     flock: Flock,
     world: World,
     search_range: float,
+    topology: Topology,
     reach: Reach,
     occupancy: Occupancy,
     state: Floats,
@@ -50,10 +53,13 @@ def build_workspace(
     `state` and `kind` become its own.
     """
     n = flock.x.size
+    grid = build_grid(flock, world, min(search_range, topology.around))
+    if grid.everyone:
+        topology = topology._replace(around=math.inf)
     at_rest = (flock.vx == 0.0) & (flock.vy == 0.0)
     return Workspace(
-        build_grid(flock, world, search_range),
-        build_near(n),
+        grid,
+        build_near(n, topology),
         reach,
         occupancy,
         laid_out(empty_flock(n)),

@@ -190,6 +190,7 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         simulation.flock,
         simulation.world,
         reach,
+        work.near.topology,
         there.reach,
         there.occupancy,
         work.state,

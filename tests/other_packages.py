@@ -11,7 +11,7 @@ MODEL = VORTEX.replace('name="vortex"', 'name="swirl"').replace(
 RULES = '''"""Rules of one's own."""
 
 from kernels.jit import jit
-from kernels.neighbours import Near
+from kernels.near import Near
 from kernels.rules import social
 
 SIGN = 1.0

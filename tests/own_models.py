@@ -22,7 +22,7 @@ MODEL = (
 RULES = '''"""Rules of one's own."""
 
 from kernels.jit import jit
-from kernels.neighbours import Near
+from kernels.near import Near
 from kernels.rules import social
 
 SIGN = 1.0

@@ -171,6 +171,7 @@ KERNEL_FACTS = {"kernels"} | {
         "registry",
         "settings",
         "starts",
+        "topology",
         "worlds",
     )
 }

@@ -17,7 +17,8 @@ from kernels.lanes.facts import Facts, NotForLanesError
 from kernels.lanes.rows import is_each
 from kernels.lanes.stubs import in_each_lane, method_in_each_lane, text_in_each_lane
 from kernels.lanes.syntax import call_of, load
-from kernels.neighbours import Grid, Near
+from kernels.near import Near
+from kernels.neighbours import Grid
 
 VECTORIAL = {math.sqrt, abs, max, min}
 """Functions that are not ours and take vectors."""

@@ -19,7 +19,7 @@ from kernels.lanes.search import move, move_all, search
 from kernels.lanes.texts import function_of
 from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
 from kernels.model import Model
-from kernels.neighbours import Near
+from kernels.near import Near
 from kernels.state import Flock
 from kernels.workspace import Workspace
 
@@ -135,7 +135,7 @@ def _kernel(
             flock = Flock({_rows_of("bodies", 0, 6)})
             before = Flock({_rows_of("bodies", 6, 12)})
             heading_x, heading_y = {_rows_of("bodies", 12, 14)}
-            near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks)
+            near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks, 0)
             work = Workspace(
                 grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind
             )

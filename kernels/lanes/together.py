@@ -40,6 +40,7 @@ from kernels.lanes.vectors import WIDTH
 from kernels.model import Model
 from kernels.neighbours import CROWDED
 from kernels.recording import STEP, Record, keep_frame
+from kernels.settings import METRIC
 from kernels.state import Floats, Flock, World
 
 REFUSALS = NumbaError, NotForLanesError
@@ -115,6 +116,8 @@ class Formation:
         names = weights_of(first.model)
         if len({one.work.kind.tobytes() for one in flights}) > 1:
             raise ValueError("flights differ in the kinds of their boids")
+        if any(one.work.near.topology.kind != METRIC for one in flights):
+            raise ValueError("boids do not interact with all in sight")
         alike = all(one.scenery is first.scenery for one in flights)
         self._kernel = kernel_of(first.model, alike)
         n = first.flock.x.size

@@ -6,7 +6,7 @@ from numpy.random import Generator
 
 from kernels.angles import cosine_sine
 from kernels.jit import jit
-from kernels.neighbours import Near
+from kernels.near import Near
 from kernels.state import Flock
 
 

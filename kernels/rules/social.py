@@ -7,7 +7,7 @@ import math
 from kernels.arbitration import TINY
 from kernels.indices import whole
 from kernels.jit import jit
-from kernels.neighbours import Near
+from kernels.near import Near
 from kernels.state import Flock
 
 

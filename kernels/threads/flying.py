@@ -10,7 +10,7 @@ from kernels.caching import is_kept
 from kernels.coverage import N_SUMS
 from kernels.events import N_EVENTS
 from kernels.model import Model
-from kernels.neighbours import Near, build_near
+from kernels.near import Near, build_near
 from kernels.recording import Record
 from kernels.state import Flock, World
 from kernels.threads.barrier import give_up
@@ -67,7 +67,7 @@ class Threads:
         """As `advance` of a model. An error of any thread is raised."""
         n = flock.x.size
         while len(self._near) < self._threads - 1:
-            self._near.append(build_near(n))
+            self._near.append(build_near(n, work.near.topology))
         teams = build_teams(self._threads, n)
         ways = [(work, record)] + [
             (work._replace(near=near), _counting_apart(record, team))

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
+from kernels.settings import Sensing
+from kernels.topology import look_around
 from sweep.design.design import Design, evenly
 from sweep.design.jobs import ContinuedJobs, Job, SomeJobs, steps_of
 from sweep.spec.settings import Value, settings_of, settings_tuple
@@ -94,10 +96,12 @@ def trial_seconds(
 
 def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
     """The part of the world that a search looks through: 3 x 3 cells of the grid."""
-    about = known.models[model]
-    params = settings_tuple(about.params, settings, settings_of(model, known))
-    side = 3.0 * about.sight(params).range
+    about, described = known.models[model], settings_of(model, known)
+    params = settings_tuple(about.params, settings, described)
+    sensing = settings_tuple(Sensing, settings, described)
     width, height = float(settings["width"]), float(settings["height"])
+    around = look_around(sensing, int(settings["n"]), width * height)
+    side = 3.0 * min(about.sight(params).range, around)
     return min(1.0, side / width) * min(1.0, side / height)
 
 

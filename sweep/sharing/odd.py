@@ -31,6 +31,7 @@ GROUPS = {
     "parameters": "Settings of the model",
     "schedule": "Extent",
     "world": "World",
+    "sensing": "With whom boids interact",
     "start": "Start",
     "observation": "Observation",
 }

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.model import Model
-from kernels.settings import About, Observation, Schedule, StartSettings, WorldSettings
+from kernels.settings import (
+    About,
+    Observation,
+    Schedule,
+    Sensing,
+    StartSettings,
+    WorldSettings,
+)
 from sweep.text import unknown
 
 Value = float | int | bool | str
@@ -141,6 +148,7 @@ def _in_full(bound: float) -> str:
 GROUPS: tuple[tuple[str, type[Any]], ...] = (
     ("schedule", Schedule),
     ("world", WorldSettings),
+    ("sensing", Sensing),
     ("start", StartSettings),
     ("observation", Observation),
 )
@@ -184,7 +192,7 @@ def _setting(
 @lru_cache(maxsize=256)
 def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
     """Every setting of the model of this name: its own parameters first, then schedule,
-    world, start and observation.
+    world, sensing, start and observation.
     """
     about = known.models[model]
     groups = (("parameters", about.params), *GROUPS)

@@ -21,7 +21,8 @@ from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 import kernels
 from kernels.flight import Scenery
-from kernels.neighbours import Grid, Near
+from kernels.near import Near
+from kernels.neighbours import Grid
 from kernels.recording import Record
 from kernels.state import Flock, World
 from kernels.workspace import Workspace

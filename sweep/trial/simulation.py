@@ -29,7 +29,13 @@ from kernels.flight import (
 from kernels.metrics import Metric
 from kernels.model import Model
 from kernels.recording import FIRST_STATE
-from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
+from kernels.settings import (
+    Observation,
+    Schedule,
+    Sensing,
+    StartSettings,
+    WorldSettings,
+)
 from kernels.state import Flock, World
 from kernels.threads.flying import in_threads, is_kept_for_threads
 from sweep.design.jobs import Job, stream
@@ -278,6 +284,7 @@ def _flight(job: Job, together: bool) -> Flight:
             in_threads(model, job.threads),
             params,
             schedule,
+            group(Sensing),
             observation,
             landscape.scenery,
             flock,

@@ -25,7 +25,8 @@ from kernels.indices import (
     word,
 )
 from kernels.jit import jit
-from kernels.neighbours import Gaze, all_pairs, build_near, search
+from kernels.near import build_near
+from kernels.neighbours import Gaze, all_pairs, search
 from kernels.rules import social
 from kernels.stamps import Definition, closure
 from kernels.state import Indices, World

@@ -22,7 +22,8 @@ from kernels.lanes.stubs import LANE_BY_LANE
 from kernels.lanes.together import Formation
 from kernels.lanes.vectors import FOUND, LANES, WHOLE, WIDTH
 from kernels.models import MODELS
-from kernels.neighbours import Near, search
+from kernels.near import Near
+from kernels.neighbours import search
 from kernels.state import Floats
 from sweep.trial.simulation import Simulation
 from tests.builders import job
@@ -167,7 +168,7 @@ def _chosen(x: float, y: float) -> float:
 
 ARRAY = types.Array(types.float64, 1, "C")
 ROW = ROWS[types.float64]
-NEAR = types.NamedTuple([ARRAY, ROW, ROW, ROW, ROW, ARRAY], Near)
+NEAR = types.NamedTuple([ARRAY, ROW, ROW, ROW, ROW, ARRAY, WHOLE], Near)
 RANDOM = types.NamedUniTuple(types.npy_rng, WIDTH, Each)
 REFUSED: list[tuple[Callable[..., Any], dict[str, Any], str]] = [
     (_halved, {"x": LANES}, "it has a statement `while`"),

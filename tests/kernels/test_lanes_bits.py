@@ -25,7 +25,7 @@ from kernels.lanes.marks import (
 )
 from kernels.lanes.rows import Each, found, rows
 from kernels.lanes.vectors import OPTIONS, WIDTH
-from kernels.neighbours import Near
+from kernels.near import EVERYBODY, Near
 from kernels.settings import STAMP
 from kernels.worlds import build_reach
 from tests.builders import OBSERVATION, a_world
@@ -48,7 +48,9 @@ def _alone(rule: Any, lane: int) -> tuple[np.ndarray, np.ndarray]:
     dx[: listed.size], dy[: listed.size] = WAYS[:, listed, lane]
     boid = np.zeros(N + 1, np.uint32)
     boid[: listed.size] = listed
-    near = Near(boid, dx, dy, dx * dx + dy * dy, factor, np.zeros(N, np.bool_))
+    near = Near(
+        boid, dx, dy, dx * dx + dy * dy, factor, np.zeros(N, np.bool_), EVERYBODY
+    )
     rng = Generator(PCG64(lane))
     rule(row, near, listed.size, rng, LanesWatch(events))
     return row, events
@@ -61,7 +63,9 @@ def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
     @numba.njit(**OPTIONS)
     def fly(row, boid, ways, marks, count, rngs, events):
         dx, dy, distance2, factor = ways
-        near = Near(boid, rows(dx), rows(dy), rows(distance2), rows(factor), marks)
+        near = Near(
+            boid, rows(dx), rows(dy), rows(distance2), rows(factor), marks, EVERYBODY
+        )
         count_rows = rows(count)
         listed = found(count_rows[0], N, marks)
         watch = LanesWatch(rows(events))

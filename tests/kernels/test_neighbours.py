@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels import neighbours, state
+from kernels.near import build_near
 from kernels.neighbours import (
     Grid,
     all_pairs,
     build_grid,
-    build_near,
     cone,
     move,
     move_all,

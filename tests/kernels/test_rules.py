@@ -17,7 +17,7 @@ from kernels import arbitration
 from kernels.arbitration import limit, serve
 from kernels.indices import PIECE
 from kernels.model import OccupancySettings
-from kernels.neighbours import Near
+from kernels.near import EVERYBODY, Near
 from kernels.occupancy import build_occupancy
 from kernels.rules.borders import confine
 from kernels.settings import BOUNDED, OPEN, TORUS
@@ -93,6 +93,7 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
             x * x + y * y,
             np.full(BOIDS + PIECE, np.nan),
             np.zeros(BOIDS, np.bool_),
+            EVERYBODY,
         ),
         "found": found,
         "seen": builders.a_flock(*rng.normal(0, 3, (4, BOIDS))),
