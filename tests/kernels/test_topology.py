@@ -3,6 +3,7 @@ keeps, and no bit depends on where it looks first.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from kernels.neighbours import (
 from kernels.settings import METRIC, NEAREST, OPEN, TORUS, VORONOI, Sensing
 from kernels.state import Flock, World
 from kernels.topology import UNSETTLED, select, topology_of
+from sweep.spec.study import Streams
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
@@ -228,3 +230,27 @@ def test_every_model_flies_with_the_same_bits_in_any_grid(
         assert simulation.advance(40)
     assert different(one.state(), other.state()) == ""
     assert different(one.state(), usual.state()) != ""
+
+
+@pytest.mark.parametrize("kind", ["nearest", "voronoi"])
+def test_who_counts_knows_no_length(kind: str) -> None:
+    """Twice the world, the range and the speed: all headings have the same bits, as 2
+    is a power of 2.
+    """
+    one, twice = (
+        {"width": s * 5.0, "height": s * 5.0, "max_speed": s * 0.25} for s in (1, 2)
+    )
+    common = {"n": 80, "steps": 60, "neighbours": kind, "nearest": 5, "noise": 1.0}
+    flights = []
+    for scale in (one, twice):
+        scale |= {"start_speed": scale["max_speed"]}
+        scale |= {"interaction_range": 2.0 * scale["width"]}
+        job = builders.job("vicsek1995", **common, **scale)
+        flights.append(Simulation(replace(job, streams=Streams(noise="common"))))
+    for simulation in flights:
+        simulation.take_frames()
+        assert simulation.advance(60)
+    small, large = (simulation.flock for simulation in flights)
+    assert (2.0 * small.x == large.x).all()
+    assert (2.0 * small.vx == large.vx).all()
+    assert (2.0 * small.vy == large.vy).all()
