@@ -3,6 +3,7 @@
 from kernels.model import Model, flaw
 from kernels.models import (
     aziel_chen2025,
+    dorsogna2006,
     nanobot,
     nguyen2024,
     patel2023,
@@ -21,6 +22,7 @@ MODELS = Registry(
         "patel2023": patel2023.MODEL,
         "nanobot": nanobot.MODEL,
         "vicsek1995": vicsek1995.MODEL,
+        "dorsogna2006": dorsogna2006.MODEL,
     },
     flaw,
 )
