@@ -135,7 +135,10 @@ def weightless(model: str) -> dict[str, Any]:
     }
     off |= {
         name: 0.0
-        for name in ("border_turn", "min_speed", "noise", "interaction_range")
+        for name in (
+            *("border_turn", "min_speed", "noise", "interaction_range"),
+            *("repulsion_range", "orientation_width", "attraction_width"),
+        )
         if name in settings_of(model, BUILT_IN)
     }
     return off | (

@@ -3,6 +3,7 @@
 from kernels.model import Model, flaw
 from kernels.models import (
     aziel_chen2025,
+    couzin2002,
     dorsogna2006,
     nanobot,
     nguyen2024,
@@ -23,6 +24,7 @@ MODELS = Registry(
         "nanobot": nanobot.MODEL,
         "vicsek1995": vicsek1995.MODEL,
         "dorsogna2006": dorsogna2006.MODEL,
+        "couzin2002": couzin2002.MODEL,
     },
     flaw,
 )
