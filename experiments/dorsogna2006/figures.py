@@ -140,7 +140,11 @@ def patterns(studies: Studies) -> Figure:
         ):
             _draw_end(axes, studies[spec], settings)
             axes.set_title(title, loc="left", fontsize=8)
-        note(figure, "One trial each; lengths in the unit of the paper")
+        note(
+            figure,
+            "one trial each; lengths in the unit of the paper; boids of the last four"
+            " panels have come to rest",
+        )
     return figure
 
 
