@@ -82,6 +82,22 @@ METRICS = Registry(
             low=0.0,
             high=1.0,
         ),
+        "group_speed": Metric(
+            motion.group_speed,
+            unit="length/time",
+            text="speed of the centre of mass: length of the mean velocity",
+            source="ours",
+            low=0.0,
+        ),
+        "velocity_diameter": Metric(
+            motion.velocity_diameter,
+            unit="length/time",
+            text="greatest difference of two velocities: 0 if all fly alike",
+            source="Cucker and Smale (2007)",
+            distribution="skewed",
+            pairwise=True,
+            low=0.0,
+        ),
         "angular_momentum": Metric(
             shape.angular_momentum,
             unit="",

@@ -4,6 +4,7 @@ from kernels.model import Model, flaw
 from kernels.models import (
     aziel_chen2025,
     couzin2002,
+    cucker_smale2007,
     dorsogna2006,
     nanobot,
     nguyen2024,
@@ -25,6 +26,7 @@ MODELS = Registry(
         "vicsek1995": vicsek1995.MODEL,
         "dorsogna2006": dorsogna2006.MODEL,
         "couzin2002": couzin2002.MODEL,
+        "cucker_smale2007": cucker_smale2007.MODEL,
     },
     flaw,
 )

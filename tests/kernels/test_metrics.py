@@ -133,6 +133,19 @@ def test_a_boid_at_rest_counts_as_no_direction() -> None:
     assert one("polarization", vx=[0.0, 0.0]) == 0.0
 
 
+def test_the_speed_of_a_group_is_that_of_its_centre() -> None:
+    assert one("group_speed", vx=[3.0, 3.0], vy=[8.0, 0.0]) == 5.0
+    assert one("group_speed", vx=[1.0, -1.0]) == 0.0
+
+
+def test_the_velocity_diameter_is_the_greatest_difference() -> None:
+    """Wherever boids are, and however fast all of them fly."""
+    velocities = {"vx": [7.0, 7.0, 4.0], "vy": [-1.0, 1.0, -5.0]}
+    assert one("velocity_diameter", **velocities, x=[0.0, 9.0, 5.0]) == math.hypot(3, 6)
+    assert one("velocity_diameter", vx=[2.5, 2.5]) == 0.0
+    assert one("velocity_diameter", vx=[2.5]) == 0.0
+
+
 def test_a_mill_has_angular_momentum_one_and_a_column_none() -> None:
     """To 1e-15 times a few: sums of five terms of about one."""
     around = np.linspace(0.0, 2 * math.pi, 5, endpoint=False)

@@ -181,6 +181,10 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "turn_rate_unwrapped": lambda bodies, *_: turns(bodies).mean(),
     "dispersion": lambda bodies, *_: from_centre(bodies).std(),
     "polarization": lambda bodies, *_: polarization(bodies),
+    "group_speed": lambda bodies, *_: abs(np.mean(bodies[2] + 1j * bodies[3])),
+    "velocity_diameter": lambda bodies, *_: np.hypot(
+        *(bodies[2:4, :, None] - bodies[2:4, None, :])
+    ).max(),
     "angular_momentum": lambda bodies, *_: angular_momentum(bodies),
     "nearest_neighbour_distance": lambda bodies, *_: nearest(bodies),
     "in_contact": lambda bodies, _counts, _ground, seen: (
