@@ -101,7 +101,7 @@ def scale(model: str) -> float:
     """How many of a model's units of length stand for a pixel, where a test's world is
     measured in pixels.
     """
-    return {"px": 1, "m": 0.02, "r": 0.02}[MODELS[model].length]
+    return {"px": 1, "m": 0.02, "r": 0.02, "l": 0.02}[MODELS[model].length]
 
 
 def scaled(model: str, **lengths: float) -> dict[str, float]:
@@ -135,7 +135,10 @@ def weightless(model: str) -> dict[str, Any]:
     }
     off |= {
         name: 0.0
-        for name in ("border_turn", "min_speed", "noise", "interaction_range")
+        for name in (
+            *("border_turn", "min_speed", "noise", "interaction_range"),
+            *("repulsion_range", "orientation_width", "attraction_width"),
+        )
         if name in settings_of(model, BUILT_IN)
     }
     return off | (

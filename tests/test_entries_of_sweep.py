@@ -68,6 +68,7 @@ from tests.test_house import ROOT, TREES
 OWN_PLACES: dict[str, Collection[str]] = {
     "kernels/settings.py": STARTS,  # values for most presets
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
+    "kernels/models/couzin2002.py": STARTS,  # its presets
     "kernels/models/vicsek1995.py": STARTS,  # its presets
     "kernels/starts.py": STARTS,
     "sweep/spec/samplers.py": SAMPLERS,

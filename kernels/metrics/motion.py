@@ -102,3 +102,43 @@ def polarization(
                 x += vx / size
                 y += vy / size
         values[f] = math.sqrt(x * x + y * y) / n
+
+
+@jit
+def velocity_diameter(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """The greatest |v_i - v_j| of two boids: 0 if all fly alike. Cucker and Smale
+    (2007), Emergent behavior in flocks, ask when it goes to 0.
+    """
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        most = 0.0
+        for i in range(n):
+            for j in range(i):
+                x = frames.bodies[f, VX, i] - frames.bodies[f, VX, j]
+                y = frames.bodies[f, VY, i] - frames.bodies[f, VY, j]
+                most = max(most, x * x + y * y)
+        values[f] = math.sqrt(most)
+
+
+@jit
+def group_speed(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Length of the mean velocity: the speed of the centre of mass."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y = 0.0, 0.0
+        for i in range(n):
+            x += frames.bodies[f, VX, i]
+            y += frames.bodies[f, VY, i]
+        values[f] = math.sqrt(x * x + y * y) / n

@@ -3,6 +3,9 @@
 from kernels.model import Model, flaw
 from kernels.models import (
     aziel_chen2025,
+    couzin2002,
+    cucker_smale2007,
+    dorsogna2006,
     nanobot,
     nguyen2024,
     patel2023,
@@ -21,6 +24,9 @@ MODELS = Registry(
         "patel2023": patel2023.MODEL,
         "nanobot": nanobot.MODEL,
         "vicsek1995": vicsek1995.MODEL,
+        "dorsogna2006": dorsogna2006.MODEL,
+        "couzin2002": couzin2002.MODEL,
+        "cucker_smale2007": cucker_smale2007.MODEL,
     },
     flaw,
 )

@@ -243,7 +243,7 @@ def test_mirroring_borders_keep_the_speed_to_the_bit(model: str, update: str) ->
     acts, that is the speed of the start.
     """
     changes = (
-        square(model) | {"steps": 200, "start_speed": 3} | builders.weightless(model)
+        square(model) | {"steps": 600, "start_speed": 3} | builders.weightless(model)
     )
     x, y, vx, vy = a_start()
 

@@ -60,8 +60,8 @@ def at_once(model: str = MODEL, **changes: Any) -> Job:
 
 
 def test_most_models_have_it() -> None:
-    """Two draw random numbers, boid after boid."""
-    assert MODELS.keys() - AT_ONCE.keys() == {"nguyen2024", "vicsek1995"}
+    """Three draw random numbers, boid after boid."""
+    assert MODELS.keys() - AT_ONCE.keys() == {"nguyen2024", "vicsek1995", "couzin2002"}
 
 
 @pytest.mark.parametrize("borders", builders.BORDERS)

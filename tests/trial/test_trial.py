@@ -32,6 +32,9 @@ OVERFLOWS = {
     "patel2023": {"dt": 1e308},
     "vicsek1995": {"max_speed": 1e150, "dt": 1e200},
     "nanobot": {"dt": 1e308},
+    "dorsogna2006": {"dt": 1e308},
+    "cucker_smale2007": {"dt": 1e308},
+    "couzin2002": {"max_speed": 1e150, "dt": 1e200},
     "rustamani2024": (
         dict.fromkeys(("max_acceleration", "max_speed", "acceleration_pool"), math.inf)
         | {"cohesion_weight": 1e308}

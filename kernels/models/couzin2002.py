@@ -1,0 +1,293 @@
+"""Animals with zones of repulsion, orientation and attraction, in the plane.
+
+I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks (2002), Collective memory
+and spatial sorting in animal groups, Journal of Theoretical Biology 218, 1-11. The
+paper has three dimensions, and this model has two. The unit of length is the radius of
+the zone of repulsion, that of time is the second. Directions come from arithmetic
+alone; `normal` of the generator calls functions of the mathematics library in one of
+some thousand draws, and so may differ in its last bit from one system to another.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.angles import cosine_sine
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import (
+    ALL_ROUND,
+    cone,
+    move,
+    move_all,
+    search,
+    square_range,
+)
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.headings import direction, turned
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+PLAIN_SUMS, UNIT_VECTORS = 0, 1
+
+
+class Params(NamedTuple):
+    """The zones, the field of view and the turns of Eqs. (1) to (3)."""
+
+    repulsion_range: Annotated[
+        float,
+        About("r_r: radius of the zone of repulsion, all round", "length", low=0),
+    ]
+    orientation_width: Annotated[
+        float,
+        About("dr_o = r_o - r_r: width of the zone of orientation", "length", low=0),
+    ]
+    attraction_width: Annotated[
+        float,
+        About("dr_a = r_a - r_o: width of the zone of attraction", "length", low=0),
+    ]
+    fov: Annotated[
+        float,
+        About(
+            "alpha: field of view in which others are followed", "degrees", 0, high=360
+        ),
+    ]
+    zone_sums: Annotated[
+        int,
+        About(
+            "plain_sums: the sum of headings in the zone of orientation and that of"
+            " directions in the zone of attraction are added, so that the fuller zone"
+            " counts more; unit_vectors: each has the length 1 before",
+            choices=("plain_sums", "unit_vectors"),
+        ),
+    ]
+    noise: Annotated[
+        float,
+        About(
+            "sigma: standard deviation of the angle by which a desired direction is"
+            " missed",
+            "radians",
+            low=0,
+        ),
+    ]
+    max_turn: Annotated[
+        float,
+        About("theta: the most that a boid turns, in degrees a unit of time", low=0),
+    ]
+    max_speed: Annotated[
+        float,
+        About(
+            "s: the one speed of all boids, which they have from the first step on",
+            "length/time",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[
+        float, About("tau: time of one update", "time", low=0, exclusive=True)
+    ]
+
+
+AS_WRITTEN = COMMON | {
+    "repulsion_range": 1.0,
+    "orientation_width": 3.0,
+    "attraction_width": 10.0,
+    "fov": 270.0,
+    "zone_sums": "plain_sums",
+    "noise": 0.05,
+    "max_turn": 40.0,
+    "max_speed": 3.0,
+    "update": "synchronous",
+    "n": 100,
+    "steps": 5000,
+    "dt": 0.1,
+    "map": "empty",
+    "width": 20.0,
+    "height": 20.0,
+    "goal_x": 10.0,
+    "goal_y": 10.0,
+    "start_speed": 3.0,
+    "start_margin": 5.0,
+    "start_draws": "portable",
+    "flock_range": 14.0,
+    "goal_radius": 1.0,
+    "obstacle_radius": 0.5,
+    "obstacle_margin": 1.0,
+    "contact_distance": 0.01,
+    "pixel": 0.1,
+}
+"""100 animals without borders, which start within a square of side 10.
+
+There is no program of the authors, so as_run equals as_written.
+"""
+
+
+def _state(orientation_width: float) -> dict[str, object]:
+    """The preset of one state of the plane, by the width that decides it."""
+    return AS_WRITTEN | {
+        "orientation_width": orientation_width,
+        "flock_range": 11.0 + orientation_width,
+    }
+
+
+def sight(params: Params) -> Sight:
+    """All round, up to the end of the zone of attraction. The rule itself looks whom
+    the field of view has.
+    """
+    widths = params.orientation_width + params.attraction_width
+    return Sight(params.repulsion_range + widths)
+
+
+@jit
+def _desired(
+    params: Params, seen: Flock, i: int, work: Workspace, found: int
+) -> tuple[float, float]:
+    """The direction that boid `i` desires, not scaled; zero where nothing draws it.
+
+    Anybody in the zone of repulsion, all round, decides alone: away from all of them,
+    by unit vectors, Eq. (1). Else it is the sum of the unit velocities of those seen in
+    the zone of orientation, Eq. (2), and of the unit vectors to those seen in the zone
+    of attraction, Eq. (3), or of these two sums at length 1.
+    """
+    repulsion2 = params.repulsion_range * params.repulsion_range
+    outer = params.repulsion_range + params.orientation_width
+    orientation2, view = outer * outer, cone(params.fov)
+    own_x, own_y = direction(seen.vx[i], seen.vy[i], 0.0, 0.0)
+    away_x, away_y, crowd = 0.0, 0.0, 0.0
+    with_x, with_y, to_x, to_y = 0.0, 0.0, 0.0, 0.0
+    for k in range(found):
+        square = work.near.distance2[k]
+        x, y = direction(work.near.dx[k], work.near.dy[k], 0.0, 0.0)
+        along = x * own_x + y * own_y
+        if square < repulsion2:
+            away_x -= x
+            away_y -= y
+            crowd += 1.0
+        elif along * abs(along) >= view:
+            if square < orientation2:
+                j = work.near.boid[k]
+                x, y = direction(seen.vx[j], seen.vy[j], 0.0, 0.0)
+                with_x += x
+                with_y += y
+            else:
+                to_x += x
+                to_y += y
+    if params.zone_sums == UNIT_VECTORS:
+        with_x, with_y = direction(with_x, with_y, 0.0, 0.0)
+        to_x, to_y = direction(to_x, to_y, 0.0, 0.0)
+    x = away_x if crowd > 0.0 else with_x + to_x
+    y = away_y if crowd > 0.0 else with_y + to_y
+    return x, y
+
+
+@jit
+def _missed(rng: Generator, deviation: float) -> tuple[float, float]:
+    """Cosine and sine of a Gaussian angle with this standard deviation, radians."""
+    angle = rng.normal(0.0, deviation)
+    return cosine_sine(angle - math.tau * math.floor(angle / math.tau + 0.5))
+
+
+@jit
+def _towards(
+    x: float, y: float, to_x: float, to_y: float, cosine: float, sine: float
+) -> tuple[float, float]:
+    """The unit vector (x, y), turned towards another one by at most the angle from 0 to
+    pi of which these are cosine and sine. To the opposite it turns left.
+    """
+    reached = x * to_x + y * to_y >= cosine
+    way = sine if x * to_y - y * to_x >= 0.0 else -sine
+    new_x, new_y = turned(x, y, cosine, way)
+    new_x = to_x if reached else new_x
+    new_y = to_y if reached else new_y
+    return new_x, new_y
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
+
+    A boid that nothing draws desires its own heading. It misses the desired direction
+    by a Gaussian angle, turns towards that by max_turn dt at most, and moves by s dt.
+    """
+    sequential = params.update == SEQUENTIAL
+    widths = params.orientation_width + params.attraction_width
+    range2 = square_range(params.repulsion_range + widths, False)
+    cosine, sine = cosine_sine(min(math.radians(params.max_turn) * params.dt, math.pi))
+    speed, dt = params.max_speed, params.dt
+    seen = flock if sequential else work.before
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
+            own_x, own_y = direction(flock.vx[i], flock.vy[i], 0.0, 0.0)
+            x, y = _desired(params, seen, i, work, found)
+            x, y = direction(x, y, own_x, own_y)
+            miss_x, miss_y = _missed(rng, params.noise)
+            x, y = turned(x, y, miss_x, miss_y)
+            x, y = _towards(own_x, own_y, x, y, cosine, sine)
+            vx, vy = speed * x, speed * y
+            x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
+            y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="couzin2002",
+    source=(
+        "I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks (2002),"
+        " Collective memory and spatial sorting in animal groups"
+    ),
+    params=Params,
+    presets={
+        "as_written": AS_WRITTEN,
+        "as_run": AS_WRITTEN,
+        "swarm": _state(0.5),
+        "torus": _state(5.0),
+        "highly_parallel": _state(12.0),
+    },
+    metrics=("polarization", "angular_momentum", "largest_flock_share"),
+    sight=sight,
+    advance=advance,
+    symmetries={
+        "translation": {"noise": 0.0},
+        "rotation": {"noise": 0.0},
+        "quarter_turn": {"noise": 0.0},
+        "reflection": {"noise": 0.0},
+        "permutation": {"noise": 0.0},
+    },
+    demands=(
+        Demand(
+            "start_speed > 0",
+            "a boid at rest has no heading: start_speed must be more than 0",
+        ),
+        Demand(
+            "start_velocities == 'heading'",
+            "all boids have one speed from the start: start_velocities must be heading",
+        ),
+    ),
+    length="r",
+    time="s",
+    y_down=False,
+)

@@ -1,0 +1,190 @@
+"""Boids that take over each other's velocities, less the farther they are apart.
+
+F. Cucker, S. Smale (2007), Emergent behavior in flocks, IEEE Transactions on Automatic
+Control 52, 852-862. Lengths and times are pure numbers there. The kernel calls `pow` of
+the mathematics library, whose last bit is not the same on all systems.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+SUM, MEAN = 0, 1
+
+
+class Params(NamedTuple):
+    """The constants of the weights a_ij = K / (sigma^2 + |x_i - x_j|^2)^beta."""
+
+    strength: Annotated[
+        float,
+        About(
+            "K: the weight is K sigma^(-2 beta) without distance; with beta = 0 it is a"
+            " rate in 1/time",
+            low=0,
+        ),
+    ]
+    decay_length: Annotated[
+        float,
+        About(
+            "sigma: distance from which the weight falls",
+            "length",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    exponent: Annotated[
+        float,
+        About("beta: far apart the weight falls as the power -2 beta", low=0),
+    ]
+    weights: Annotated[
+        int,
+        About(
+            "sum: over all others, as in the paper; mean: the same, divided by the"
+            " number of boids",
+            choices=("sum", "mean"),
+        ),
+    ]
+    interaction_range: Annotated[
+        float,
+        About(
+            "distance up to which boids act on each other; infinite in the paper",
+            "length",
+            low=0,
+        ),
+    ]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[float, About("h: time of one update", "time", low=0, exclusive=True)]
+
+
+AS_WRITTEN = COMMON | {
+    "strength": 1.0,
+    "decay_length": 1.0,
+    "exponent": 0.4,
+    "weights": "sum",
+    "interaction_range": math.inf,
+    "update": "synchronous",
+    "n": 50,
+    "steps": 1000,
+    "dt": 0.01,
+    "map": "empty",
+    "width": 20.0,
+    "height": 20.0,
+    "goal_x": 10.0,
+    "goal_y": 10.0,
+    "start_velocities": "components",
+    "start_speed": 1.0,
+    "start_margin": 5.0,
+    "flock_range": 5.0,
+    "goal_radius": 1.0,
+    "obstacle_radius": 0.5,
+    "obstacle_margin": 1.0,
+    "contact_distance": 0.01,
+    "pixel": 0.1,
+}
+"""beta = 0.4, below the 1/2 up to which every flock agrees. The world has no borders.
+
+There is no program of the authors, so as_run equals as_written.
+"""
+CONDITIONAL = AS_WRITTEN | {"exponent": 0.8, "weights": "mean"}
+"""beta = 0.8: a flock agrees if its boids are near enough, and slow enough against each
+other.
+"""
+
+
+def sight(params: Params) -> Sight:
+    """All round, up to the range of interaction and at it."""
+    return Sight(params.interaction_range, inclusive=True)
+
+
+@jit
+def _pull(
+    params: Params, seen: Flock, i: int, work: Workspace, found: int
+) -> tuple[float, float]:
+    """The sum of a_ij (v_j - v_i) over the `found` neighbours of boid `i`, Eq. (1), or
+    with weights `mean` this sum by the number of boids.
+    """
+    sigma2 = params.decay_length * params.decay_length
+    x, y = 0.0, 0.0
+    for k in range(found):
+        weight = math.pow(sigma2 + work.near.distance2[k], -params.exponent)
+        x += weight * (seen.vx[work.near.boid[k]] - seen.vx[i])
+        y += weight * (seen.vy[work.near.boid[k]] - seen.vy[i])
+    share = 1.0 / seen.x.size if params.weights == MEAN else 1.0
+    return params.strength * share * x, params.strength * share * y
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
+
+    The flock of the paper in discrete time: x(t + h) = x(t) + h v(t), with the velocity
+    from before the step, and v_i(t + h) = v_i(t) + h times the pull. While h times the
+    sum of a boid's weights is at most 1, its new velocity is a mean of old ones.
+    """
+    sequential = params.update == SEQUENTIAL
+    range2 = square_range(params.interaction_range, True)
+    seen, dt = flock if sequential else work.before, params.dt
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
+            ax, ay = _pull(params, seen, i, work, found)
+            way_x, way_y = flock.vx[i], flock.vy[i]
+            vx, vy = way_x + ax * dt, way_y + ay * dt
+            x, vx = confine(flock.x[i] + way_x * dt, vx, world.width, world.borders)
+            y, vy = confine(flock.y[i] + way_y * dt, vy, world.height, world.borders)
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="cucker_smale2007",
+    source="F. Cucker, S. Smale (2007), Emergent behavior in flocks",
+    params=Params,
+    presets={
+        "as_written": AS_WRITTEN,
+        "as_run": AS_WRITTEN,
+        "conditional": CONDITIONAL,
+    },
+    metrics=("polarization", "speed", "flock_radius"),
+    sight=sight,
+    advance=advance,
+    symmetries={
+        "translation": {},
+        "rotation": {},
+        "quarter_turn": {},
+        "reflection": {},
+        "permutation": {},
+    },
+    length="l",
+    time="t",
+    y_down=False,
+    at_once=SYNCHRONOUSLY,
+)

@@ -1,0 +1,233 @@
+"""Boids that propel themselves, and attract and repel each other by a potential.
+
+M. R. D'Orsogna, Y. L. Chuang, A. L. Bertozzi, L. S. Chayes (2006), Self-propelled
+particles with soft-core interactions: patterns, stability, and collapse, Physical
+Review Letters 96, 104302. Lengths, times and masses are pure numbers there. The kernel
+calls `exp` of the mathematics library, whose last bit is not the same on all systems.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import (
+    ALL_ROUND,
+    Near,
+    move,
+    move_all,
+    search,
+    square_range,
+)
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, Demand
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+
+class Params(NamedTuple):
+    """The constants of Eqs. (1) to (3)."""
+
+    propulsion: Annotated[
+        float,
+        About("alpha: a slow boid gets faster at the rate alpha / m", "1/time", low=0),
+    ]
+    friction: Annotated[
+        float,
+        About(
+            "beta: friction takes beta |v|^2 v, so that a free boid comes to the speed"
+            " sqrt(alpha / beta); its unit is time/length^2",
+            low=0,
+        ),
+    ]
+    mass: Annotated[float, About("m", low=0, exclusive=True)]
+    repulsion_strength: Annotated[
+        float,
+        About("C_r: height of the repulsive potential", "length^2/time^2", low=0),
+    ]
+    repulsion_length: Annotated[
+        float, About("l_r: its decay length", "length", low=0, exclusive=True)
+    ]
+    attraction_strength: Annotated[
+        float,
+        About("C_a: depth of the attractive potential", "length^2/time^2", low=0),
+    ]
+    attraction_length: Annotated[
+        float, About("l_a: its decay length", "length", low=0, exclusive=True)
+    ]
+    interaction_range: Annotated[
+        float,
+        About(
+            "distance up to which boids act on each other; infinite in the paper",
+            "length",
+            low=0,
+        ),
+    ]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+
+
+AS_WRITTEN = COMMON | {
+    "propulsion": 1.6,
+    "friction": 0.5,
+    "mass": 1.0,
+    "repulsion_strength": 0.5,
+    "repulsion_length": 0.5,
+    "attraction_strength": 1.0,
+    "attraction_length": 1.0,
+    "interaction_range": math.inf,
+    "update": "synchronous",
+    "n": 40,
+    "steps": 20_000,
+    "dt": 0.01,
+    "map": "empty",
+    "width": 20.0,
+    "height": 20.0,
+    "goal_x": 10.0,
+    "goal_y": 10.0,
+    "start_velocities": "components",
+    "start_speed": 1.0,
+    "start_margin": 8.0,
+    "flock_range": 1.0,
+    "goal_radius": 1.0,
+    "obstacle_radius": 0.5,
+    "obstacle_margin": 1.0,
+    "contact_distance": 0.01,
+    "pixel": 0.1,
+}
+"""C = C_r / C_a = 0.5 and l = l_r / l_a = 0.5: rings, on which boids circle both ways.
+
+The world has no borders, and boids start within a square of side 4 in its middle. There
+is no program of the authors, so as_run equals as_written.
+"""
+MILL = AS_WRITTEN | {
+    "repulsion_strength": 1.0,
+    "attraction_strength": 0.5,
+    "attraction_length": 2.0,
+    "n": 100,
+}
+"""C = 2 and l = 0.25: a mill with a hole in its middle."""
+
+
+def sight(params: Params) -> Sight:
+    """All round, up to the range of interaction and at it."""
+    return Sight(params.interaction_range, inclusive=True)
+
+
+@jit
+def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
+    """The sum of -grad U over the `found` neighbours in `near`, of the potential
+    U(r) = C_r exp(-r / l_r) - C_a exp(-r / l_a) of Eq. (3).
+
+    A boid at the same place has no direction, and adds nothing.
+    """
+    push = params.repulsion_strength / params.repulsion_length
+    pull = params.attraction_strength / params.attraction_length
+    push_rate = -1.0 / params.repulsion_length
+    pull_rate = -1.0 / params.attraction_length
+    x, y = 0.0, 0.0
+    for k in range(found):
+        distance = math.sqrt(near.distance2[k])
+        slope = pull * math.exp(pull_rate * distance)
+        slope -= push * math.exp(push_rate * distance)
+        share = slope / distance if distance > 0.0 else 0.0
+        x += share * near.dx[k]
+        y += share * near.dy[k]
+    return x, y
+
+
+@jit
+def _paced(
+    vx: float, vy: float, decay: float, brake: float
+) -> tuple[float, float]:
+    """A velocity after its boid has propelled itself for a while.
+
+    It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2), where
+    after the time t `decay` D is exp(-2 alpha t / m), and `brake` B is
+    beta (1 - D) / alpha. The speed sqrt(alpha / beta) stays what it is.
+    """
+    share = 1.0 / math.sqrt(decay + brake * (vx * vx + vy * vy))
+    return share * vx, share * vy
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
+
+    Eqs. (1) and (2), x' = v and m v' = (alpha - beta |v|^2) v - grad U, by leapfrog: a
+    boid propels itself for half a step, is pushed by the force at its place for a whole
+    one, propels itself for the other half, and then moves by v dt. So velocities stand
+    half a step before places, and the error of a path is of the order of dt^2.
+    """
+    sequential = params.update == SEQUENTIAL
+    range2 = square_range(params.interaction_range, True)
+    seen = flock if sequential else work.before
+    rate, dt = params.propulsion / params.mass, params.dt
+    decay = math.exp(-rate * dt)
+    grown = -math.expm1(-rate * dt) / rate if rate > 0.0 else dt
+    brake = params.friction / params.mass * grown
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
+            ax, ay = _force(params, work.near, found)
+            vx, vy = _paced(flock.vx[i], flock.vy[i], decay, brake)
+            vx, vy = vx + ax / params.mass * dt, vy + ay / params.mass * dt
+            vx, vy = _paced(vx, vy, decay, brake)
+            x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
+            y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="dorsogna2006",
+    source=(
+        "M. R. D'Orsogna, Y. L. Chuang, A. L. Bertozzi, L. S. Chayes (2006),"
+        " Self-propelled particles with soft-core interactions: patterns, stability,"
+        " and collapse"
+    ),
+    params=Params,
+    presets={"as_written": AS_WRITTEN, "as_run": AS_WRITTEN, "mill": MILL},
+    metrics=("speed", "flock_radius", "dispersion", "angular_momentum"),
+    sight=sight,
+    advance=advance,
+    symmetries={
+        "translation": {},
+        "rotation": {},
+        "quarter_turn": {},
+        "reflection": {},
+        "permutation": {},
+    },
+    demands=(
+        Demand(
+            "propulsion * dt <= mass",
+            "the step is too long: dt must be at most mass / propulsion, the time in"
+            " which a boid gets up its speed",
+        ),
+    ),
+    length="l",
+    time="t",
+    y_down=False,
+    at_once=SYNCHRONOUSLY,
+)
