@@ -47,9 +47,7 @@ class BinderMinimum(NamedTuple):
 
 def binder_minimum(curve: SizeCurve, confidence: float = CONFIDENCE) -> BinderMinimum:
     """The smallest of Binder's cumulants of one size."""
-    lows, highs = curve.binder.bounds(
-        simultaneous_confidence(len(curve.x), confidence)
-    )
+    lows, highs = curve.binder.bounds(simultaneous_confidence(len(curve.x), confidence))
     least = int(np.argmin(curve.binder.value))
     sign: Sign = "not decided"
     if (highs < 0.0).any():

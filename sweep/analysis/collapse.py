@@ -4,10 +4,10 @@ systems of several sizes collapse onto one.
 Near a continuous transition the order m of a system of linear length L is
 L^(-beta/nu) f((x - x_c) L^(1/nu)) with one function f for all sizes (Fisher and Barber
 1972, Phys. Rev. Lett. 28, 1516-1519). How well curves collapse is measured without a
-form of f, by the distance of each point from what the points of the other sizes next to
-it say: S of Houdayer and Hartmann (2004, Phys. Rev. B 70, 014418, appendix), with cubics
-in place of their straight lines, which cut off the bends of a curve between points. S
-is about 1 where the curves differ by their errors alone.
+form of f, by the distance of each point from what neighbours of the other sizes say: S
+of Houdayer and Hartmann (2004, Phys. Rev. B 70, 014418, appendix), with cubics in place
+of their straight lines, which cut off the bends of a curve between points. S is about 1
+where the curves differ by their errors alone.
 """
 
 from collections.abc import Sequence
@@ -17,13 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis.estimate import CONFIDENCE
+from sweep.analysis.estimate import CONFIDENCE, student_quantile
 from sweep.analysis.resampling import RESAMPLING_SEED
 from sweep.analysis.size_curves import SizeCurve
 
 Floats = NDArray[np.float64]
 
 RESAMPLES = 200
+OPEN = "the curves leave the critical point open, or 1/nu"
 FEWEST_SIZES, FEWEST_POINTS = 3, 6
 FIRST_PLACES = np.linspace(0.05, 0.95, 19)
 FIRST_INVERSE_NU = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0])
@@ -76,11 +77,12 @@ def collapse(
 ) -> Collapse:
     """The collapse of the mean order of some sizes, with intervals by the bootstrap.
 
-    S is made smallest by x_c, 1/nu and beta/nu. The intervals are percentiles over
-    estimates of resampled trials: of each point k - 1 of its k trials are drawn, with
-    replacement, so that its variance is without bias (Rao and Wu 1988, J. Am. Stat.
-    Assoc. 83, 231-241). They say nothing of corrections to scaling: points far from the
-    transition, and small systems, belong to no collapse, which a large S shows.
+    S is made smallest by x_c, 1/nu and beta/nu. The intervals are Student's, of k - 1
+    degrees of freedom, with the standard deviation of estimates from resampled trials:
+    of each point k - 1 of its k trials are drawn, with replacement, so that its
+    variance is without bias (Rao and Wu 1988, J. Am. Stat. Assoc. 83, 231-241). They
+    say nothing of corrections to scaling: points far from the transition, and small
+    systems, belong to no collapse, which a large S shows.
     """
     if len(curves) < FEWEST_SIZES:
         return _none(f"fewer than {FEWEST_SIZES} sizes")
@@ -100,12 +102,15 @@ def collapse(
             for _ in range(resamples)
         ]
     )
-    tail = 0.5 - confidence / 2
-    low, high = np.quantile(again, [tail, 1.0 - tail], axis=0)
+    fewest = min(len(samples) for one in curves for samples in one.samples)
+    half = student_quantile(0.5 + confidence / 2, fewest - 1) * again.std(axis=0)
     parts = [
-        (float(value), float(first), float(last))
-        for value, first, last in zip(found, low, high, strict=True)
+        (float(value), float(value - width), float(value + width))
+        for value, width in zip(found, half, strict=True)
     ]
+    (_, low, high), (_, least, _), _ = parts
+    if not (data.x.min() < low and high < data.x.max() and least > 0.0):
+        return _none(OPEN)
     quality = float(np.mean(distances[known] ** 2))
     return Collapse(parts[0], parts[1], parts[2], quality, float(known.mean()))
 
@@ -205,7 +210,9 @@ def _residuals(exponents: Floats, data: Scaled) -> Floats:
     """The distances, as parts of S, which is the sum of their squares."""
     distances = _distances(data, exponents)
     known = np.isfinite(distances)
-    if known.mean() < LEAST_OVERLAP:
+    place, inverse_nu, _ = exponents
+    within = data.x.min() <= place <= data.x.max() and inverse_nu > 0.0
+    if known.mean() < LEAST_OVERLAP or not within:
         return np.full(len(distances), APART)
     return np.where(known, distances, 0.0) / np.sqrt(known.sum())
 

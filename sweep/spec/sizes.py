@@ -1,4 +1,4 @@
-"""The section `sizes` of a spec: flocks of several sizes, in worlds that grow with them.
+"""The section `sizes` of a spec: flocks of several sizes, in worlds that grow so.
 
 It is an axis of the settings `n`, `width` and `height`, which vary together. All
 functions raise SpecError, with file and line, for what is not allowed.

@@ -59,6 +59,17 @@ def spins(
     return SizeCurve(n, float(n), np.asarray(temperatures), tuple(samples))
 
 
+def smeared(curve: SizeCurve, rng: np.random.Generator) -> SizeCurve:
+    """The same, with each m anywhere in the step between its neighbours: the values of
+    spins lie on a lattice, of which bands hold unequal numbers.
+    """
+    samples = [
+        np.abs(one + rng.uniform(-1.0, 1.0, one.shape) / curve.n)
+        for one in curve.samples
+    ]
+    return SizeCurve(curve.n, curve.length, curve.x, tuple(samples))
+
+
 def collapsing(
     n: int,
     x: Floats,

@@ -103,7 +103,10 @@ def test_sizes_alone_are_a_study() -> None:
             changed("{noise: [1, 2]}", "{sizes: {zip: {noise: [1, 2]}}}"),
             'an axis of "sweep" is named "sizes" too',
         ),
-        (changed("40, 100, 400", f"40, {10**12}"), "1000000000000 is not allowed for n"),
+        (
+            changed("40, 100, 400", f"40, {10**12}"),
+            "1000000000000 is not allowed for n",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(spec: str, message: str) -> None:
