@@ -19,6 +19,7 @@ from sweep.tables.boundary import Boundary, boundary
 from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
 from sweep.tables.power import NOTHING, power
+from sweep.tables.scaling import Scaling, scaling
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
 
@@ -94,6 +95,18 @@ class LoadedStudy(StoredStudy):
         `refine`: see `sweep.tables.boundary.boundary`. Raises ChoiceError for another.
         """
         return boundary(self)
+
+    def scaling(
+        self,
+        metric: str | None = None,
+        by: str | None = None,
+        burn_in: int | None = None,
+        confidence: float = CONFIDENCE,
+    ) -> Scaling:
+        """What flocks of several sizes tell of a transition: see
+        `sweep.tables.scaling.scaling`. Raises ChoiceError for a study that has none.
+        """
+        return scaling(self, metric, by, burn_in, confidence)
 
     def export(
         self, path: Path | str, table: str = "trials", *, force: bool = False

@@ -252,6 +252,59 @@ def boundary(
         boundary_text(stored, found)
 
 
+@app.command()
+def scaling(
+    study: StudyName,
+    results: Results = Path("results"),
+    where: Where = None,
+    metric: Annotated[
+        str | None,
+        typer.Option(
+            "--metric", help="Order parameter: a recorded series; by default the first."
+        ),
+    ] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            "--by",
+            help="Setting against which it is seen; by default the only one that is left.",
+        ),
+    ] = None,
+    burn_in: Annotated[
+        int | None,
+        typer.Option(
+            "--burn-in",
+            help="Steps that do not count; by default the first half of each trial.",
+        ),
+    ] = None,
+    csv: Annotated[
+        bool, typer.Option("--csv", help="Print CSV, a row a point.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """What flocks of several sizes tell of a transition between disorder and order.
+
+    Of each size the mean order, its susceptibility and Binder's cumulant; where
+    cumulants cross and the susceptibility peaks; the exponents with which the curves
+    collapse; whether the transition jumps; and whether the series are stationary. A
+    spec has such sizes with `sizes`, and records the order parameter as a series.
+    """
+    from sweep.cli.scaling_text import scaling_json, scaling_text
+    from sweep.tables.safe_csv import as_csv
+    from sweep.tables.scaling import scaling as find
+    from sweep.tables.stored_study import StoredStudy
+
+    one_format(csv=csv, json=as_json)
+    stored = StoredStudy(study, results).where(*(where or ()))
+    found = find(stored, metric, by, burn_in)
+    if csv:
+        print(as_csv(found.points), end="")
+    elif as_json:
+        print(scaling_json(stored, found))
+    else:
+        scaling_text(stored, found)
+
+
 class Format(StrEnum):
     """What kind of file a figure becomes."""
 

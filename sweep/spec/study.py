@@ -67,6 +67,7 @@ from sweep.spec.settings import (
     settings_of_study,
     usual_preset,
 )
+from sweep.spec.sizes import Sizes, check_sizes, read_section_sizes, with_sizes
 from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study_folder import (
     MOST_NAME,
@@ -303,6 +304,15 @@ class Study:
             name="sweep",
             otherwise="one point",
             example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
+        ),
+    ]
+    sizes: Annotated[
+        Sizes | None,
+        Key(
+            LaterSectionOf(Sizes),
+            "an axis of flocks of several sizes, in worlds that grow with them; it is"
+            " multiplied with those of `sweep`, and stands before them",
+            otherwise="none",
         ),
     ]
     search: Annotated[
@@ -569,7 +579,8 @@ def _flown(
     maps = mistakes.read(read_maps, drawn, folder, known.maps)
     fixed = mistakes.read(read_fixed, given.get("fixed"), settings) or {}
     derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
-    taken = [*fixed, *derive]
+    sizes = mistakes.read(read_section_sizes, given.get("sizes"))
+    taken = [*fixed, *derive, *(sizes.settings if sizes else ())]
     axes = mistakes.read(read_designs, given.get("axes"), reader, taken) or ()
     require = mistakes.read(read_require, given.get("require"), settings)
     derived = mistakes.read(_derived, recorded, name, known, settings) or ()
@@ -584,6 +595,12 @@ def _flown(
     streams = mistakes.read(_streams, given.get("streams"), search)
     mistakes.check()
     assert replication
+    if sizes:
+        values = preset_settings(name, preset, known)
+        axes = mistakes.read(with_sizes, root, sizes, axes, values, settings) or axes
+        flown = _maps_flown(values, fixed, axes)
+        sized = {one for one in flown if ({**known.maps} | (maps or {}))[one].size}
+        mistakes.read(check_sizes, root, sizes, flown, sized)
     mistakes.read(_check_names, root, names, settings)
     if record and streams:
         mistakes.read(_check_lasting, root, record, streams)
@@ -599,6 +616,7 @@ def _flown(
         "maps": maps,
         "fixed": fixed,
         "axes": axes,
+        "sizes": sizes,
         "search": search,
         "refine": rule,
         "derive": derive,
@@ -607,6 +625,16 @@ def _flown(
         "record": record,
     }
     return read | replication._asdict()
+
+
+def _maps_flown(
+    preset: Mapping[str, Value], fixed: Mapping[str, Value], axes: Iterable[Axis]
+) -> list[str]:
+    """The maps in which points of these axes lie."""
+    swept = [axis.columns["map"] for axis in axes if "map" in axis.columns]
+    if not swept:
+        return [str(fixed.get("map", preset["map"]))]
+    return [*dict.fromkeys(str(name) for column in swept for name in column.tolist())]
 
 
 def _streams(entry: Entry | None, search: Search | None) -> Streams:
@@ -669,6 +697,11 @@ def _search(
             'a spec has "search" or "sweep", not both: axes of the scenarios that a'
             ' candidate must be good at together stand in "search" under "over"'
         )
+    if entry and (sizes := root.get("sizes")):
+        raise sizes.error(
+            'a search takes no "sizes": scenarios that a candidate must be good at'
+            ' together stand in "search" under "over"'
+        )
     if entry and (order := root.get("order")):
         raise order.error(
             'a search asks for one candidate after the other: leave "order" out'
@@ -681,6 +714,7 @@ def study_rules() -> Schema:
     """What is checked of several keys, as JSON Schema."""
     pairs = [("search", other) for other in ("sweep", "order")]
     pairs += [("refine", other) for other in BARRED]
+    pairs += [("search", "sizes")]
     barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 

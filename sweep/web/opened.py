@@ -134,7 +134,8 @@ class OpenedSpec:
         gone += [("fixed", name) for name in edits.sweeps]
         gone += [] if require else [("require",)]
         several = len(axes) == len(self.study.axes)
-        gone += [("sweep",)] if several else [axis.place for axis in axes]
+        places = [axis.place[:1] if several else axis.place for axis in axes]
+        gone += dict.fromkeys(places)
         for place in gone:
             _remove(root, place)
         names = {*underived, *edits.settings}.union(*(axis.columns for axis in axes))

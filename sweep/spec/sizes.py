@@ -1,0 +1,138 @@
+"""The section `sizes` of a spec: flocks of several sizes, in worlds that grow so.
+
+It is an axis of the settings `n`, `width` and `height`, which vary together. All
+functions raise SpecError, with file and line, for what is not allowed.
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal, get_args
+
+import numpy as np
+
+from sweep.spec.axes import Axis, by_design
+from sweep.spec.contents import ListOf, Number, OneOf, Whole
+from sweep.spec.document import Entry
+from sweep.spec.keys import Key, read_section
+from sweep.spec.mistakes import Mistakes
+from sweep.spec.settings import NotAllowedError, Setting, Value, Values
+
+Kept = Literal["density", "box"]
+NUMBER, SIDES = "n", ("width", "height")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sizes:
+    """The keys of the section."""
+
+    n: Annotated[
+        tuple[int, ...],
+        Key(
+            ListOf(Whole(1), "whole numbers from 1, ascending"),
+            "numbers of boids, two or more of them, ascending",
+            example="[64, 256, 1024]",
+        ),
+    ]
+    keep: Annotated[
+        Kept,
+        Key(
+            OneOf("quantity to keep", get_args(Kept)),
+            "density: `width` and `height` grow with the root of `n`; box: they stay",
+            example="box",
+        ),
+    ] = "density"
+    density: Annotated[
+        float | None,
+        Key(
+            Number(above=0, note="boids in a unit of area"),
+            "that all worlds have; their shape is that of the preset",
+            otherwise="that of the preset, its n in its width and height",
+            example="0.4",
+        ),
+    ] = None
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """The settings to which the section gives values."""
+        return (NUMBER, *SIDES) if self.keep == "density" else (NUMBER,)
+
+
+def read_section_sizes(entry: Entry | None) -> Sizes | None:
+    """The values of the section, each checked alone; None where there is none."""
+    if entry is None:
+        return None
+    given = read_section(Sizes, entry)
+    if len(given.n) < 2 or sorted({*given.n}) != [*given.n]:
+        listed = ", ".join(map(str, given.n))
+        raise entry.child("n").error(
+            f'"n" must be two or more numbers of boids, ascending, not [{listed}]'
+        )
+    if given.density is not None and given.keep != "density":
+        raise entry.child("density").error(
+            f'"keep: {given.keep}" keeps width and height: leave "density" out'
+        )
+    return given
+
+
+def with_sizes(
+    root: Entry,
+    given: Sizes,
+    axes: tuple[Axis, ...],
+    preset: Mapping[str, Value],
+    settings: Mapping[str, Setting],
+) -> tuple[Axis, ...]:
+    """The `axes`, and before those of each design that of the sizes."""
+    entry = root.child("sizes")
+    if any(axis.name == entry.name for axis in axes):
+        raise entry.error(f'an axis of "sweep" is named "{entry.name}" too: rename it')
+    axis = Axis(entry.name, _columns(entry, given, preset, settings), place=entry.place)
+    return tuple(
+        one
+        for number, design in enumerate(by_design(axes))
+        for one in (replace(axis, design=number), *design)
+    )
+
+
+def _columns(
+    entry: Entry,
+    given: Sizes,
+    preset: Mapping[str, Value],
+    settings: Mapping[str, Setting],
+) -> dict[str, Values]:
+    """The values of each setting, row by row.
+
+    sqrt(n / density) is the side of a square world, in the bits that an expression
+    under `derive` gives it.
+    """
+    mistakes, columns = Mistakes(), dict[str, Values]()
+    n = np.array(given.n, np.float64)
+    numbers: dict[str, list[object]] = {NUMBER: [*given.n]}
+    if given.keep == "density":
+        boids, width, height = (float(preset[name]) for name in (NUMBER, *SIDES))
+        density = given.density or boids / (width * height)
+        numbers["width"] = np.sqrt(n / density * (width / height)).tolist()
+        numbers["height"] = np.sqrt(n / density * (height / width)).tolist()
+    for name, values in numbers.items():
+        with mistakes.noted():
+            try:
+                columns[name] = settings[name].column(values)
+            except NotAllowedError as error:
+                raise entry.child("n").child(error.index).error(str(error)) from None
+    mistakes.check()
+    return columns
+
+
+def check_sizes(
+    root: Entry, given: Sizes, maps: Iterable[str], sized: Collection[str]
+) -> None:
+    """Raise SpecError where worlds cannot grow: those of a map among `maps` that is
+    `sized`, whose width and height are its own.
+    """
+    if given.keep != "density":
+        return
+    for name in maps:
+        if name in sized:
+            raise root.child("sizes").error(
+                f'the map "{name}" has a width and a height of its own, which cannot'
+                ' grow with n: choose a map without, or write "keep: box"'
+            )
