@@ -25,11 +25,7 @@ from sweep.spec.contents import (
     Truth,
     Whole,
 )
-from sweep.spec.continuing import (
-    check_continued,
-    continued_axis,
-    held,
-)
+from sweep.spec.continued_checks import check_continued, continued_axis, held
 from sweep.spec.derived_metrics import (
     DerivedMetric,
     derived_schema,
@@ -619,8 +615,8 @@ def _flown(
     rule = mistakes.read(read_refine, root, refine, *asked) if refine else None
     assert record
     assert streams
-    valued, beside = (*fixed, *derive), (replication.until, record, streams)
-    mistakes.read(check_continued, root, axes, settings, valued, *beside)
+    beside = (replication.until, record.last_states, streams.noise)
+    mistakes.read(check_continued, root, axes, settings, [*fixed, *derive], *beside)
     mistakes.check()
     if continued_axis(axes):
         fixed, record = fixed | held(axes), replace(record, last_flocks=True)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import pyarrow as pa
 
 from sweep.spec.axes import Axis, by_design
-from sweep.spec.continuing import continued_axis
+from sweep.spec.continued_checks import continued_axis
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
 
