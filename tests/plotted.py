@@ -72,6 +72,11 @@ SPECS = {
     "flying": FLYING,
     "ablated": ABLATED,
 }
+SPECS["chained"] = (
+    SMALL.replace("study: small", "study: chained")
+    .replace("n: 12, steps: 9", "n: 12")
+    .replace("[0.5, 1]", "{values: [0.5, 1], continue: both, hold: 9}")
+)
 SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
     "refine: {metric: speed, at: 3, axes: [separation_weight], until: 0.5, budget: 9}\n"
 )

@@ -17,6 +17,7 @@ are counted.
     replication   how many values a goal needs
     sequential    the same while trials are added
     refinement    a grid that becomes finer where a mean crosses a level
+    hysteresis    the loop between two directions
     series        curves against time
     steady        means after the transient
     order         susceptibility and Binder cumulant

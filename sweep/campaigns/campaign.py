@@ -20,10 +20,11 @@ from sweep.campaigns.progress import Progress
 from sweep.campaigns.stored_trials import StoredTrials, among
 from sweep.campaigns.strategy import Origin, PlanTables, Round, Strategy
 from sweep.campaigns.twins import Twins, twins
-from sweep.design.jobs import Job
+from sweep.design.jobs import Job, SomeJobs
 from sweep.design.recording import Recording
 from sweep.design.trial_ids import as_texts
 from sweep.store.custody import custody
+from sweep.store.last_flocks import chains
 from sweep.store.last_states import continued, earlier_trials
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
@@ -132,6 +133,8 @@ class _Campaign(Generic[P]):
         such, in the place of those that are missing.
         """
         serving = self.served
+        if self.study.continued:  # where a link ends is found by the id of the spec
+            return asked
         _, final = self.stored.ask(asked.ids)
         if not final.all() and self.recordings:
             jobs = asked.jobs_at(np.flatnonzero(~final))
@@ -186,6 +189,8 @@ class _Campaign(Generic[P]):
     def _run(self, jobs: Sequence[Job]) -> None:
         with self._continued(jobs) as those:
             self.report(self.progress)
+            if not len(those):  # all wait for links that have not come to their end
+                return
             run_jobs(
                 self.study,
                 those,
@@ -197,7 +202,12 @@ class _Campaign(Generic[P]):
             )
 
     def _continued(self, jobs: Sequence[Job]) -> AbstractContextManager[Sequence[Job]]:
-        """The jobs, with what trials with fewer steps have left of them."""
+        """The jobs, with what trials with fewer steps have left of them, or as chains
+        of links.
+        """
+        if self.study.continued:
+            assert isinstance(jobs, SomeJobs)
+            return nullcontext(chains(self.store, jobs))
         if not self.study.record.last_states:
             return nullcontext(jobs)
         earlier = earlier_trials(self.study, self.store, jobs)

@@ -21,12 +21,13 @@ def plan_tables(ids: Ids, jobs: Jobs, origin: Origin) -> PlanTables:
     """`plan_table` of jobs with these ids, some rows at a time, and no asked.parquet.
     The whole of a million would take a hundred megabytes.
     """
-    about = PlanAbout.of(jobs.study, jobs.design.columns, jobs.study.axes)
+    columns = jobs.design.told_apart
+    about = PlanAbout.of(jobs.study, columns, jobs.study.axes)
 
     def batch(some: slice) -> pa.RecordBatch:
         places = np.arange(len(jobs))[some]
         rows, points = jobs.rows(places, ids[some]), jobs.points_at(places)
-        for name, column in jobs.design.columns.items():
+        for name, column in columns.items():
             rows = rows.append_column(name, pa.array(column[points]))
         return about.into(rows, origin).combine_chunks().to_batches()[0]
 

@@ -1,7 +1,13 @@
-"""Every point of a design gets the same number of trials."""
+"""Every point of a design gets the same number of trials.
+
+Where an axis is continued these are links of chains. All are asked for at once: which
+of them can run follows from what runs before them, see `sweep.design.chains`.
+"""
 
 from collections.abc import Iterator
 from functools import partial
+
+import numpy as np
 
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
@@ -30,5 +36,7 @@ class FixedStrategy:
         yield self._round(Jobs(self.study, self.design))
 
     def _round(self, jobs: Jobs) -> Round:
-        ids = jobs.ids()
-        return Round(ids, jobs.to_run, partial(plan_tables, ids, jobs))
+        ids, first = jobs.ids(), None
+        if jobs.links:
+            first = ids[jobs.first(np.arange(len(jobs)))]
+        return Round(ids, jobs.to_run, partial(plan_tables, ids, jobs), first)

@@ -41,6 +41,13 @@ class Progress:
         return self.trials - self.stored
 
     @property
+    def left(self) -> int:
+        """Missing trials that have not run. When a launch has ended, these are links of
+        chains after one that did not come to its end.
+        """
+        return self.missing - self.statuses.total()
+
+    @property
     def troubled(self) -> int:
         """New trials that did not come to their end."""
         return sum(count for status, count in self.statuses.items() if status != "done")

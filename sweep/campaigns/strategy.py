@@ -49,12 +49,14 @@ class Round:
     `ids` are their ids. `jobs_at` makes the jobs at some places among them. `plan`
     makes the tables of all trials that have been asked for so far. The campaign calls
     it before it runs what is missing of this round, and at the end if nothing is
-    missing of the last round.
+    missing of the last round. Where a share must have some trials together, each of
+    them goes where that of `led_by` does.
     """
 
     ids: Ids
     jobs_at: Callable[[Counts], Sequence[Job]]
     plan: Callable[[Origin], PlanTables]
+    led_by: Ids | None = None
 
     def some(self, most: int) -> Sequence[Job]:
         """At most so many of the jobs, spread evenly."""
@@ -62,7 +64,8 @@ class Round:
 
     def in_share(self, share: Share) -> NDArray[np.bool_]:
         """Which of the trials a launch of this share runs, shape (len(ids),)."""
-        masks = [share.has(as_texts(some).to_pylist()) for some in blocks(self.ids)]
+        decide = self.ids if self.led_by is None else self.led_by
+        masks = [share.has(as_texts(some).to_pylist()) for some in blocks(decide)]
         return np.concatenate([np.empty(0, np.bool_), *masks])
 
 

@@ -18,6 +18,7 @@ from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import settings_of
 from sweep.tables.boundary import boundary
 from sweep.tables.causes import Cause, causes_of
+from sweep.tables.chains import cut_off
 from sweep.tables.means_text import brief, caption, cell_text
 from sweep.tables.point_means import PointMeans
 from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
@@ -148,6 +149,7 @@ def status_json(study: StoredStudy) -> str:
             "trials": study.plan.num_rows,
             "apart": study.apart(),
             "statuses": study.statuses(),
+            "cut_off": cut_off(study),
             "causes": [one._asdict() for one in _causes(study)],
             "kernels_sha": study.provenance["kernels_sha"],
             "commit": study.provenance["git"].get("commit"),
@@ -188,6 +190,10 @@ def status_text(study: StoredStudy) -> str:
         if study.apart()
         else []
     )
+    lines += [
+        f"cut off   {so_many(count, 'link')} of chains, not run: a link before {status}"
+        for status, count in sorted(cut_off(study).items())
+    ]
     lines += [f"settled   {_settled(study)}"] if study.about.until else []
     lines += [f"boundary  {_refined(study)}"] if study.about.refine else []
     lines.append(f"kernels   {origin['kernels_sha'][:16]}")

@@ -147,7 +147,11 @@ class ProgressBar:
         )
         settled = f", {_settled(progress)}" if progress.settled is not None else ""
         trials = so_many(progress.trials, "trial")
-        return f"{self.name}: {done}; {trials} in {folder}{settled}"
+        cut_off = ""
+        if progress.left:
+            links = so_many(progress.left, "link")
+            cut_off = f"; {links} not run: a link before did not come to its end"
+        return f"{self.name}: {done}; {trials} in {folder}{settled}{cut_off}"
 
 
 def launch_json(

@@ -305,6 +305,42 @@ def scaling(
         scaling_text(stored, found)
 
 
+@app.command()
+def hysteresis(
+    study: StudyName,
+    results: Results = Path("results"),
+    metric: Annotated[
+        list[str] | None, typer.Option(help="A metric to show; may be repeated.")
+    ] = None,
+    over: Annotated[
+        Over, typer.Option(help="The last frame, or the mean over the last half.")
+    ] = Over.last,
+    where: Where = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """The loops between way up and way down, of a study with `continue: both`.
+
+    Of each loop its area, and between which values of the continued axis both ways
+    differ. Chains are independent, and links of one are not: intervals are over chains.
+    """
+    from sweep.cli.hysteresis_text import hysteresis_json, hysteresis_text
+    from sweep.tables.hysteresis import hysteresis as find
+    from sweep.tables.hysteresis import loop_rows
+    from sweep.tables.safe_csv import as_csv
+    from sweep.tables.stored_study import StoredStudy
+
+    one_format(csv=csv, json=as_json)
+    stored = StoredStudy(study, results).where(*(where or ()))
+    found = find(stored, metric or (), half=over is Over.half)
+    if csv:
+        print(as_csv(loop_rows(found)), end="")
+    elif as_json:
+        print(hysteresis_json(stored, found))
+    else:
+        hysteresis_text(stored, found)
+
+
 class Format(StrEnum):
     """What kind of file a figure becomes."""
 

@@ -3,6 +3,7 @@
 order        from coarse to fine
 points       columns of settings while they grow
 design       the points of a study
+chains       which points begin where others end
 consistency  what settings fulfil together
 code         which code computes a study
 recording    what a trial records

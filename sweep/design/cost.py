@@ -17,7 +17,7 @@ from kernels.catalogue import Catalogue
 from kernels.settings import Sensing
 from kernels.topology import look_around
 from sweep.design.design import Design, evenly
-from sweep.design.jobs import ContinuedJobs, Job, SomeJobs, steps_of
+from sweep.design.jobs import ContinuedJobs, Job, LinkedJobs, SomeJobs, steps_of
 from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
 
@@ -57,6 +57,11 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
     if isinstance(jobs, ContinuedJobs):
         left = 1.0 - jobs.begun / steps_of(jobs.jobs)
         return job_seconds(jobs.jobs) * left
+    if isinstance(jobs, LinkedJobs):
+        chains = range(len(jobs))
+        lengths = [len(jobs.left([chain])) for chain in chains]
+        seconds = job_seconds(jobs.left(chains))
+        return np.add.reduceat(seconds, np.cumsum([0, *lengths[:-1]]))
     if isinstance(jobs, SomeJobs):  # millions of jobs may have few points
         whole = jobs.jobs
         return point_seconds(whole.study, whole.design)[jobs.points]
@@ -118,6 +123,8 @@ def trial_bytes(
     if record.trajectories:
         numbers = (4 + states) * float(settings["n"])
         size += frames * (1.0 + TRAJECTORY_NUMBER_BYTES * numbers)
+    if record.last_flocks:
+        size += TRAJECTORY_NUMBER_BYTES * (6 + states) * float(settings["n"])
     if record.heatmaps:
         pixels = (
             float(settings["width"])

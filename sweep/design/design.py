@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sweep.design.chains import Links, linked
 from sweep.design.consistency import check_consistency
 from sweep.design.order import Fineness, fineness_of
 from sweep.design.points import Points, check_maps, fitted_to_map, united
@@ -39,7 +40,7 @@ class Design:
     `fineness` (n_points,) is that of `sweep.design.order`.
     `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
     repeated an earlier one, and the points of a design that an earlier one has: they
-    were merged with it.
+    were merged with it. Where an axis is continued, `links` says how points are linked.
     """
 
     base: dict[str, Value]
@@ -48,6 +49,14 @@ class Design:
     fineness: Fineness
     rejected: tuple[Rejection, ...] = ()
     duplicates: int = 0
+    links: Links | None = None
+
+    @property
+    def told_apart(self) -> dict[str, Values]:
+        """The columns that tell points apart: the settings that vary, and before them
+        the direction of links.
+        """
+        return (self.links.columns() if self.links else {}) | self.columns
 
     def settings(self, point: int) -> dict[str, Value]:
         """All settings of one point, as plain Python values."""
@@ -88,6 +97,9 @@ def expand(study: Study) -> Design:
     points, rejected = _derived(study, points)
     check_maps(study, points)
     check_consistency(study, points)
+    links = None
+    if axis := study.continued:
+        points, links = linked(study, axis, points)
     _check_trials(study, points)
     duplicates = repeated + sum(axis.merged for axis in study.axes)
     return Design(
@@ -97,6 +109,7 @@ def expand(study: Study) -> Design:
         points.fineness,
         rejected,
         duplicates,
+        links,
     )
 
 

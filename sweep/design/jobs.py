@@ -21,11 +21,13 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.identity import Code
+from sweep.design.chains import FIRST, Links
 from sweep.design.code import study_code
 from sweep.design.design import Design
 from sweep.design.order import coarse_first
 from sweep.design.recording import Recording
 from sweep.design.trial_ids import BYTES, Ids, as_texts
+from sweep.spec.continuing import DOWN, PARENT
 from sweep.spec.copied_maps import Obstacles
 from sweep.spec.maps import OwnMap
 from sweep.spec.seeds import address, point_numbers
@@ -55,6 +57,18 @@ class LastState:
     content: bytes = field(repr=False)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LastFlock:
+    """Where the N boids of a trial are at its end: `bodies` (4, N) are x, y, vx and vy,
+    `headings` (2, N) the last velocity of each that was not zero, and `state` (S, N)
+    the rows of the model's state.
+    """
+
+    bodies: NDArray[np.float64]
+    headings: NDArray[np.float64]
+    state: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class Job:
     """One trial and all that is needed to run it, anywhere and at any time, to the same
@@ -66,6 +80,10 @@ class Job:
     built-in one. `known` has what names of models, metrics, maps and starts stand for.
     `earlier` is what the same trial with fewer steps has left, None to begin at step 0.
     Its boids are divided among `threads`, which changes no bit.
+
+    A link of a chain has a `direction`, up or down. It begins with the flock `begins`,
+    with which the trial `parent` has ended; the first link has no parent, and begins as
+    its settings say.
     """
 
     trial_id: str
@@ -83,6 +101,9 @@ class Job:
     known: Catalogue = BUILT_IN
     earlier: LastState | None = None
     threads: int = 1
+    direction: str = ""
+    parent: str = ""
+    begins: LastFlock | None = field(default=None, repr=False)
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
@@ -103,7 +124,7 @@ def _point_of_any_steps(job: Job) -> str:
     """The id that the point of a job would have with the steps of its preset."""
     usual = preset_settings(job.model, job.preset, job.known)
     settings = job.settings | {STEPS: usual[STEPS]}
-    return point_id(job.model, job.preset, settings, usual)
+    return directed(point_id(job.model, job.preset, settings, usual), job.direction)
 
 
 def literal_seed(job: Job, purpose: Purpose) -> int:
@@ -134,6 +155,13 @@ def point_id(
     return _point_hash(
         json.dumps([model, preset, different], sort_keys=True, separators=(",", ":"))
     )
+
+
+def directed(point: str, direction: str) -> str:
+    """The id of a point for links of a direction: on the way down it has random numbers
+    of its own.
+    """
+    return _point_hash(f"{point} {DOWN}") if direction == DOWN else point
 
 
 def _identity(name: str, value: Value, maps: Mapping[str, OwnMap]) -> Value:
@@ -213,6 +241,7 @@ class Jobs(LazyJobs):
 
         point, replicate = self._points_and_replicates(places)
         seeds = self.study.seeds
+        parents = {PARENT: self._parents(places)} if self.links else {}
         return pa.table(
             {
                 "trial_id": as_texts(ids),
@@ -222,17 +251,78 @@ class Jobs(LazyJobs):
                 if seeds is None
                 else np.array(seeds)[replicate],
             }
+            | parents
         )
+
+    def _parents(self, places: Counts) -> "pa.Array":
+        """The ids of the trials where links begin, null for first links."""
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        before = self.before(places)
+        texts = as_texts(self._linked_ids[before]).combine_chunks()
+        nulls = pa.scalar(None, pa.string())
+        return pc.if_else(pa.array(before != FIRST), texts, nulls)
 
     def ids_at(self, places: Counts, recording: Recording | None = None) -> Ids:
         """The ids of the trials at some places, or those that they would have if they
         recorded something else.
         """
+        if self.links:
+            return (
+                self._linked_ids if recording is None else self._chained(recording)
+            )[places]
         ids = self._ids if recording is None else _TrialIds(self.study, recording)
+        return self._unlinked(places, ids)
+
+    def _unlinked(self, places: Counts, ids: "_TrialIds") -> Ids:
         found = np.empty(len(places), BYTES)
         for first in range(0, len(places), BLOCK):
             some = slice(first, first + BLOCK)
             found[some] = self._trial_ids(places[some], ids)
+        return found
+
+    @property
+    def links(self) -> Links | None:
+        """How its points are linked; None where trials are no links of chains."""
+        return self.design.links
+
+    def before(self, places: Counts) -> Counts:
+        """The places of the trials where those at some places begin, FIRST for first
+        links.
+        """
+        return self._at_point(places, "before")
+
+    def first(self, places: Counts) -> Counts:
+        """The places of the first links of the chains of those at some places."""
+        return self._at_point(places, "first")
+
+    def _at_point(self, places: Counts, which: Literal["before", "first"]) -> Counts:
+        assert self.links
+        point, replicate = self._points_and_replicates(places)
+        other = getattr(self.links, which)[point]
+        begins = (self._ends - self.trials)[other]
+        found: Counts = np.where(other == FIRST, FIRST, begins + replicate)
+        return found
+
+    @cached_property
+    def _linked_ids(self) -> Ids:
+        return self._chained(Recording.of(self.study))
+
+    def _chained(self, recording: Recording) -> Ids:
+        """The ids of all links, each of which covers that of the one before."""
+        assert self.links
+        ids, found = _TrialIds(self.study, recording), np.zeros(len(self), BYTES)
+        first = self._ends - self.trials
+        for points in self.links.by_number():
+            places = np.concatenate(
+                [np.arange(first[one], self._ends[one]) for one in points]
+            )
+            before = self.before(places)
+            parents = [
+                _text(found, one) if one != FIRST else "" for one in before.tolist()
+            ]
+            found[places] = self._trial_ids(places, ids, parents)
         return found
 
     def _points_and_replicates(self, places: Counts) -> tuple[Counts, Counts]:
@@ -259,16 +349,28 @@ class Jobs(LazyJobs):
     @cached_property
     def _points(self) -> NDArray[np.bytes_]:
         # Python's texts would take four times the memory.
-        return _point_ids(self.study, self.design)
+        points = _point_ids(self.study, self.design)
+        if self.links:
+            ways = zip(points.tolist(), self.links.direction.tolist(), strict=True)
+            points = np.array([directed(one.decode(), way) for one, way in ways], "S16")
+        return points
 
-    def _trial_ids(self, places: Counts, ids: "_TrialIds") -> Ids:
+    def _trial_ids(
+        self, places: Counts, ids: "_TrialIds", parents: Sequence[str] = ()
+    ) -> Ids:
+        """The ids of the trials at some places, of links with those of their
+        `parents`.
+        """
         point, replicate = self._points_and_replicates(places)
         names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
         scenes = zip(*(self._values(name, point) for name in SCENE), strict=False)
         literal = self.study.seeds is not None
+        after = map(_after, parents) if self.links else repeat("")
         made = [
-            ids.of(name.decode(), _ending(self._seed(number), number, literal), scene)
-            for (name, number), scene in zip(names, scenes, strict=False)
+            ids.of(
+                name.decode(), _ending(self._seed(number), number, literal) + end, scene
+            )
+            for (name, number), scene, end in zip(names, scenes, after, strict=False)
         ]
         return np.array(made, BYTES)
 
@@ -280,7 +382,11 @@ class Jobs(LazyJobs):
         )
         own = study.maps.get(str(settings["map"]))
         seed, literal = self._seed(replicate), study.seeds is not None
-        ending = _ending(seed, replicate, literal)
+        direction, parent, ending = "", "", _ending(seed, replicate, literal)
+        if self.links:
+            direction = str(self.links.direction[point])
+            parent = self._parent(point, replicate)
+            ending += _after(parent)
         return Job(
             trial_id=self._ids.of(name, ending, _scene(settings)).hex(),
             point=name,
@@ -296,7 +402,18 @@ class Jobs(LazyJobs):
             obstacles=own.obstacles if own else None,
             known=study.known,
             threads=study.threads,
+            direction=direction,
+            parent=parent,
         )
+
+    def _parent(self, point: int, replicate: int) -> str:
+        """The id of the trial where a link begins; "" for a first link."""
+        assert self.links
+        before = int(self.links.before[point])
+        if before == FIRST:
+            return ""
+        first = int(self._ends[before] - self.trials[before])
+        return _text(self._linked_ids, first + replicate)
 
     def _seed(self, replicate: int) -> int:
         return (
@@ -356,6 +473,16 @@ def _ending(seed: int, replicate: int, literal: bool) -> str:
     return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
 
 
+def _after(parent: str) -> str:
+    """What the id of a link covers beside what that of any trial does."""
+    return f" after {parent}"
+
+
+def _text(ids: Ids, place: int) -> str:
+    """The text of one of some ids."""
+    return ids[place : place + 1].tobytes().hex()
+
+
 class SomeJobs(LazyJobs):
     """The jobs of `jobs` at some indices; each is made when it is asked for."""
 
@@ -394,7 +521,8 @@ def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Id
     made = [
         ids.of(
             job.point,
-            _ending(job.seed, job.replicate, job.literal),
+            _ending(job.seed, job.replicate, job.literal)
+            + (_after(job.parent) if job.direction else ""),
             _scene(job.settings),
         )
         for job in jobs
@@ -457,6 +585,60 @@ class ContinuedJobs(LazyJobs):
         if not self.begun[place]:
             return self.jobs[place]
         return replace(self.jobs[place], earlier=self._earlier(place))
+
+
+class LinkedJobs(LazyJobs):
+    """Chains of jobs that run: of each the link that runs next.
+
+    `links` are the places of the jobs of each chain among those of `jobs`, in their
+    order; `begins` (len(links),) has the flock with which the first of them begins,
+    None where its settings say how.
+    """
+
+    def __init__(
+        self,
+        jobs: Jobs,
+        links: Sequence[Sequence[int]],
+        begins: Sequence[LastFlock | None],
+    ) -> None:
+        self.jobs, self.links, self._done = jobs, links, [0] * len(links)
+        self._begins = list(begins)
+
+    def __len__(self) -> int:
+        return len(self.links)
+
+    def at(self, place: int) -> Job:
+        """The link of a chain that runs next."""
+        job = self.jobs.at(self.links[place][self._done[place]])
+        return replace(job, begins=self._begins[place])
+
+    def go_on(self, place: int, flock: LastFlock | None) -> bool:
+        """Learn with which flock the link of a chain has ended, None if it has not come
+        to its end. Whether another link runs next.
+        """
+        if flock is None:
+            return False
+        self._begins[place] = flock
+        self._done[place] += 1
+        return self._done[place] < len(self.links[place])
+
+    def left(self, places: Sequence[int]) -> "SomeJobs":
+        """All links of some chains that have not run."""
+        found = [one for place in places for one in self._left(place)]
+        return SomeJobs(self.jobs, np.array(found, np.int64))
+
+    def _left(self, place: int) -> Sequence[int]:
+        return self.links[place][self._done[place] :]
+
+    def from_links(self, jobs: Sequence[Job]) -> "LinkedJobs":
+        """The chains of these jobs, from them on."""
+        chains = {self.at(place).trial_id: place for place in self._unfinished()}
+        places = [chains[job.trial_id] for job in jobs]
+        begins = [job.begins for job in jobs]
+        return LinkedJobs(self.jobs, [self._left(place) for place in places], begins)
+
+    def _unfinished(self) -> Iterator[int]:
+        return (place for place in range(len(self)) if self._left(place))
 
 
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:

@@ -131,7 +131,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         trials=study.most_trials(design.n_points),
         fewest_trials=design.n_points
         * (rule.least if rule else study.trials_per_point),
-        varied=list(design.columns),
+        varied=list(design.told_apart),
         rejected=design.rejected,
         merged=design.duplicates,
         cpu_seconds=cost.seconds,

@@ -74,6 +74,16 @@ class Points:
         columns = {name: column[keep] for name, column in self.columns.items()}
         return Points(self.base, columns, int(keep.sum()), self.fineness[keep])
 
+    def times(self, count: int) -> "Points":
+        """So many copies of all points, one after the other."""
+        if count == 1:
+            return self
+        columns = {
+            name: np.tile(column, count) for name, column in self.columns.items()
+        }
+        fineness = np.tile(self.fineness, count)
+        return Points(self.base, columns, self.count * count, fineness)
+
 
 def united(designs: Sequence[Points]) -> tuple[Points, int]:
     """The points of several designs, each once, and how many were there already."""

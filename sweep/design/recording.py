@@ -7,7 +7,10 @@ from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 from sweep.design.code import study_code
-from sweep.spec.study import LAST_STATES, RecordSpec, Study
+from sweep.spec.study import LAST_FLOCKS, LAST_STATES, RecordSpec, Study
+
+LATER = (LAST_STATES, LAST_FLOCKS)
+"""Keys that came later; ids cover them only where they are true."""
 
 
 class Recording(NamedTuple):
@@ -33,7 +36,7 @@ class Recording(NamedTuple):
             and set(mine["series"]) >= set(theirs["series"])
             and mine["heatmaps"] >= theirs["heatmaps"]
             and mine["trajectories"] >= theirs["trajectories"]
-            and mine.get(LAST_STATES, False) >= theirs.get(LAST_STATES, False)
+            and all(mine.get(key, False) >= theirs.get(key, False) for key in LATER)
             and derived.items() >= theirs.get("derive", {}).items()
         )
 
@@ -59,6 +62,7 @@ def recorded_content(record: RecordSpec) -> dict[str, Any]:
     # Trials without what came later keep the ids they had.
     if not record.derive:
         del content["derive"]
-    if not record.last_states:
-        del content[LAST_STATES]
+    for key in LATER:
+        if not content[key]:
+            del content[key]
     return content

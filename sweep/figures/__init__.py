@@ -21,6 +21,7 @@ published studies.
     trajectories        the ways of boids
     ablation_effects    what each changed detail does
     sensitivity         which settings matter
+    hysteresis          way up, way down, and the loop between
     phase               where a mean crosses a level
     search              history and front of a search
     search_layout       what these show, drawn or as marks
@@ -43,6 +44,7 @@ from sweep.figures.drawing import (
     words,
 )
 from sweep.figures.heatmap import heatmap_figure
+from sweep.figures.hysteresis import hysteresis_figure
 from sweep.figures.kinds import KINDS
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
@@ -97,6 +99,7 @@ __all__ = [
     "heatmap_figure",
     "history_figure",
     "hypervolume_figure",
+    "hysteresis_figure",
     "legend",
     "metric_curves",
     "name_rows",

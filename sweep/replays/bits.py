@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.store.rows import boid_columns, trial_row
+from sweep.spec.study import LAST_FLOCKS
+from sweep.store.rows import boid_columns, flock_columns, trial_row
 from sweep.tables.stored_trials import Columns, StoredTrial
 from sweep.trial.result import Result
 
@@ -107,6 +108,8 @@ def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns
     tables["trajectories"] = {"frame": frames}
     if result.trajectory is not None and result.states is not None:
         tables["trajectories"] |= boid_columns(job, result.trajectory, result.states)
+    if result.last_flock is not None:
+        tables[LAST_FLOCKS] = flock_columns(job, result.last_flock)
     return tables
 
 

@@ -28,6 +28,8 @@ maps             shapes, copies, images, ROS maps
 copied_maps      what differs from a built-in map
 images           pixels as few rectangles
 replication      how many trials a point has
+continuing       axes along which trials are links of chains
+continued_checks what such an axis needs
 refining         where the grid becomes finer
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns

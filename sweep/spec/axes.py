@@ -12,7 +12,8 @@ written.
                   {sample: table, file: gains.csv, columns: [...]}
                   {ablate: another preset}, see sweep.spec.ablation
 
-Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
+Any mapping may carry `when: "condition"`: elsewhere the axis does not apply. One of a
+setting may carry `continue` and `hold`, see sweep.spec.continuing.
 """
 
 from collections import defaultdict
@@ -24,7 +25,8 @@ from pathlib import Path
 import numpy as np
 
 from kernels.catalogue import Catalogue
-from sweep.spec.axis_keys import POINTS
+from sweep.spec.axis_keys import CONTINUE, HOLD, POINTS
+from sweep.spec.continuing import Continuation, read_continuation
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry, Place
 from sweep.spec.evaluation import ExpressionError
@@ -60,9 +62,9 @@ class Axis:
     preset into another one has the name of that in `ablated`, and in `details` the
     groups of settings that change together. A sampled axis names its `sampler`. Where
     its points come in `blocks`, `rows` has for each point, block after block, the
-    number of its row. A `geometric` one has values at equal ratios. `place` is where it
-    stands in the spec, and `design` the number of its design among those that the study
-    unites.
+    number of its row. A `geometric` one has values at equal ratios. Where trials along
+    it are links of chains, `continued` says how. `place` is where it stands in the
+    spec, and `design` the number of its design among those that the study unites.
     """
 
     name: str
@@ -78,6 +80,7 @@ class Axis:
     blocks: SampleBlocks | None = None
     rows: Values | None = None
     geometric: bool = False
+    continued: Continuation | None = None
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -109,7 +112,7 @@ class AxisReader:
 
     def read(self, name: str, entry: Entry) -> Axis:
         """The axis that `entry` writes. Raises SpecError where it is none."""
-        blocks = None
+        blocks = continued = None
         if isinstance(entry.value, dict) and (
             "sample" in entry.value or "zip" in entry.value
         ):
@@ -126,6 +129,7 @@ class AxisReader:
             )
         elif name in self.settings:
             columns = {name: self._single(self.settings[name], entry)}
+            continued = read_continuation(entry)
         else:
             raise entry.error(
                 unknown("setting", name, self.settings)
@@ -148,6 +152,7 @@ class AxisReader:
             blocks=blocks,
             rows=rows if blocks else None,
             geometric=isinstance(entry.value, dict) and LOGSPACE in entry.value,
+            continued=continued,
         )
 
     def _notes(self, name: str, entry: Entry) -> tuple[str, ...]:
@@ -164,18 +169,19 @@ class AxisReader:
             raise entry.expected(
                 "a list or a mapping (a single value stands under fixed)"
             )
-        entry.keys([*forms(), "points", "when"])
+        shared = ("when", CONTINUE.name, HOLD.name)
+        entry.keys([*forms(), "points", *shared])
         form = next((form for form in forms() if form in entry.value), None)
         if form is None:
             raise entry.error(f'"{setting.name}" needs one of {", ".join(forms())}')
         if form in DISTRIBUTIONS:
-            entry.keys([form, "points", "when"], required=["points"])
+            entry.keys([form, "points", *shared], required=["points"])
             name = setting.name
             alone = UnitCube(_points(entry, 1), [name], name, self.seed)
             return _drawn(
                 setting, entry.child(form), self.samplers[ALONE].draw(alone)[0]
             )
-        entry.keys([form, "when"])
+        entry.keys([form, *shared])
         return (
             _listed(setting, entry.child("values"))
             if form == "values"

@@ -5,7 +5,7 @@ registries of their own. So what may stand beside what is checked by the code th
 an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
 """
 
-from sweep.spec.contents import ReadLater, Text, Whole
+from sweep.spec.contents import OneOf, ReadLater, Text, Whole
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.keys import Key
 from sweep.spec.limits import MOST_POINTS
@@ -81,6 +81,22 @@ WHEN = Key(
     otherwise="everywhere",
     example="n > 50",
 )
+CONTINUE = Key(
+    OneOf("way", ("up", "down", "both")),
+    "trials along the axis are links of chains: each begins where the one before it has"
+    " ended. up: from the least value to the greatest; down: the other way; both: up,"
+    " then down from the top. A chain for each replicate",
+    name="continue",
+    otherwise="each trial begins anew",
+    example="both",
+)
+HOLD = Key(
+    Whole(1),
+    "of an axis with `continue`: how many steps each link takes",
+    name="hold",
+    otherwise="`steps`",
+    example="2000",
+)
 
 
 def axis_keys() -> tuple[Key, ...]:
@@ -97,4 +113,5 @@ def axis_keys() -> tuple[Key, ...]:
     rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
     own = [key for one in rules for key in one.options]
     samples = (SAMPLE, *own, FILE, COLUMNS)
-    return (VALUES, LINSPACE, LOGSPACE, *drawn, POINTS, WHEN, ZIP, *samples, ABLATE)
+    grids, chained = (VALUES, LINSPACE, LOGSPACE), (CONTINUE, HOLD)
+    return (*grids, *drawn, POINTS, WHEN, *chained, ZIP, *samples, ABLATE)

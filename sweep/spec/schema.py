@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.spec.axes import GRIDS
-from sweep.spec.axis_keys import POINTS, WHEN
+from sweep.spec.axis_keys import CONTINUE, HOLD, POINTS, WHEN
 from sweep.spec.derived_metrics import NAME
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.failure_policy import policy_dependencies
@@ -133,7 +133,12 @@ def _axis(grids: Schema, drawn: Schema) -> Schema:
     """A mapping that makes the values of an axis; drawn ones need `points`."""
     ways = {"values": reference("list")} | grids | drawn
     rest = {"points": reference("points"), "when": reference("when")}
+    rest |= {key.name: key.schema() for key in (CONTINUE, HOLD)}
     needed: Schema = {name: ["points"] for name in drawn}
+    needed |= {
+        HOLD.name: [CONTINUE.name],
+        CONTINUE.name: {"not": {"required": ["when"]}},
+    }
     together = {"dependencies": needed | {"points": one_of(drawn)}}
     return mapping(ways | rest) | one_of(ways) | together
 

@@ -112,6 +112,12 @@ def _over(
                 .child("when")
                 .error("over takes no when: a scenario is for all candidates")
             )
+        if axis.continued:
+            raise (
+                entry.child(axis.name)
+                .child("continue")
+                .error("over takes no continue: a scenario begins anew for each trial")
+            )
         if axis.blocks:
             raise entry.child(axis.name).error(
                 f"over takes no {axis.sampler} sample: it is no analysis of sensitivity"

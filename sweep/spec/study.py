@@ -25,6 +25,7 @@ from sweep.spec.contents import (
     Truth,
     Whole,
 )
+from sweep.spec.continued_checks import check_continued, continued_axis, held
 from sweep.spec.derived_metrics import (
     DerivedMetric,
     derived_schema,
@@ -95,7 +96,11 @@ def _swept_schema() -> Schema:
     return {"type": ["object", "array"], "minItems": 1}
 
 
-TABLES = ("series", "heatmaps", "trajectories")
+LAST_FLOCKS = "last_flocks"
+"""The key, and the table, of where boids are at the end of a trial, from which others
+begin.
+"""
+TABLES = ("series", "heatmaps", "trajectories", LAST_FLOCKS)
 """Tables that a spec asks for, under keys of these names."""
 LAST_STATES = "last_states"
 """The key, and the table, of what longer trials go on from. No analysis reads it."""
@@ -154,6 +159,16 @@ class RecordSpec:
             Truth(),
             "whether all is kept with which a trial ends: a launch of the same spec"
             " with more `steps` goes on from there. No stream may be independent",
+            example="true",
+        ),
+    ] = False
+    last_flocks: Annotated[
+        bool,
+        Key(
+            Truth(),
+            "whether place, velocity and state of each boid are kept at the end of a"
+            " trial, where trials of another study can begin. A study with `continue`"
+            " keeps them",
             example="true",
         ),
     ] = False
@@ -474,6 +489,11 @@ class Study:
         return declaration_of(self.known.metrics[name])
 
     @property
+    def continued(self) -> Axis | None:
+        """The axis along which trials are links of chains, if there is one."""
+        return continued_axis(self.axes)
+
+    @property
     def expressions(self) -> tuple[Expression, ...]:
         """All that is computed at points: `when` of axes, `derive`, `require`."""
         conditions = [axis.when for axis in self.axes if axis.when]
@@ -610,7 +630,13 @@ def _flown(
     mistakes.read(check_complete, root, axes)
     asked = (axes, replication.replicates, names, metrics, settings)
     rule = mistakes.read(read_refine, root, refine, *asked) if refine else None
+    assert record
+    assert streams
+    beside = (replication.until, record.last_states, streams.noise)
+    mistakes.read(check_continued, root, axes, settings, [*fixed, *derive], *beside)
     mistakes.check()
+    if continued_axis(axes):
+        fixed, record = fixed | held(axes), replace(record, last_flocks=True)
     read = {
         "preset": preset,
         "maps": maps,

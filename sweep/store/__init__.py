@@ -17,6 +17,7 @@ lock        one launch at a time
 lock_files  the files of its claims
 custody     a store in one launch's hands
 recordings  what trials record, and which serve for others
+last_flocks what links of chains begin with
 last_states what trials with more steps go on from
 shares      one study on several machines
 provenance  where results come from

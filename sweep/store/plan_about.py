@@ -8,8 +8,12 @@ from typing import Any, Protocol
 import pyarrow as pa
 
 from sweep.spec.axes import Axis, by_design
+from sweep.spec.continued_checks import continued_axis
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
+
+OPTIONAL = ("until", "refine", "series", "tables", "designs", "continued")
+"""What only some plans have."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,8 @@ class PlanAbout:
     preset that an axis ablates; `axes` what each axis samples, None in plans of before
     0.2; `until` the rule by which trials are added, None where their number is fixed;
     `refine` the rule by which points are added, None where the grid is fixed.
-    Where several `designs` are united, it has the names of the axes of each.
+    Where several `designs` are united, it has the names of the axes of each. Where an
+    axis is continued, `continued` has its name and the directions of its chains.
     """
 
     varied: list[str]
@@ -78,6 +83,7 @@ class PlanAbout:
     series: list[str] | None = None
     tables: list[str] | None = None
     refine: dict[str, Any] | None = None
+    continued: dict[str, Any] | None = None
 
     @classmethod
     def of(
@@ -102,6 +108,7 @@ class PlanAbout:
             designs=united if len(united) > 1 else None,
             series=list(study.record.series),
             tables=list(study.record.tables),
+            continued=_chained(axes),
         )
 
     @classmethod
@@ -121,6 +128,7 @@ class PlanAbout:
             series=provenance.get("series"),
             tables=provenance.get("tables"),
             refine=provenance.get("refine"),
+            continued=provenance.get("continued"),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
@@ -132,7 +140,7 @@ class PlanAbout:
             "ablated": self.ablated,
             "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
         }
-        for name in ("until", "refine", "series", "tables", "designs"):
+        for name in OPTIONAL:
             if getattr(self, name) is not None:
                 about[name] = getattr(self, name)
         text = json.dumps(about, sort_keys=True)
@@ -156,3 +164,11 @@ def _looking(rule: LookingRule | None) -> dict[str, Any] | None:
     if rule is None:
         return None
     return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}
+
+
+def _chained(axes: Iterable[Axis]) -> dict[str, Any] | None:
+    """Which axis is continued, and in which directions."""
+    axis = continued_axis(axes)
+    if axis is None or axis.continued is None:
+        return None
+    return {"axis": axis.name, "directions": list(axis.continued.directions)}

@@ -13,7 +13,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.design.jobs import Job, blocks_of, ids_recording
-from sweep.design.recording import Recording
+from sweep.design.recording import LATER, Recording
 from sweep.design.trial_ids import (
     BLOCK,
     BYTES,
@@ -24,7 +24,7 @@ from sweep.design.trial_ids import (
     blocks,
 )
 from sweep.spec.recorded import Column
-from sweep.spec.study import LAST_STATES, Study
+from sweep.spec.study import Study
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import part_provenance, stamps
@@ -90,8 +90,7 @@ def _recording(part: Location) -> Recording | None:
     }
     if derived:
         content["derive"] = derived
-    if LAST_STATES in names:
-        content[LAST_STATES] = True
+    content |= {key: True for key in LATER if key in names}
     return Recording(code.metrics, content)
 
 

@@ -16,10 +16,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kernels.model import Model
-from sweep.design.jobs import Job
+from sweep.design.jobs import Job, LastFlock
+from sweep.spec.continuing import DIRECTION, PARENT
 from sweep.spec.recorded import Column
 from sweep.spec.settings import Setting, settings_of, spelled
-from sweep.spec.study import LAST_STATES, Streams, Study
+from sweep.spec.study import LAST_FLOCKS, LAST_STATES, Streams, Study
 from sweep.store.origin import PROVENANCE
 from sweep.trial.kinds import kinds_of
 from sweep.trial.result import Result
@@ -34,6 +35,8 @@ NOT_DERIVED: Mapping[bytes, str] = MappingProxyType({})
 BODIES, KINDS = pa.list_(pa.float64()), pa.list_(pa.int64())
 FLIGHT = ("x", "y", "vx", "vy")
 """The columns of trajectories that every model has."""
+HEADINGS = ("heading_x", "heading_y")
+"""Further columns of last flocks."""
 ARROW = {
     "float": pa.float64(),
     "int": pa.int64(),
@@ -77,6 +80,11 @@ ABOUT_TRIAL = (
     ("last_step", pa.int64(), "step", "last step taken"),
     ("seconds", pa.float64(), "s", "wall time in the worker"),
 )
+ABOUT_LINK = (
+    (DIRECTION, pa.string(), "", "direction of the chain of which the trial is a link"),
+    (PARENT, pa.string(), "", "trial that has ended where this one begins"),
+)
+"""Columns of studies whose trials begin where others have ended."""
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
@@ -84,6 +92,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     last frame and as `<metric>_mean`.
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
+    columns += [_column(*about) for about in ABOUT_LINK if study.continued]
     columns += [
         _setting(setting) for setting in settings_of(study.model, study.known).values()
     ]
@@ -159,6 +168,22 @@ def last_states_schema(provenance: dict[str, Any]) -> pa.Schema:
     return pa.schema(columns, _metadata(provenance))
 
 
+def last_flocks_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
+    """One row a trial: x, y, vx and vy of all boids at its end, the last velocity of
+    each that was not zero, and the rows of the model's state.
+    """
+    length, speed = spelled("length", model), spelled("length/time", model)
+    places, speeds = (length, "positions"), (speed, "velocities")
+    headings = (speed, "last velocities that were not zero")
+    about = (places, places, speeds, speeds, headings, headings)
+    columns = [_column("trial_id", pa.string(), "", "trial")]
+    for name, (unit, text) in zip((*FLIGHT, *HEADINGS), about, strict=True):
+        columns.append(_column(name, BODIES, unit, text))
+    for name, row in model.state.items():
+        columns.append(_column(name, BODIES, spelled(row.unit, model), row.text))
+    return pa.schema(columns, _metadata(provenance))
+
+
 class Tables:
     """Builds the tables of a part from results; the schemas are those of one launch."""
 
@@ -171,10 +196,13 @@ class Tables:
             study.known.models[study.model], provenance
         )
         self.last_states = last_states_schema(provenance)
+        self.last_flocks = last_flocks_schema(
+            study.known.models[study.model], provenance
+        )
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`; if recorded also `series`, `heatmaps`, `trajectories` and
-        `last_states`.
+        """`trials`; if recorded also `series`, `heatmaps`, `trajectories`,
+        `last_states` and `last_flocks`.
         """
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
@@ -193,6 +221,9 @@ class Tables:
             tables[LAST_STATES] = self._last_states(
                 [one for one in results if one.last_state]
             )
+        if self.study.record.last_flocks:
+            ended = [(one.job, one.last_flock) for one in results if one.last_flock]
+            tables[LAST_FLOCKS] = self._last_flocks(ended)
         return tables
 
     def _trials(self, results: Sequence[Result]) -> pa.Table:
@@ -240,6 +271,16 @@ class Tables:
             [*map(pa.array, columns, self.last_states.types)], schema=self.last_states
         )
 
+    def _last_flocks(self, ended: Sequence[tuple[Job, LastFlock]]) -> pa.Table:
+        sizes = [flock.bodies.shape[1] for _, flock in ended]
+        offsets = pa.array(np.cumsum([0, *sizes]), pa.int32())
+        columns: list[Any] = [pa.array([job.trial_id for job, _ in ended], pa.string())]
+        rows = [flock_columns(job, flock) for job, flock in ended]
+        for name in self.last_flocks.names[1:]:
+            numbers = _joined([one[name] for one in rows], pa.float64())
+            columns.append(pa.ListArray.from_arrays(offsets, numbers))
+        return pa.Table.from_arrays(columns, schema=self.last_flocks)
+
     def _heatmaps(self, results: Sequence[Result]) -> pa.Table:
         maps = [result.heatmap for result in results if result.heatmap is not None]
         rows = [
@@ -274,6 +315,14 @@ def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]
     return columns
 
 
+def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
+    """The columns of a table of last flocks, a value a boid."""
+    state = job.known.models[job.model].state
+    names = (*FLIGHT, *HEADINGS, *state)
+    rows = [*flock.bodies, *flock.headings, *flock.state]
+    return dict(zip(names, rows, strict=True))
+
+
 def trial_row(study: str, result: Result) -> dict[str, Any]:
     """The row of one trial; metrics are null unless it is done."""
     job = result.job
@@ -292,6 +341,8 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
         "replay": f"sweep replay {study} {job.trial_id}",
         "last_step": result.step,
         "seconds": result.seconds,
+        **({DIRECTION: job.direction} if job.direction else {}),
+        **({PARENT: job.parent} if job.parent else {}),
         **job.settings,
         **trial_metrics(result),
     }

@@ -19,6 +19,8 @@ comparison        what differs between sides
 comparison_facts  the same as plain data
 comparison_words  the same in words
 power             how many replicates a goal needs
+chains            links that cannot run
+hysteresis        loops between way up and way down
 boundary          where a mean crosses a level, of a refined study
 spec_difference   what a change of a spec does
 cleaning          room given back

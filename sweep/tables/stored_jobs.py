@@ -4,8 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from sweep.design.jobs import Job, point_id
+from sweep.design.jobs import Job, directed, point_id
+from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import StoreError
+from sweep.spec.continuing import DIRECTION, DOWN, PARENT, UP
 from sweep.spec.maps import OwnMap
 from sweep.spec.study import Study
 from sweep.tables.stored_spec import accepted
@@ -41,7 +43,9 @@ def stored_point(
     if is_known and name not in known.maps and name not in maps:
         raise _without_map(study, name)
     once, settings = accepted(study, known, stored, maps, record)
+    direction, parent = _linked(study, row)
     point = point_id(once.model, once.preset, settings, once.preset_settings, maps)
+    point = directed(point, direction)
     if name in maps and row["point"] != point:
         raise _without_map(study, name)
     job = Job(
@@ -58,8 +62,25 @@ def stored_point(
         time_limit=None,
         obstacles=maps[name].obstacles if name in maps else None,
         known=known,
+        direction=direction,
+        parent=parent,
     )
     return once, job
+
+
+def _linked(study: str, row: Mapping[str, Any]) -> tuple[str, str]:
+    """The direction of a link, and the trial where it begins; "" where there is none.
+    Raises StoreError for what no launch writes.
+    """
+    direction, parent = row.get(DIRECTION) or "", row.get(PARENT) or ""
+    if direction not in ("", UP, DOWN) or not (
+        parent == "" or TRIAL_ID.fullmatch(parent)
+    ):
+        words = f"is a link in the direction {direction!r}, from trial {parent!r}"
+        raise StoreError(
+            f"trial {row['trial_id']} {words}: no launch writes that", study
+        )
+    return direction, parent
 
 
 def _without_map(study: str, name: object) -> StoreError:

@@ -14,6 +14,7 @@ from typing import Any
 from kernels.catalogue import Catalogue
 from sweep.analysis.refinement import MOST_HALVINGS
 from sweep.errors import SpecError, StoreError
+from sweep.spec.continuing import DIRECTION, WAYS
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_POINTS, MOST_TRIALS
 from sweep.spec.recorded import columns_of
@@ -39,7 +40,8 @@ def check_plan(study: str, about: dict[str, Any], named: Catalogue) -> None:
 
 def _check(about: dict[str, Any], named: Catalogue) -> None:
     known = _settings(about, named)
-    _check_names("setting", about["varied"], known)
+    chained = {DIRECTION} if "continued" in about else set[str]()
+    _check_names("setting", about["varied"], known | chained)
     _check_names("metric", about["record"], set(about["record"]) - known)
     if not about["record"]:
         raise ValueError("it records nothing")
@@ -60,6 +62,8 @@ def _check(about: dict[str, Any], named: Catalogue) -> None:
         _check_until(about["until"], tuple(about["record"]), named)
     if "refine" in about:
         _check_refine(about["refine"], about)
+    if "continued" in about:
+        _check_continued(about["continued"], about)
 
 
 def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
@@ -118,6 +122,13 @@ def _check_until(
         raise ValueError(f"{error}") from None
     if not 0.0 < rule["nominal_confidence"] < 1.0:
         raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")
+
+
+def _check_continued(rule: dict[str, Any], about: dict[str, Any]) -> None:
+    """One axis is continued, in directions that a spec can have."""
+    _check_names("axis", [rule["axis"]], about.get("axes", {}))
+    if tuple(rule["directions"]) not in WAYS.values():
+        raise ValueError(f"chains have no directions {rule['directions']}")
 
 
 def _check_refine(rule: dict[str, Any], about: dict[str, Any]) -> None:

@@ -21,6 +21,7 @@ from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
+from sweep.spec.continuing import DIRECTION
 from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
 from sweep.spec.recorded import columns_of, declaration_of
@@ -389,10 +390,10 @@ class StoredStudy:
 
     @property
     def kept_apart(self) -> list[str]:
-        """The settings whose values are never averaged together, nor shown as one:
-        none.
+        """The settings whose values are never averaged together, nor shown as one: the
+        direction of chains.
         """
-        return []
+        return [DIRECTION] if DIRECTION in self.varied else []
 
     @property
     def parts(self) -> "tuple[StoredStudy, ...]":
@@ -638,10 +639,12 @@ class StoredStudy:
         CodeError where its code may not run.
         """
         # Here, as it brings the kernels along, which tables do without.
+        from sweep.store.last_flocks import with_beginning
         from sweep.tables.stored_jobs import stored_job
 
         known = self.running(stored.provenance)
-        return stored_job(self.name, known, self.maps, stored)
+        job = stored_job(self.name, known, self.maps, stored)
+        return with_beginning(self.store, job)
 
     def world(self, trial: str) -> "TrialWorld":
         """The world of a stored trial, drawn again from its row. Raises as `trial` and

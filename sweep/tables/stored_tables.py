@@ -6,7 +6,7 @@ where none ever is, and that lists are as long as they say.
 """
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -19,8 +19,9 @@ from kernels.settings import MOST_PIXELS
 from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import StoreError
 from sweep.spec.settings import settings_of
+from sweep.spec.study import LAST_FLOCKS
 from sweep.store.locations import Location
-from sweep.store.rows import ABOUT_TRIAL, ARROW, FLIGHT
+from sweep.store.rows import ABOUT_LINK, ABOUT_TRIAL, ARROW, FLIGHT, HEADINGS
 from sweep.text import shortened
 
 NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
@@ -29,6 +30,7 @@ FULL = {
     "series": ("trial_id", "frame"),
     "heatmaps": ("trial_id", "rows", "columns", "visits"),
     "trajectories": ("trial_id", "frame", *FLIGHT),
+    LAST_FLOCKS: ("trial_id", *FLIGHT, *HEADINGS),
 }
 """Columns that each table has, and in which no cell is empty."""
 
@@ -131,10 +133,9 @@ def _check_names(table: pa.Table) -> None:
 
 
 def _check_trials(table: pa.Table, known: Catalogue) -> None:
-    _check_types(
-        table,
-        {name: kind for name, kind, *_ in ABOUT_TRIAL if name in table.column_names},
-    )
+    about = {name: kind for name, kind, *_ in (*ABOUT_TRIAL, *ABOUT_LINK)}
+    there = {name: kind for name, kind in about.items() if name in table.column_names}
+    _check_types(table, there)
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in known.models:
         raise ValueError(f"they are of the models {', '.join(models[:5])}")
@@ -142,7 +143,7 @@ def _check_trials(table: pa.Table, known: Catalogue) -> None:
     kinds = {name: ARROW[one.kind] for name, one in settings.items()}
     there = {name: kinds[name] for name in kinds if name in table.column_names}
     _check_types(table, there)
-    named = {"trial_id", *(name for name, *_ in ABOUT_TRIAL), *settings}
+    named = {*about, *settings}
     _check_numbers(table, set(table.column_names) - named)
 
 
@@ -169,15 +170,7 @@ def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     names = [name for name in table.column_names if name not in ("trial_id", "frame")]
     _check_full(table, names)
-    boids, numbers = _lengths(table, "x", pa.float64()), set(names) - {"kind"}
-    lengths = {name: _lengths(table, name, pa.float64()) for name in sorted(numbers)}
-    if "kind" in names:
-        lengths["kind"] = _lengths(table, "kind", pa.int64())
-    if boids.min() < 1 or any((found != boids).any() for found in lengths.values()):
-        raise ValueError(f"{', '.join(names)} are not of the same boids")
-    for name in names:
-        if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
-            raise ValueError(f"{name} has values that are not finite")
+    boids = _check_boids(table, names)
     frames, trials = (
         _whole(table)("frame"),
         table["trial_id"].combine_chunks().dictionary_encode().indices.to_numpy(),
@@ -190,6 +183,27 @@ def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
         raise ValueError("frames are not in their order")
     if not (np.diff(boids)[same] == 0).all():
         raise ValueError("the number of boids changes from one frame to another")
+
+
+def _check_last_flocks(table: pa.Table, _known: Catalogue) -> None:
+    _check_types(table, {"trial_id": pa.string()})
+    names = [name for name in table.column_names if name != "trial_id"]
+    _check_full(table, names)
+    _check_boids(table, names)
+
+
+def _check_boids(table: pa.Table, names: Sequence[str]) -> NDArray[np.int64]:
+    """How many boids each row has, which all of these columns of lists must have."""
+    boids, numbers = _lengths(table, "x", pa.float64()), set(names) - {"kind"}
+    lengths = {name: _lengths(table, name, pa.float64()) for name in sorted(numbers)}
+    if "kind" in names:
+        lengths["kind"] = _lengths(table, "kind", pa.int64())
+    if boids.min() < 1 or any((found != boids).any() for found in lengths.values()):
+        raise ValueError(f"{', '.join(names)} are not of the same boids")
+    for name in names:
+        if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
+            raise ValueError(f"{name} has values that are not finite")
+    return boids
 
 
 def _check_full(table: pa.Table, names: Iterable[str]) -> None:
@@ -231,4 +245,5 @@ CHECKS: dict[str, Callable[[pa.Table, Catalogue], None]] = {
     "series": _check_series,
     "heatmaps": _check_heatmaps,
     "trajectories": _check_trajectories,
+    LAST_FLOCKS: _check_last_flocks,
 }

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.spec.study import LAST_STATES
+from sweep.spec.study import LAST_FLOCKS, LAST_STATES
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import PROVENANCE, part_provenance
@@ -55,6 +55,7 @@ class StoredTrial(NamedTuple):
             "every": self.row.get("every"),
             "heatmaps": "heatmaps" in self.tables,
             "trajectories": "trajectories" in self.tables,
+            LAST_FLOCKS: LAST_FLOCKS in self.tables,
         }
 
 

@@ -5,6 +5,7 @@ lanes       trials that fly together, one in each lane
 scenery     the world and its obstacles, drawn from the job
 derived     metrics that a spec computes from others
 remeasuring metrics of a trial that has been flown, from its trajectory
+last_flocks where boids are at the end, and begin again
 state       what is between two calls
 result      what a trial gave
 generators  random numbers for kernels

@@ -128,8 +128,8 @@ def _state_after(steps: int, job: Job, of: int) -> State:
 
 
 def _begun(job: Job, steps: int = 1) -> Job:
-    """The first steps of a job."""
-    return replace(job, settings=job.settings | {"steps": steps})
+    """The first steps of a job, which begins as its settings say."""
+    return replace(job, settings=job.settings | {"steps": steps}, parent="")
 
 
 def _shortened(job: Job) -> Job:

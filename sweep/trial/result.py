@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
+from sweep.design.jobs import Job, LastFlock
 
 FAILED = ("failed", "timeout")
 """The statuses of trials that did not end by themselves. A diverged trial did:
@@ -31,6 +31,7 @@ class Result:
     counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid
     in them, and `states` (F, S, N) the rows of the model's state. `last_state` are the
     sealed bytes from which a longer trial goes on, empty where none are kept.
+    `last_flock` is where boids are at the end of a trial that is done and keeps it.
     """
 
     job: Job
@@ -46,6 +47,7 @@ class Result:
     trajectory: NDArray[np.float64] | None = None
     states: NDArray[np.float64] | None = None
     last_state: bytes = field(default=b"", repr=False)
+    last_flock: LastFlock | None = field(default=None, repr=False)
 
     @property
     def has_failed(self) -> bool:
@@ -71,6 +73,8 @@ def after(attempts: int, result: Result) -> Result:
 
 def result_bytes(result: Result) -> int:
     """The bytes of what can be large."""
-    arrays = (result.heatmap, result.trajectory, result.states)
+    flock = result.last_flock
+    last = (flock.bodies, flock.headings, flock.state) if flock else ()
+    arrays = (result.heatmap, result.trajectory, result.states, *last)
     known = (array.nbytes for array in arrays if array is not None)
-    return len(result.last_state) + sum(known)
+    return len(result.last_state) + int(sum(known))

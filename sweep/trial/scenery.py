@@ -29,6 +29,7 @@ from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.copied_maps import Obstacles
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.generators import Randomness
+from sweep.trial.last_flocks import flock_of
 
 KEPT_BOIDS = 1000
 """The flocks of more boids are drawn anew for every trial: each would be large, and few
@@ -164,6 +165,10 @@ def start_of(
 
     Raises what the start raises, as RuntimeError where there is no free place.
     """
+    if job.begins is not None:
+        return flock_of(job, job.begins), Randomness(stream(job, "start"))
+    if job.parent:
+        raise RuntimeError(f"the last flock of trial {job.parent} is not at hand")
     given = _given(job, landscape, settings)
     if int(job.settings["n"]) > KEPT_BOIDS:
         return _start(*given)
@@ -173,6 +178,8 @@ def start_of(
 
 def flock_drawn_now(job: Job) -> Flock:
     """The flock with which a trial begins, whatever has been drawn before."""
+    if job.begins is not None:
+        return flock_of(job, job.begins)
     known = settings_of(job.model, job.known)
     params, world, settings = (
         settings_tuple(group, job.settings, known)

@@ -44,6 +44,7 @@ from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
 from sweep.trial.derived import measured, summaries
 from sweep.trial.generators import Randomness
+from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
 from sweep.trial.scenery import coverage_of, landscape_of, start_of
@@ -241,7 +242,7 @@ class Simulation:
             summaries(values, taken.steps, self.schedule.steps) if done else ({}, {})
         )
         return Result(
-            self.job,
+            replace(self.job, begins=None),  # nobody needs it any more
             status,
             seconds,
             self.step,
@@ -255,6 +256,7 @@ class Simulation:
             self.visits if wanted.heatmaps and done else None,
             taken.bodies if wanted.trajectories else None,
             taken.state if wanted.trajectories else None,
+            last_flock=last_flock(self.flight) if wanted.last_flocks and done else None,
         )
 
 
@@ -280,8 +282,8 @@ def _flight(job: Job, together: bool) -> Flight:
     )
     flock, random = start_of(job, landscape, group(StartSettings))
     with random.lent() as rng:
-        return begin(
-            in_threads(model, job.threads),
+        flight = begin(
+            starting(in_threads(model, job.threads), job.begins),
             params,
             schedule,
             group(Sensing),
@@ -292,6 +294,8 @@ def _flight(job: Job, together: bool) -> Flight:
             coverage,
             rng,
         )
+    place(flight, job.begins)
+    return flight
 
 
 def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:

@@ -8,9 +8,10 @@ when its trial is stored, and when its trial took too long and is tried again.
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
+from functools import partial
 
 from sweep.design.cost import job_seconds
-from sweep.design.jobs import Job
+from sweep.design.jobs import Job, LinkedJobs
 from sweep.spec.study import Study
 from sweep.store.rows import Tables
 from sweep.store.store import Store
@@ -50,10 +51,10 @@ def run_jobs(
         failures  the failed trials that the launch knows of already
         noted     is told of results, once they are handed to the store
 
-    Trials that fail run again after all others, if the spec says so; only their last
-    outcome is stored. Raises FailedTrialsError as soon as more trials of the study have
-    failed than are allowed, and KeyboardInterrupt after Ctrl-C. In both cases all
-    finished trials are stored.
+    Of linked jobs whole chains run, link after link. Trials that fail run again after
+    all others, if the spec says so; only their last outcome is stored. Raises
+    FailedTrialsError as soon as more trials of the study have failed than are allowed,
+    and KeyboardInterrupt after Ctrl-C. In both cases all finished trials are stored.
     """
     failures.check()
     # Compile here once. Otherwise each worker would compile the same.
@@ -96,7 +97,11 @@ def _outcomes(
         if not again:
             return
         failures.note_again(again, f"{attempt + 1} of {rounds}")
-        jobs = [result.job for result in again]
+        failed_jobs = [result.job for result in again]
+        if isinstance(jobs, LinkedJobs):
+            jobs = jobs.from_links(failed_jobs)
+        else:
+            jobs = failed_jobs
     for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
         yield [after(rounds, result) for result in results]
 
@@ -141,4 +146,10 @@ def _driven(
         in_order=study.order == "coarse",
         at_once=AT_ONCE if together else 1,
         ended=ended,
+        goes_on=partial(_goes_on, jobs),
     )
+
+
+def _goes_on(jobs: Sequence[Job], place: int, result: Result) -> bool:
+    """Whether another link of a chain runs after this result."""
+    return isinstance(jobs, LinkedJobs) and jobs.go_on(place, result.last_flock)

@@ -63,6 +63,7 @@ def drive(
     in_order: bool = False,
     at_once: int = 1,
     ended: Callable[[], bool] = lambda: False,
+    goes_on: Callable[[int, R], bool] = lambda _index, _result: False,
 ) -> Iterator[list[R]]:
     """Run every job once. Yield the results chunk by chunk, in the order in which they
     come back.
@@ -81,6 +82,8 @@ def drive(
         at_once        how many jobs `run` runs together, if it can
         ended          is asked again and again; when it says so, the workers are ended,
                        and only what had finished is yielded
+        goes_on        is told of each result, with the index of its job; when it says
+                       so, another job has taken the place of that, and runs soon
 
     The worker of a job beyond a limit is ended. Jobs that are lost with it run again.
     If a job took too much memory, it runs again alone, and fails if it does so once
@@ -100,7 +103,15 @@ def drive(
     )
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
         loop = _DriveLoop(
-            jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt
+            jobs,
+            run,
+            executor,
+            failed,
+            overdue or failed,
+            goes_on,
+            chunks,
+            watch,
+            interrupt,
         )
         try:
             while not (interrupt.asked or ended()) and loop.refill():
@@ -137,6 +148,7 @@ class _DriveLoop(Generic[J, R]):
     executor: ExecutorFactory
     failed: Callable[[J, str], R]
     overdue: Callable[[J, str], R]
+    goes_on: Callable[[int, R], bool]
     chunks: Chunks
     watch: Watching
     interrupt: HeldInterrupt
@@ -242,7 +254,7 @@ class _DriveLoop(Generic[J, R]):
             self.suspects.popleft()
         else:
             self.chunks.observe(chunk.indices, seconds)
-        return [
+        results = [
             (
                 self.failed(self.jobs[index], outcome.error)
                 if isinstance(outcome, Failure)
@@ -250,6 +262,17 @@ class _DriveLoop(Generic[J, R]):
             )
             for index, outcome in zip(chunk.indices, outcomes, strict=True)
         ]
+        self._go_on(chunk.indices, results)
+        return results
+
+    def _go_on(self, indices: list[int], results: list[R]) -> None:
+        """Queue the jobs that have taken the place of others, in the same chunk."""
+        pairs = zip(indices, results, strict=True)
+        going = [index for index, result in pairs if self.goes_on(index, result)]
+        for index in going:
+            self.attempts.pop(index, None)
+        if going:
+            self.again.append(going)
 
     def _judged(
         self, chunk: _Chunk, error: BaseException, verdict: Overrun | None

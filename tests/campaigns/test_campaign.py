@@ -3,13 +3,11 @@ for follows from what is stored, whatever happens meanwhile.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.design_plan import plan_tables
@@ -21,7 +19,6 @@ from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
 from sweep.cli import search_report
 from sweep.design.design import expand
 from sweep.design.jobs import Counts, Job, Jobs, SomeJobs
-from sweep.design.trial_ids import as_texts
 from sweep.errors import FailedTrialsError
 from sweep.replays.replay import replay
 from sweep.spec.study import Study, parse_spec
@@ -125,16 +122,6 @@ def test_an_interrupted_campaign_goes_on_the_same_way(
     assert {job.trial_id for job in given} == set(plan["trial_id"].to_pylist())
 
 
-@dataclass(frozen=True, eq=False)
-class Links(Round):
-    """Links of chains. A share has whole chains: the first link decides."""
-
-    first: list[str]
-
-    def in_share(self, share: Share) -> NDArray[np.bool_]:
-        return share.has(self.first)
-
-
 class Chains:
     """A chain for each point. Its links are the replicates, one after the other, as
     long as the one before is done.
@@ -156,11 +143,11 @@ class Chains:
 
     def _round(self, first: Counts, link: int) -> Round:
         ids, places = self.jobs.ids(), first + link
-        return Links(
+        return Round(
             ids[places],
             lambda some: SomeJobs(self.jobs, places[some]),
             partial(plan_tables, ids, self.jobs),
-            as_texts(ids[first]).to_pylist(),
+            led_by=ids[first],
         )
 
 

@@ -112,6 +112,18 @@ def test_a_boundary(folder: Path) -> None:
     assert table.startswith("estimate,low,high")
 
 
+def test_a_loop(folder: Path) -> None:
+    axis = "{values: [0.5, 1], continue: both, hold: 9}"
+    spec = SMALL.replace("[0.5, 1]", axis).replace("n: 12, steps: 9", "n: 12")
+    (folder / "chained.yaml").write_text(spec.replace("study: small", "study: chained"))
+    assert sweep(folder, "launch", "chained.yaml").returncode == 0
+    run = sweep(folder, "hysteresis", "chained", "--json")
+    agree(run.stdout, chapters()["sweep hysteresis --json"])
+    assert "loops over" in sweep(folder, "hysteresis", "chained").stdout
+    table = sweep(folder, "hysteresis", "chained", "--csv").stdout
+    assert table.startswith("metric,area,low,high,chains")
+
+
 def test_the_studies_that_there_are(folder: Path) -> None:
     keys = chapters()["sweep list --json"]
     sweep(folder, "launch", "small.yaml", "--quiet")

@@ -1,0 +1,135 @@
+"""Means on the way up and on the way down, and the loop between them: of a study whose
+chains go in both directions.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sweep.analysis import mean_interval
+from sweep.analysis.notation import with_interval
+from sweep.errors import ChoiceError
+from sweep.figures.drawing import legend, named, note, quantity, title_panel
+from sweep.figures.planning import Choices, FigureKind, Planned
+from sweep.figures.selection import MOST_PANELS, select
+from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
+from sweep.spec.recorded import Column
+from sweep.tables.hysteresis import FoundLoop, hysteresis
+from sweep.tables.stored_study import StoredStudy
+
+MOST_ACROSS = 3
+WAYS = {"up": (BLUE, "o-"), "down": (VERMILION, "s--")}
+
+
+class Loops(NamedTuple):
+    """What a figure of one metric shows: a panel for each group of chains."""
+
+    study: StoredStudy
+    metric: str
+    panels: list[FoundLoop]
+
+
+def hysteresis_figure(study: StoredStudy, metric: str, *, half: bool = False) -> Figure:
+    """A metric against the continued axis, on the way up and down, with the 95 %
+    intervals of the means over chains, and the area of the loop with its own.
+
+    Between the values where both ways differ for sure the ground is grey. Other
+    settings that vary become panels. Raises ChoiceError as
+    `sweep.tables.hysteresis.hysteresis`, and for more than twelve panels.
+    """
+    (layout,) = hysteresis_layout(study, (metric,), half=half)
+    return draw_hysteresis(layout)
+
+
+def hysteresis_layout(
+    study: StoredStudy, metrics: tuple[str, ...], *, half: bool = False
+) -> list[Loops]:
+    """What the figures of some metrics will show. Raises ChoiceError as above."""
+    found = hysteresis(study, metrics, half=half)
+    names = dict.fromkeys(one.metric for one in found)
+    layouts = [
+        Loops(study, name, [one for one in found if one.metric == name])
+        for name in names
+    ]
+    panels = len(layouts[0].panels)
+    if panels > MOST_PANELS:
+        raise ChoiceError(
+            f"has {panels:,} panels; allowed: up to {MOST_PANELS}; choose with where",
+            study.name,
+            "hysteresis",
+        )
+    return layouts
+
+
+def draw_hysteresis(layout: Loops) -> Figure:
+    """The figure of a layout."""
+    study, metric, panels = layout
+    assert study.about.continued
+    with style.context(STYLE):
+        across = min(MOST_ACROSS, len(panels))
+        down = -(-len(panels) // across)
+        figure = Figure(figsize=(max(4.6, 2.8 * across), 1.1 + 2.5 * down))
+        grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+        for axes, one in zip(grid.flat, panels, strict=False):
+            _panel(axes, study, one)
+            title_panel(axes, [named(one.settings.items()), _area(one)], across)
+        for axes in grid.flat[len(panels) :]:
+            axes.set_axis_off()
+        for axes in grid[-1]:
+            axes.set_xlabel(quantity(study, study.about.continued["axis"]))
+        for axes in grid[:, 0]:
+            axes.set_ylabel(f"mean {quantity(study, metric)}")
+        legend(figure, grid.flat[0])
+        note(figure, _note(layout))
+    return figure
+
+
+def _panel(axes: Axes, study: StoredStudy, one: FoundLoop) -> None:
+    apart = one.values[one.found.apart]
+    if len(apart):
+        axes.axvspan(
+            apart.min(), apart.max(), color=GREY, alpha=0.2, lw=0, label="differ"
+        )
+    for (way, (colour, line)), rows in zip(
+        WAYS.items(), (one.up, one.down), strict=True
+    ):
+        distribution = study.distributions[one.metric]
+        means = [mean_interval(each, distribution=distribution) for each in rows.T]
+        value, low, high = (
+            np.array([getattr(mean, name) for mean in means])
+            for name in ("value", "low", "high")
+        )
+        axes.plot(one.values, value, line, color=colour, markersize=3, label=way)
+        axes.fill_between(one.values, low, high, color=colour, alpha=0.2, lw=0)
+
+
+def _area(one: FoundLoop) -> str:
+    area = one.found.area
+    return f"area {with_interval(area.value, area.low, area.high)}"
+
+
+def _note(layout: Loops) -> str:
+    counts = [one.found.chains for one in layout.panels]
+    text = (
+        "{n} trials of each value and way, one a chain; bands: 95 % intervals of means"
+        " over chains; area: of down less up, over whole chains; grey: between the"
+        " values where both ways differ with 95 %, all values together"
+    )
+    metrics = [str(Column.read(layout.metric))]
+    return select(layout.study).about(text, counts, shown=metrics)
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """A figure a metric. Raises ChoiceError where no chains go up and down."""
+    metrics = tuple(Column.read(name).metric for name in choices.plain(study))
+    return [
+        Planned(layout.metric, partial(draw_hysteresis, layout))
+        for layout in hysteresis_layout(study, metrics, half=choices.half)
+    ]
+
+
+KIND = FigureKind("a metric on the way up and down, and the loop between", (), plan)
