@@ -8,7 +8,7 @@ Distances are those of the plane, on a torus too: boids that see each other acro
 borders are not near each other here. Velocities are those at the end of a step, which
 patel2023 limits only when it moves.
 
-motion  speed, turns, headings    shape    radius, distances, elongation
+motion  speed, turns, headings    shape    radius, distances, elongation, turning
 flocks  connected groups          places   obstacles and the goal
 energy  the pair potential        counted  coverage and events
 ground  what a metric is, and what it gets to see
@@ -79,6 +79,14 @@ METRICS = Registry(
             unit="",
             text="length of the mean unit velocity",
             source="Vicsek et al. (1995)",
+            low=0.0,
+            high=1.0,
+        ),
+        "angular_momentum": Metric(
+            shape.angular_momentum,
+            unit="",
+            text="how much all circle the centre of mass the same way: 1 a mill",
+            source="Couzin et al. (2002)",
             low=0.0,
             high=1.0,
         ),

@@ -1,5 +1,5 @@
-"""The shape of the swarm: how far boids are from its centre, from each other, and how
-it is stretched.
+"""The shape of the swarm: how far boids are from its centre, from each other, how it
+is stretched, and how it turns about its centre.
 """
 
 import math
@@ -72,6 +72,34 @@ def dispersion(
             off = _centre_distance(frames, f, i, x, y) - mean
             total += off * off
         values[f] = math.sqrt(total / n)
+
+
+@jit
+def angular_momentum(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Absolute mean of the cross product of two unit vectors: from the centre of mass
+    to a boid, and along its velocity. 1 if all boids circle the centre the same way. A
+    boid at rest, and one at the centre, counts as 0.
+
+    Couzin, Krause, James, Ruxton and Franks (2002), Collective memory and spatial
+    sorting in animal groups, J. theor. Biol. 218, 1: the group angular momentum.
+    """
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y = _centre(frames, f)
+        total = 0.0
+        for i in range(n):
+            dx, dy = frames.bodies[f, X, i] - x, frames.bodies[f, Y, i] - y
+            vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
+            size = math.sqrt(dx * dx + dy * dy) * math.sqrt(vx * vx + vy * vy)
+            if size > 0.0:
+                total += (dx * vy - dy * vx) / size
+        values[f] = abs(total) / n
 
 
 @jit_with_memory

@@ -133,6 +133,28 @@ def test_a_boid_at_rest_counts_as_no_direction() -> None:
     assert one("polarization", vx=[0.0, 0.0]) == 0.0
 
 
+def test_a_mill_has_angular_momentum_one_and_a_column_none() -> None:
+    """To 1e-15 times a few: sums of five terms of about one."""
+    around = np.linspace(0.0, 2 * math.pi, 5, endpoint=False)
+    ring = {"x": 3.0 + 7.0 * np.cos(around), "y": 7.0 * np.sin(around) - 2.0}
+    mill = {"vx": -0.2 * np.sin(around), "vy": 0.2 * np.cos(around)}
+    back = {name: -1.0 * row for name, row in mill.items()}
+    for way in (mill, back):
+        assert one("angular_momentum", **ring, **way) == pytest.approx(1.0, abs=1e-14)
+    assert one("angular_momentum", **ring, vx=1.0) == pytest.approx(0.0, abs=1e-14)
+    outwards = {"vx": np.cos(around), "vy": np.sin(around)}
+    assert one("angular_momentum", **ring, **outwards) == pytest.approx(0.0, abs=1e-14)
+
+
+def test_two_mills_in_opposite_ways_cancel_and_boids_at_rest_count_as_none() -> None:
+    square = {"x": [1.0, 0.0, -1.0, 0.0], "y": [0.0, 1.0, 0.0, -1.0]}
+    assert one("angular_momentum", **square, vy=[1, 0, 1, 0], vx=[0, -1, 0, -1]) == 0.0
+    assert one("angular_momentum", **square, vy=[3.0, 0.0, -2.0, 0.0]) == 0.5
+    assert one("angular_momentum", x=[-1.0, 0.0, 1.0], vy=[-1.0, 5.0, 1.0]) == (
+        pytest.approx(2 / 3, rel=1e-15)
+    )
+
+
 @pytest.mark.parametrize("degrees", [0.0, 10.0, -75.0, 179.0])
 @pytest.mark.parametrize("heading", [0.0, 44.0, -91.0])
 def test_the_turn_rate_of_a_constant_turner_is_its_turn(

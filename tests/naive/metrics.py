@@ -26,6 +26,13 @@ def polarization(bodies: Vector) -> float:
     return math.hypot(*unit.mean(axis=1))
 
 
+def angular_momentum(bodies: Vector) -> float:
+    """By complex numbers: the sine of the angle from the bearing to the heading."""
+    bearing = (bodies[0] - bodies[0].mean()) + 1j * (bodies[1] - bodies[1].mean())
+    turned = np.conj(bearing) * (bodies[2] + 1j * bodies[3])
+    return abs(np.mean(np.where(turned == 0, 0.0, np.sin(np.angle(turned)))))
+
+
 def distances(bodies: Vector) -> Vector:
     return np.hypot(*(bodies[:2, :, None] - bodies[:2, None, :]))
 
@@ -174,6 +181,7 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "turn_rate_unwrapped": lambda bodies, *_: turns(bodies).mean(),
     "dispersion": lambda bodies, *_: from_centre(bodies).std(),
     "polarization": lambda bodies, *_: polarization(bodies),
+    "angular_momentum": lambda bodies, *_: angular_momentum(bodies),
     "nearest_neighbour_distance": lambda bodies, *_: nearest(bodies),
     "in_contact": lambda bodies, _counts, _ground, seen: (
         100 * np.mean(apart(bodies).min(axis=1) < seen.contact_distance)
