@@ -21,6 +21,7 @@ from sweep.tables.point_means import point_means
 from sweep.tables.power import NOTHING, power
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
+from sweep.tables.validity import Validity, validity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,6 +95,18 @@ class LoadedStudy(StoredStudy):
         `refine`: see `sweep.tables.boundary.boundary`. Raises ChoiceError for another.
         """
         return boundary(self)
+
+    def validity(
+        self,
+        metrics: str | Sequence[str] = (),
+        *,
+        half: bool = False,
+        confidence: float = CONFIDENCE,
+    ) -> Validity:
+        """Whether the conclusions of a study whose spec has `validate` hold in each of
+        its variants: see `sweep.tables.validity.validity`.
+        """
+        return validity(self, metrics, half=half, confidence=confidence)
 
     def export(
         self, path: Path | str, table: str = "trials", *, force: bool = False

@@ -31,6 +31,7 @@ from sweep.spec.maps import OwnMap
 from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import RecordSpec, Stream, Streams, Study
+from sweep.spec.validating import ALL_PAIRS
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -65,7 +66,8 @@ class Job:
     trials of a point. `obstacles` are those of a map that the spec brings, None for a
     built-in one. `known` has what names of models, metrics, maps and starts stand for.
     `earlier` is what the same trial with fewer steps has left, None to begin at step 0.
-    Its boids are divided among `threads`, which changes no bit.
+    Its boids are divided among `threads`, and with `all_pairs` neighbours are found
+    without a grid; neither changes a bit.
     """
 
     trial_id: str
@@ -83,6 +85,7 @@ class Job:
     known: Catalogue = BUILT_IN
     earlier: LastState | None = None
     threads: int = 1
+    all_pairs: bool = False
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
@@ -296,6 +299,7 @@ class Jobs(LazyJobs):
             obstacles=own.obstacles if own else None,
             known=study.known,
             threads=study.threads,
+            all_pairs=study.neighbour_search == ALL_PAIRS,
         )
 
     def _seed(self, replicate: int) -> int:

@@ -22,6 +22,7 @@ published studies.
     ablation_effects    what each changed detail does
     sensitivity         which settings matter
     phase               where a mean crosses a level
+    validity            what other numerics make of conclusions
     search              history and front of a search
     search_layout       what these show, drawn or as marks
     search_marks        these as marks
@@ -68,6 +69,7 @@ from sweep.figures.style import (
     Drawing,
 )
 from sweep.figures.trajectories import trajectories_figure
+from sweep.figures.validity import validity_figure
 
 __all__ = [
     "BLUE",
@@ -111,5 +113,6 @@ __all__ = [
     "scatter_figure",
     "sensitivity_figure",
     "trajectories_figure",
+    "validity_figure",
     "words",
 ]

@@ -23,6 +23,7 @@ from sweep.figures import (
     search_repetitions,
     sensitivity,
     trajectories,
+    validity,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import about_study, save
@@ -38,6 +39,7 @@ KINDS = Registry(
         "scatter": scatter.KIND,
         "heatmap": heatmap.KIND,
         "phase": phase.KIND,
+        "validity": validity.KIND,
         "parallel": parallel.KIND,
         "pareto": pareto.KIND,
         "sensitivity": sensitivity.KIND,

@@ -29,6 +29,8 @@ copied_maps      what differs from a built-in map
 images           pixels as few rectangles
 replication      how many trials a point has
 refining         where the grid becomes finer
+validating       with which other numerics a study runs
+study_variants   a study with each of them
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give

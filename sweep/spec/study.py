@@ -76,10 +76,18 @@ from sweep.spec.study_folder import (
     TAKEN,
     why_no_name,
 )
+from sweep.spec.validating import (
+    ALL_PAIRS,
+    NOT_BESIDE,
+    Validate,
+    check_validate,
+    read_validate,
+)
 from sweep.text import shortened
 
 Stream = Literal["common", "independent", "lasting"]
 Order = Literal["longest", "coarse"]
+NeighbourSearch = Literal["grid", "all_pairs"]
 
 
 class MetricName(Text):
@@ -102,6 +110,7 @@ CHECKPOINT_SECONDS = 60.0
 MOST_THREADS = 256
 STREAM = OneOf("kind of stream", get_args(Stream))
 ORDER = OneOf("order", get_args(Order))
+NEIGHBOUR_SEARCH = OneOf("neighbour_search", get_args(NeighbourSearch))
 METRIC_NAMES = ListOf(MetricName(), "metrics (`sweep metrics`)")
 SECONDS = Number(above=0, unit="seconds")
 
@@ -321,6 +330,15 @@ class Study:
             otherwise="a fixed grid",
         ),
     ]
+    validate: Annotated[
+        Validate | None,
+        Key(
+            LaterSectionOf(Validate),
+            "with which other time steps, neighbour search and order of updates the"
+            " study is run again: `sweep validity` says whether its conclusions hold",
+            otherwise="as it is alone",
+        ),
+    ]
     derive: Annotated[
         dict[str, Expression],
         Key(
@@ -401,6 +419,15 @@ class Study:
             example="4",
         ),
     ] = 1
+    neighbour_search: Annotated[
+        NeighbourSearch,
+        Key(
+            NEIGHBOUR_SEARCH,
+            "how the neighbours of a boid are found: through a grid of cells, or among"
+            " all pairs of boids, which takes longer and has the same bits",
+            example=ALL_PAIRS,
+        ),
+    ] = "grid"
     checkpoint: Annotated[
         float | None,
         Key(
@@ -577,6 +604,7 @@ def _flown(
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
     refine = mistakes.read(read_section_refine, given.get("refine"))
+    validate = mistakes.read(read_validate, given.get("validate"))
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
@@ -593,6 +621,8 @@ def _flown(
     mistakes.read(check_complete, root, axes)
     asked = (axes, replication.replicates, names, metrics, settings)
     rule = mistakes.read(read_refine, root, refine, *asked) if refine else None
+    if validate:
+        mistakes.read(check_validate, root, validate, name, settings, axes)
     mistakes.check()
     read = {
         "preset": preset,
@@ -601,6 +631,7 @@ def _flown(
         "axes": axes,
         "search": search,
         "refine": rule,
+        "validate": validate,
         "derive": derive,
         "require": require,
         "streams": streams,
@@ -681,6 +712,7 @@ def study_rules() -> Schema:
     """What is checked of several keys, as JSON Schema."""
     pairs = [("search", other) for other in ("sweep", "order")]
     pairs += [("refine", other) for other in BARRED]
+    pairs += [("validate", other) for other in NOT_BESIDE]
     barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 

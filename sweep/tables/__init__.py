@@ -19,6 +19,7 @@ comparison        what differs between sides
 comparison_facts  the same as plain data
 comparison_words  the same in words
 power             how many replicates a goal needs
+validity          conclusions with other numerics
 boundary          where a mean crosses a level, of a refined study
 spec_difference   what a change of a spec does
 cleaning          room given back
