@@ -189,8 +189,12 @@ def plan(
 
     check_spec_file(spec, results)
     specs = load_specs(spec, code=not no_code, code_from=code_from)
-    for study in [study for one in specs for study in with_variants(one)]:
-        made = plan_of(study, worker_count(workers, study.threads), results)
+    plans = [
+        plan_of(study, worker_count(workers, study.threads), results)
+        for one in specs
+        for study in with_variants(one)
+    ]
+    for made in plans:
         print(made.as_json() if as_json else made.as_text())
 
 

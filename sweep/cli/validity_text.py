@@ -5,6 +5,7 @@ program.
 import json
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import pandas as pd
 from rich.box import SIMPLE_HEAD
@@ -70,7 +71,7 @@ def validity_text(found: Validity) -> None:
         out.print(line, soft_wrap=True)
 
 
-def _difference(row: "pd.Series[float]") -> str:
+def _difference(row: "pd.Series[Any]") -> str:
     """A difference with its interval; a dash where it is not judged."""
     if row["outcome"] == UNJUDGED:
         return "-"

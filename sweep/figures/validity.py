@@ -3,7 +3,7 @@ its points, as they are and with each variant.
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -105,13 +105,13 @@ def _rows(axes: Axes, found: Validity, per: int) -> None:
         if table.empty:
             continue
         places = table.index.to_numpy() // per + 0.7 * ((number + 0.5) / per - 0.5)
-        values = tuple(table[one].to_numpy() for one in ("difference", "low", "high"))
+        values = (table["difference"], table["low"], table["high"])
         colour = GREY if number == 0 else COLOURS[(number - 1) % len(COLOURS)]
         marker = MARKERS[number % len(MARKERS)]
         draw_values(axes, places, values, colour, marker, label)
 
 
-def _name(found: Validity, row: "pd.Series[object]") -> str:
+def _name(found: Validity, row: "pd.Series[Any]") -> str:
     point = named((name, row[name]) for name in found.settings)
     return f"{point}\nagainst {str(row['against']).replace('_', ' ')}"
 

@@ -82,7 +82,8 @@ def with_variants(study: Study) -> list[Study]:
     for variant in study_variants(study):
         try:
             text = dump(variant.spec)
-            found.append(study_with(text, study.path, study.known))
+            place = study.path.with_name(f"{study.path.name} ({variant.name})")
+            found.append(study_with(text, place, study.known))
         except SpecError as error:
             said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
             message = f"the study cannot be run with {variant.words}: {said}"

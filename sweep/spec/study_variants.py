@@ -5,12 +5,12 @@ Each is a whole spec, and its study lies in the folder of the first one.
 """
 
 import copy
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from sweep.spec.axes import Axis
 from sweep.spec.document import Place
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.settings import Setting, Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
@@ -43,28 +43,26 @@ def named_variants(study: Study) -> dict[str, str]:
     return found | {name: f"{order} updates" for name, order in _other(study).items()}
 
 
-def study_variants(study: Study) -> Iterator[StudyVariant]:
-    """The variants of a study. Raises SpecError for one that cannot be."""
+def study_variants(study: Study) -> list[StudyVariant]:
+    """The variants of a study. Raises one SpecError with all that cannot be."""
     asked, words = study.validate, named_variants(study)
     if asked is None:
-        return
-    for name, parts in _shorter(asked).items():
-        spec = _named(study, name)
-        _cut(study, spec, parts)
-        yield StudyVariant(name, words[name], ("validate", "dt"), spec)
+        return []
+    found, mistakes = list[tuple[str, str, dict[str, Any]]](), Mistakes()
+    with mistakes.noted():
+        for name, parts in _shorter(asked).items():
+            found.append((name, "dt", _cut(study, _named(study, name), parts)))
     if asked.search:
-        name = WITHOUT_GRID
-        spec = _named(study, name) | {"neighbour_search": ALL_PAIRS}
-        yield StudyVariant(name, words[name], ("validate", "search"), spec)
-    for name, order in _other(study).items():
-        place = ("validate", "update")
-        if study.place_of(UPDATE) not in (None, ("fixed", UPDATE)):
-            raise study.document.error(
-                place, f'"{UPDATE}" varies in the study already: leave update out'
-            )
-        spec = _named(study, name)
-        spec["fixed"] = spec.get("fixed", {}) | {UPDATE: order}
-        yield StudyVariant(name, words[name], place, spec)
+        spec = _named(study, WITHOUT_GRID) | {"neighbour_search": ALL_PAIRS}
+        found.append((WITHOUT_GRID, "search", spec))
+    with mistakes.noted():
+        for name, order in _other(study).items():
+            found.append((name, "update", _updated(study, _named(study, name), order)))
+    mistakes.check()
+    return [
+        StudyVariant(name, words[name], ("validate", key), spec)
+        for name, key, spec in found
+    ]
 
 
 def unjudged(study: Study, variant: str) -> list[str]:
@@ -109,9 +107,19 @@ def _changed(study: Study) -> dict[str, Setting]:
     return {name: one for name, one in settings if one.in_steps or one.each_step}
 
 
-def _cut(study: Study, spec: dict[str, Any], parts: int) -> None:
-    """Cut each step into so many parts: frames stay at the same times, and a trial may
-    take so many times as long.
+def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
+    """The spec with that order of updates."""
+    if study.place_of(UPDATE) not in (None, ("fixed", UPDATE)):
+        raise study.document.error(
+            ("validate", "update"),
+            f'"{UPDATE}" varies in the study already: leave update out',
+        )
+    return spec | {"fixed": spec.get("fixed", {}) | {UPDATE: order}}
+
+
+def _cut(study: Study, spec: dict[str, Any], parts: int) -> dict[str, Any]:
+    """The spec with each step cut into so many parts: frames stay at the same times,
+    and a trial may take so many times as long.
     """
     changed = _changed(study)
     for one in study.expressions:
@@ -127,6 +135,7 @@ def _cut(study: Study, spec: dict[str, Any], parts: int) -> None:
     spec["record"] = spec.get("record", {}) | record
     if study.time_limit is not None:
         spec["time_limit"] = study.time_limit * parts
+    return spec
 
 
 def _change(

@@ -4,6 +4,7 @@ order of updates a study is run again.
 All functions raise SpecError, with file and line, for what is not allowed.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -37,8 +38,8 @@ class StepParts(Content[int]):
         value = entry.value
         if isinstance(value, str):
             whole, _, parts = value.replace(" ", "").partition("/")
-            if whole == "1" and parts.isascii() and parts.isdigit():
-                value = Fraction(1, max(int(parts[:9]), 1))
+            if whole == "1" and re.fullmatch("[1-9][0-9]{0,8}", parts):
+                value = Fraction(1, int(parts))
         number = isinstance(value, int | float | Fraction) and value is not True
         found = next((k for k in PARTS if number and abs(value * k - 1) < 1e-6), None)
         if found is None:

@@ -187,11 +187,11 @@ def _pairs(study: StoredStudy) -> _Pairs:
     for name, axis in study.axes.items():
         others = [one for one in every if one not in axis.settings]
         groups: Any = (
-            study.points.groupby(others, sort=False).groups.values()
+            [group for _, group in study.points.groupby(others, sort=False)]
             if others
-            else [study.points.index]
+            else [study.points]
         )
-        for first, *rest in groups:
+        for first, *rest in (group.index for group in groups):
             points += [(str(first), str(point)) for point in rest]
             axes += [name] * len(rest)
     if not points:
@@ -289,11 +289,11 @@ def _enter_outcomes(rows: pd.DataFrame, unjudged: Sequence[Sequence[str]]) -> No
         name = Column.read(str(metric)).metric
         outcomes.append("")
         for verdict, left in zip(others, unjudged, strict=True):
-            outcomes.append(UNJUDGED if name in left else _outcome(own, verdict))
+            outcomes.append(UNJUDGED if name in left else outcome_of(own, verdict))
     rows["outcome"] = outcomes
 
 
-def _outcome(own: str, other: str) -> str:
+def outcome_of(own: str, other: str) -> str:
     """What a variant makes of a conclusion, by both verdicts."""
     if not {own, other} <= {HIGHER, LOWER}:
         return OPEN
