@@ -172,7 +172,7 @@ def _matched(study: StoredStudy, variant: StoredStudy) -> dict[str, str]:
     return dict(zip(map(str, one.index), map(str, other.index), strict=True))
 
 
-class _Pairs(NamedTuple):
+class _Along(NamedTuple):
     """By the axis along which they lie, pairs of points (ids): the first one with the
     same other settings, and another.
     """
@@ -181,7 +181,7 @@ class _Pairs(NamedTuple):
     points: list[tuple[str, str]]
 
 
-def _pairs(study: StoredStudy) -> _Pairs:
+def _pairs(study: StoredStudy) -> _Along:
     """All pairs of a study. Raises ChoiceError where there is none."""
     axes, points, every = list[str](), list[tuple[str, str]](), _axis_settings(study)
     for name, axis in study.axes.items():
@@ -198,10 +198,10 @@ def _pairs(study: StoredStudy) -> _Pairs:
         raise ChoiceError(
             "it has no two points that differ along one axis alone", study.name
         )
-    return _Pairs(axes, points)
+    return _Along(axes, points)
 
 
-def _rows(study: StoredStudy, columns: Sequence[str], pairs: _Pairs) -> pd.DataFrame:
+def _rows(study: StoredStudy, columns: Sequence[str], pairs: _Along) -> pd.DataFrame:
     """What each conclusion is of: metric by metric, a row a pair."""
     names = _axis_settings(study)
     at = study.points[names].loc[[point for _, point in pairs.points]]
@@ -236,7 +236,7 @@ def _judged(
     others: Mapping[str, StoredStudy],
     bits: Mapping[str, Bits],
     columns: Sequence[str],
-    pairs: _Pairs,
+    pairs: _Along,
     confidence: float,
 ) -> pd.DataFrame:
     """Of each conclusion the differences in the study and in its variants, which are
@@ -264,7 +264,7 @@ def _contrasts(
     study: StoredStudy,
     points: Mapping[str, str],
     columns: Sequence[str],
-    pairs: _Pairs,
+    pairs: _Along,
 ) -> Iterator[Contrast]:
     """The differences in one study, column by column."""
     side = Side(study.name, study, study.trials, frozenset[str]())
