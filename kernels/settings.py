@@ -49,6 +49,26 @@ class About(NamedTuple):
     in_steps: bool = False
 
 
+EachStep = Literal["", "time", "share", "noise"]
+
+
+class InParts(NamedTuple):
+    """Stands after the About of a setting, and says what becomes of its value where a
+    step is cut into k shorter ones, so that equations in continuous time stay the same.
+
+    time    the length of a step, of a model whose equations are continuous in time:
+            it is divided by k
+    share   a share that is lost in each step: what is left after k steps stays
+    noise   the width of a random number that is drawn in each step and multiplied by
+            its length: it grows with the square root of k, and the variance that the
+            noise adds in a time stays
+
+    A model none of whose settings has "time" is a map: its step is what it is.
+    """
+
+    each_step: EachStep
+
+
 class Demand(NamedTuple):
     """A condition on the settings of every point, and what to say where it does not
     hold.

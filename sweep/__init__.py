@@ -89,7 +89,7 @@ def run(
     code_from: str | Path | None = None,
 ) -> "LoadedStudy":
     """Run what is missing of a study, as `sweep launch` and `sweep search` do, and
-    return what is stored of it.
+    return what is stored of it; of the variants that `validate` asks for, too.
 
     `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a
     mapping. It runs in `workers` processes, as many as there are cores for 0. Files of
@@ -103,6 +103,7 @@ def run(
     import warnings
 
     from sweep.campaigns.launch import launch, search
+    from sweep.own_code.reading import with_variants
     from sweep.store.locations import location
     from sweep.workers.executors import Loky, worker_count
 
@@ -111,9 +112,11 @@ def run(
             f"workers: {workers}; allowed: 0, as many as there are cores, or more"
         )
     study = _study(spec, code_from)
+    studies = with_variants(study)
     engine = Loky(worker_count(workers, study.threads))
     try:
-        (search if study.search else launch)(study, location(results), engine)
+        for one in studies:
+            (search if one.search else launch)(one, location(results), engine)
     finally:
         engine.stop()
     stored = load(study.name, results)

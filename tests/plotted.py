@@ -12,7 +12,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from sweep.campaigns.launch import launch
+from sweep.own_code.reading import with_variants
+from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import Serial
 from tests.sampled import MadeUp, ishigami, study_of
 from tests.searches import TINY, asked_by, edited
 from tests.studies import COVERING, SMALL, launched
@@ -80,6 +84,9 @@ SPECS["chained"] = (
 SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
     "refine: {metric: speed, at: 3, axes: [separation_weight], until: 0.5, budget: 9}\n"
 )
+SPECS["validated"] = SMALL.replace("study: small", "study: validated") + (
+    "validate: {dt: [1/2], search: all_pairs, update: both}\n"
+)
 SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))
@@ -94,6 +101,9 @@ def study(name: str) -> StoredStudy:
     if name == "searched":
         asked_by(SEARCHED, _folder, repetitions=2)
         return StoredStudy(name, _folder)
+    if name == "validated":
+        for variant in with_variants(parse_spec(SPECS[name]))[1:]:
+            launch(variant, _folder, Serial())
     return launched(SPECS[name], _folder)
 
 

@@ -10,11 +10,12 @@ patel2023 limits only when it moves.
 
 motion  speed, turns, headings    shape    radius, distances, elongation, turning
 flocks  connected groups          places   obstacles and the goal
+spectrum  how well these hold together
 energy  the pair potential        counted  coverage and events
 ground  what a metric is, and what it gets to see
 """
 
-from kernels.metrics import counted, energy, flocks, motion, places, shape
+from kernels.metrics import counted, energy, flocks, motion, places, shape, spectrum
 from kernels.metrics.ground import Better, Distribution, Ground, Metric
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
@@ -176,6 +177,15 @@ METRICS = Registry(
             distribution="count",
             better="low",
             pairwise=True,
+        ),
+        "algebraic_connectivity": Metric(
+            spectrum.algebraic_connectivity,
+            unit="",
+            text="how well the graph of boids within flock_range holds together",
+            source="Fiedler (1973)",
+            distribution="skewed",
+            pairwise=True,
+            low=0.0,
         ),
         "potential": Metric(
             energy.potential,

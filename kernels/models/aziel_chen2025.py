@@ -13,7 +13,7 @@ from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_inverse, wall_repulsion
 from kernels.rules.social import flocking_sums
-from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About
+from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, InParts
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -91,7 +91,11 @@ class Params(NamedTuple):
     ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

@@ -21,6 +21,7 @@ from kernels.settings import (
     UPDATE,
     About,
     Demand,
+    InParts,
 )
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
@@ -64,7 +65,11 @@ class Params(NamedTuple):
         float, About("MaxSpeed, the upper limit of the speed", "length/time", low=0)
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

@@ -16,7 +16,7 @@ from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_unit
 from kernels.rules.social import ranged_sums
 from kernels.rules.steering import wander
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, InParts
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -35,7 +35,9 @@ class Params(NamedTuple):
     alignment_range: Annotated[float, About("r_a of Eq. (5)", "length", low=0)]
     cohesion_range: Annotated[float, About("r_c of Eq. (6)", "length", low=0)]
     wander_range: Annotated[
-        float, About("r_w of Eq. (8), each component", "length/time^2", low=0)
+        float,
+        About("r_w of Eq. (8), each component", "length/time^2", low=0),
+        InParts("noise"),
     ]
     obstacle_range: Annotated[
         float, About("reach of an obstacle beyond its surface", "length", low=0)
@@ -48,11 +50,17 @@ class Params(NamedTuple):
     ]
     displacement_factor: Annotated[float, About("p += factor v dt", low=0)]
     drag: Annotated[
-        float, About("share of the velocity lost after each move", low=0, high=1)
+        float,
+        About("share of the velocity lost after each move", low=0, high=1),
+        InParts("share"),
     ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

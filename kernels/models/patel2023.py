@@ -20,6 +20,7 @@ from kernels.settings import (
     UPDATE,
     About,
     Demand,
+    InParts,
 )
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
@@ -71,7 +72,11 @@ class Params(NamedTuple):
     ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

@@ -15,7 +15,15 @@ from kernels.rules.avoidance import steer_to_avoid
 from kernels.rules.borders import confine
 from kernels.rules.social import alignment, cohesion, separation_direction
 from kernels.rules.steering import arrival, seek
-from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, Demand
+from kernels.settings import (
+    COMMON,
+    SEQUENTIAL,
+    SYNCHRONOUSLY,
+    UPDATE,
+    About,
+    Demand,
+    InParts,
+)
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -154,7 +162,11 @@ class Params(NamedTuple):
         bool, About("both are limits of each component, not of the length")
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

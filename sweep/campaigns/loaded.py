@@ -22,6 +22,7 @@ from sweep.tables.power import NOTHING, power
 from sweep.tables.scaling import Scaling, scaling
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
+from sweep.tables.validity import Validity, validity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,6 +108,18 @@ class LoadedStudy(StoredStudy):
         `sweep.tables.scaling.scaling`. Raises ChoiceError for a study that has none.
         """
         return scaling(self, metric, by, burn_in, confidence)
+
+    def validity(
+        self,
+        metrics: str | Sequence[str] = (),
+        *,
+        half: bool = False,
+        confidence: float = CONFIDENCE,
+    ) -> Validity:
+        """Whether the conclusions of a study whose spec has `validate` hold in each of
+        its variants: see `sweep.tables.validity.validity`.
+        """
+        return validity(self, metrics, half=half, confidence=confidence)
 
     def export(
         self, path: Path | str, table: str = "trials", *, force: bool = False

@@ -494,3 +494,41 @@ def compare(
         print(comparison_json(found))
     else:
         comparison_text(found)
+
+
+@app.command()
+def validity(
+    study: StudyName,
+    results: Results = Path("results"),
+    metric: Annotated[
+        list[str] | None, typer.Option(help="A metric to look at; may be repeated.")
+    ] = None,
+    over: Annotated[
+        Over, typer.Option(help="The last frame, or the mean over the last half.")
+    ] = Over.last,
+    where: Where = None,
+    confidence: Confidence = 0.95,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Whether the conclusions of a study whose spec has `validate` hold with other time
+    steps, another search for neighbours and another order of updates.
+
+    The conclusions are the signs of the differences of each point to the first one
+    along an axis. Each survives, turns, or is not decided.
+    """
+    from sweep.cli.validity_text import validity_json, validity_text
+    from sweep.tables.safe_csv import as_csv
+    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables.validity import validity as find
+
+    one_format(csv=csv, json=as_json)
+    stored = StoredStudy(study, results).where(*(where or ()))
+    half = over is Over.half
+    found = find(stored, metric or (), half=half, confidence=confidence)
+    if csv:
+        print(as_csv(found.rows), end="")
+    elif as_json:
+        print(validity_json(found))
+    else:
+        validity_text(found)

@@ -48,7 +48,8 @@ def launch(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Run the trials of a study that are not stored yet, or of each study of a spec.
+    """Run the trials of a study that are not stored yet, or of each study of a spec,
+    and of the variants that `validate` asks for.
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
@@ -56,12 +57,13 @@ def launch(
     from sweep.campaigns.launch import launch as run_study
     from sweep.cli.progress import ProgressBar, launch_json
     from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code.reading import load_specs
+    from sweep.own_code.reading import load_specs, with_variants
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
     check_spec_file(spec, results)
-    studies = load_specs(spec, code=not no_code, code_from=code_from)
+    specs = load_specs(spec, code=not no_code, code_from=code_from)
+    studies = [study for one in specs for study in with_variants(one)]
     if len(studies) > 1:
         check_launches(studies, share)
     troubled, threads = False, max(study.threads for study in studies)
@@ -177,16 +179,22 @@ def plan(
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost.
 
-    Of a spec of several studies there is a plan each, with --json an object each.
+    Of a spec of several studies there is a plan each, with --json an object each. So it
+    is with the variants that `validate` asks for.
     """
     from sweep.campaigns.plan import plan_of
     from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code.reading import load_specs
+    from sweep.own_code.reading import load_specs, with_variants
     from sweep.workers.executors import worker_count
 
     check_spec_file(spec, results)
-    for study in load_specs(spec, code=not no_code, code_from=code_from):
-        made = plan_of(study, worker_count(workers, study.threads), results)
+    specs = load_specs(spec, code=not no_code, code_from=code_from)
+    plans = [
+        plan_of(study, worker_count(workers, study.threads), results)
+        for one in specs
+        for study in with_variants(one)
+    ]
+    for made in plans:
         print(made.as_json() if as_json else made.as_text())
 
 

@@ -33,6 +33,7 @@ from sweep.spec.maps import OwnMap
 from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import RecordSpec, Stream, Streams, Study
+from sweep.spec.validating import ALL_PAIRS
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -79,7 +80,8 @@ class Job:
     trials of a point. `obstacles` are those of a map that the spec brings, None for a
     built-in one. `known` has what names of models, metrics, maps and starts stand for.
     `earlier` is what the same trial with fewer steps has left, None to begin at step 0.
-    Its boids are divided among `threads`, which changes no bit.
+    Its boids are divided among `threads`, and with `all_pairs` neighbours are found
+    without a grid; neither changes a bit.
 
     A link of a chain has a `direction`, up or down. It begins with the flock `begins`,
     with which the trial `parent` has ended; the first link has no parent, and begins as
@@ -104,6 +106,7 @@ class Job:
     direction: str = ""
     parent: str = ""
     begins: LastFlock | None = field(default=None, repr=False)
+    all_pairs: bool = False
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
@@ -404,6 +407,7 @@ class Jobs(LazyJobs):
             threads=study.threads,
             direction=direction,
             parent=parent,
+            all_pairs=study.neighbour_search == ALL_PAIRS,
         )
 
     def _parent(self, point: int, replicate: int) -> str:

@@ -23,6 +23,7 @@ published studies.
     sensitivity         which settings matter
     hysteresis          way up, way down, and the loop between
     phase               where a mean crosses a level
+    validity            what other numerics make of conclusions
     search              history and front of a search
     search_layout       what these show, drawn or as marks
     search_marks        these as marks
@@ -70,6 +71,7 @@ from sweep.figures.style import (
     Drawing,
 )
 from sweep.figures.trajectories import trajectories_figure
+from sweep.figures.validity import validity_figure
 
 __all__ = [
     "BLUE",
@@ -114,5 +116,6 @@ __all__ = [
     "scatter_figure",
     "sensitivity_figure",
     "trajectories_figure",
+    "validity_figure",
     "words",
 ]

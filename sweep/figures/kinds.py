@@ -24,6 +24,7 @@ from sweep.figures import (
     search_repetitions,
     sensitivity,
     trajectories,
+    validity,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import about_study, save
@@ -40,6 +41,7 @@ KINDS = Registry(
         "heatmap": heatmap.KIND,
         "phase": phase.KIND,
         "hysteresis": hysteresis.KIND,
+        "validity": validity.KIND,
         "parallel": parallel.KIND,
         "pareto": pareto.KIND,
         "sensitivity": sensitivity.KIND,

@@ -28,6 +28,7 @@ from sweep.spec.strict_yaml import (
     read_documents,
 )
 from sweep.spec.study import Study, read_study
+from sweep.spec.study_variants import study_variants
 
 
 def load_specs(
@@ -69,6 +70,25 @@ def study_of(
     """The same for a YAML text or a mapping, as if it stood in the file `path`."""
     text = spec if isinstance(spec, str) else dump(spec)
     return _read(parse_document(text, path), code, code_from)
+
+
+def with_variants(study: Study) -> list[Study]:
+    """The study, and after it the variants that `validate` asks for. No code runs.
+
+    Raises SpecError, with the line of the key that asks for it, for a variant that
+    cannot be.
+    """
+    found = [study]
+    for variant in study_variants(study):
+        try:
+            text = dump(variant.spec)
+            place = study.path.with_name(f"{study.path.name} ({variant.name})")
+            found.append(study_with(text, place, study.known))
+        except SpecError as error:
+            said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
+            message = f"the study cannot be run with {variant.words}: {said}"
+            raise study.document.error(variant.place, message) from None
+    return found
 
 
 def study_with(text: str, path: Path, known: Catalogue) -> Study:

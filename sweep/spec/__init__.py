@@ -31,6 +31,8 @@ replication      how many trials a point has
 continuing       axes along which trials are links of chains
 continued_checks what such an axis needs
 refining         where the grid becomes finer
+validating       with which other numerics a study runs
+study_variants   a study with each of them
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give

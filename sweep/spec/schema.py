@@ -30,6 +30,7 @@ from sweep.spec.schema_parts import (
 from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
 from sweep.spec.search_schema import statistic
 from sweep.spec.study import SPEC, study_rules
+from sweep.spec.validating import validate_dependencies
 
 NO_FILES: Mapping[str, str | None] = {}
 """The schema as `make documents` has written it."""
@@ -58,7 +59,9 @@ def json_schema(
         **section_schema(*SPEC),
         **replication_rules(),
         **study_rules(),
-        "dependencies": policy_dependencies() | refine_dependencies(),
+        "dependencies": policy_dependencies()
+        | refine_dependencies()
+        | validate_dependencies(),
         "allOf": [*models, _known_maps(files), _known_metrics(files)],
         "definitions": _definitions(known, samplers),
     }

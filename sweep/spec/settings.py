@@ -16,6 +16,8 @@ from kernels.catalogue import Catalogue
 from kernels.model import Model
 from kernels.settings import (
     About,
+    EachStep,
+    InParts,
     Observation,
     Schedule,
     Sensing,
@@ -55,7 +57,8 @@ class NotAllowedError(ValueError):
 class Setting:
     """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
     numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
-    counted in steps.
+    counted in steps, `each_step` what a shorter step makes of it: see
+    `kernels.settings.InParts`.
     """
 
     name: str
@@ -69,6 +72,17 @@ class Setting:
     choices: tuple[str, ...] = ()
     rule: str = ""
     in_steps: bool = False
+    each_step: EachStep = ""
+
+    def in_parts(self, value: float, parts: int) -> float:
+        """What a value becomes where each step is cut into so many."""
+        if self.in_steps:
+            return value * parts
+        if self.each_step == "time":
+            return value / parts
+        if self.each_step == "share":
+            return float(-math.expm1(math.log1p(-value) / parts)) if value < 1 else 1.0
+        return value * math.sqrt(parts) if self.each_step == "noise" else value
 
     def coerce(self, value: Any) -> Value:
         """`value` in the type of this setting. So 1 and 1.0 are the same point, as are
@@ -169,8 +183,9 @@ def _entered(name: str, about: About, known: Catalogue) -> tuple[tuple[str, ...]
 def _setting(
     name: str, hint: Any, group: str, model: Model, known: Catalogue
 ) -> Setting:
-    base, about = get_args(hint)[:2]
+    base, about, *further = get_args(hint)
     assert isinstance(about, About)
+    in_parts = [one.each_step for one in further if isinstance(one, InParts)]
     choices, text = _entered(name, about, known)
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
@@ -186,6 +201,7 @@ def _setting(
         choices,
         about.rule,
         about.in_steps,
+        in_parts[0] if in_parts else "",
     )
 
 

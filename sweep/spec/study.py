@@ -78,10 +78,18 @@ from sweep.spec.study_folder import (
     TAKEN,
     why_no_name,
 )
+from sweep.spec.validating import (
+    ALL_PAIRS,
+    NOT_BESIDE,
+    Validate,
+    check_validate,
+    read_validate,
+)
 from sweep.text import shortened
 
 Stream = Literal["common", "independent", "lasting"]
 Order = Literal["longest", "coarse"]
+NeighbourSearch = Literal["grid", "all_pairs"]
 
 
 class MetricName(Text):
@@ -108,6 +116,7 @@ CHECKPOINT_SECONDS = 60.0
 MOST_THREADS = 256
 STREAM = OneOf("kind of stream", get_args(Stream))
 ORDER = OneOf("order", get_args(Order))
+NEIGHBOUR_SEARCH = OneOf("neighbour_search", get_args(NeighbourSearch))
 METRIC_NAMES = ListOf(MetricName(), "metrics (`sweep metrics`)")
 SECONDS = Number(above=0, unit="seconds")
 
@@ -346,6 +355,15 @@ class Study:
             otherwise="a fixed grid",
         ),
     ]
+    validate: Annotated[
+        Validate | None,
+        Key(
+            LaterSectionOf(Validate),
+            "with which other time steps, neighbour search and order of updates the"
+            " study is run again: `sweep validity` says whether its conclusions hold",
+            otherwise="as it is alone",
+        ),
+    ]
     derive: Annotated[
         dict[str, Expression],
         Key(
@@ -426,6 +444,15 @@ class Study:
             example="4",
         ),
     ] = 1
+    neighbour_search: Annotated[
+        NeighbourSearch,
+        Key(
+            NEIGHBOUR_SEARCH,
+            "how the neighbours of a boid are found: through a grid of cells, or among"
+            " all pairs of boids, which takes longer and has the same bits",
+            example=ALL_PAIRS,
+        ),
+    ] = "grid"
     checkpoint: Annotated[
         float | None,
         Key(
@@ -608,6 +635,7 @@ def _flown(
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
     refine = mistakes.read(read_section_refine, given.get("refine"))
+    validate = mistakes.read(read_validate, given.get("validate"))
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
@@ -634,6 +662,8 @@ def _flown(
     assert streams
     beside = (replication.until, record.last_states, streams.noise)
     mistakes.read(check_continued, root, axes, settings, [*fixed, *derive], *beside)
+    if validate:
+        mistakes.read(check_validate, root, validate, name, settings, axes)
     mistakes.check()
     if continued_axis(axes):
         fixed, record = fixed | held(axes), replace(record, last_flocks=True)
@@ -645,6 +675,7 @@ def _flown(
         "sizes": sizes,
         "search": search,
         "refine": rule,
+        "validate": validate,
         "derive": derive,
         "require": require,
         "streams": streams,
@@ -741,6 +772,7 @@ def study_rules() -> Schema:
     pairs = [("search", other) for other in ("sweep", "order")]
     pairs += [("refine", other) for other in BARRED]
     pairs += [("search", "sizes")]
+    pairs += [("validate", other) for other in NOT_BESIDE]
     barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 

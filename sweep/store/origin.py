@@ -55,6 +55,7 @@ ALONE = COMPUTED | {
     | {"scales": {str: SCALE}},
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
+    "validate": [{"name": str, "words": str, "unjudged": [str]}],
     "until": {"min": int, "max": int, "half_width": object}
     | dict.fromkeys(NUMBERS, NUMBER),
 }

@@ -10,9 +10,18 @@ import pyarrow as pa
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.continued_checks import continued_axis
 from sweep.spec.study import Study
+from sweep.spec.study_variants import named_variants, unjudged
 from sweep.store.origin import PROVENANCE
 
-OPTIONAL = ("until", "refine", "series", "tables", "designs", "continued")
+OPTIONAL = (
+    "until",
+    "refine",
+    "validate",
+    "series",
+    "tables",
+    "designs",
+    "continued",
+)
 """What only some plans have."""
 
 
@@ -68,7 +77,9 @@ class PlanAbout:
     brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
     preset that an axis ablates; `axes` what each axis samples, None in plans of before
     0.2; `until` the rule by which trials are added, None where their number is fixed;
-    `refine` the rule by which points are added, None where the grid is fixed.
+    `refine` the rule by which points are added, None where the grid is fixed;
+    `validate` its variants: their names, what differs in `words`, and the metrics that
+    are `unjudged`, as they are of something else there; None where there are none.
     Where several `designs` are united, it has the names of the axes of each. Where an
     axis is continued, `continued` has its name and the directions of its chains.
     """
@@ -84,6 +95,7 @@ class PlanAbout:
     tables: list[str] | None = None
     refine: dict[str, Any] | None = None
     continued: dict[str, Any] | None = None
+    validate: list[dict[str, Any]] | None = None
 
     @classmethod
     def of(
@@ -105,6 +117,7 @@ class PlanAbout:
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             until=_looking(study.until),
             refine=_looking(study.refine),
+            validate=_validating(study),
             designs=united if len(united) > 1 else None,
             series=list(study.record.series),
             tables=list(study.record.tables),
@@ -129,6 +142,7 @@ class PlanAbout:
             tables=provenance.get("tables"),
             refine=provenance.get("refine"),
             continued=provenance.get("continued"),
+            validate=provenance.get("validate"),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
@@ -145,6 +159,16 @@ class PlanAbout:
                 about[name] = getattr(self, name)
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
+
+
+def _validating(study: Study) -> list[dict[str, Any]] | None:
+    """The variants of a study; None where it asks for none."""
+    if study.validate is None:
+        return None
+    return [
+        {"name": name, "words": words, "unjudged": unjudged(study, name)}
+        for name, words in named_variants(study).items()
+    ]
 
 
 class LookingRule(Protocol):

@@ -21,6 +21,7 @@ comparison_words  the same in words
 power             how many replicates a goal needs
 chains            links that cannot run
 hysteresis        loops between way up and way down
+validity          conclusions with other numerics
 boundary          where a mean crosses a level, of a refined study
 spec_difference   what a change of a spec does
 cleaning          room given back

@@ -183,13 +183,16 @@ def groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
 def _kind(job: Job) -> Any:
     """What trials have in common that fly together; None for one that flies alone, as
     one does that may be ended by the clock, that keeps its last state, that has several
-    threads, or whose boids do not interact with all in sight.
+    threads, that finds neighbours without a grid, or whose boids do not interact with
+    all in sight.
     """
     model = job.known.models[job.model]
     n, steps = int(job.settings["n"]), int(job.settings["steps"])
     if job.time_limit is not None or job.record.last_states or steps == 0:
         return None
-    if job.threads > 1 or job.settings["neighbours"] != ALL_IN_SIGHT:
+    if job.threads > 1 or job.all_pairs:
+        return None
+    if job.settings["neighbours"] != ALL_IN_SIGHT:
         return None
     share = searched_share(job.model, job.known, job.settings)
     if not can_fly_together(model, n, share):

@@ -28,6 +28,7 @@ from kernels.flight import (
 )
 from kernels.metrics import Metric
 from kernels.model import Model
+from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
     Observation,
@@ -99,6 +100,7 @@ class Simulation:
         self.job = job
         self.noise = Randomness(stream(job, "noise"))
         self.flight = _flight(job, together)
+        self._find_among_all()
         self.taken: list[Taken] = []
 
     @property
@@ -168,6 +170,7 @@ class Simulation:
         """
         self.noise.state = earlier.noise.state
         go_on_from(self.flight, earlier.flight)
+        self._find_among_all()
 
     def state(self) -> State:
         """The state between two calls, after all frames were taken. Its arrays are not
@@ -208,6 +211,13 @@ class Simulation:
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
         rebuild_grid(self.flight, room)
+        self._find_among_all()
+
+    def _find_among_all(self) -> None:
+        """Take the grid away, if the job wants neighbours found among all boids."""
+        if self.job.all_pairs:
+            grid = all_pairs(self.schedule.n)
+            self.flight.work = self.flight.work._replace(grid=grid)
 
     def result(
         self, began: float, between: Callable[[float], None] | None = None

@@ -21,6 +21,7 @@ READING: dict[str, tuple[str, ...]] = {
     "power": ("STUDY", "--half-width", "speed=1"),
     "boundary": ("STUDY",),
     "hysteresis": ("STUDY",),
+    "validity": ("STUDY",),
     "replay": ("STUDY", "05d7"),
     "verify": ("STUDY",),
     "measure": ("STUDY", "speed"),

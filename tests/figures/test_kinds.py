@@ -155,6 +155,7 @@ def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(
         ("searched", "hypervolume", {}),
         ("refined", "phase", {}),
         ("chained", "hysteresis", {}),
+        ("validated", "validity", {}),
     ],
 )
 def test_a_repeat_has_the_same_bytes(

@@ -320,6 +320,25 @@ def test_boids_are_lost_that_are_outside_the_largest_flock() -> None:
     )
 
 
+@pytest.mark.parametrize("n", [2, 3, 10, 60])
+def test_graphs_have_the_connectivity_that_is_known(n: int) -> None:
+    """Of a path of n boids 2 (1 - cos(pi / n)), of a ring 2 (1 - cos(2 pi / n)), of a
+    whole graph n, of two parts 0; to 1e-13 of the largest eigenvalue, at most 2 n.
+    """
+    near, around = 1e-13 * 2 * n, np.linspace(0, 2 * math.pi, n, endpoint=False)
+    path = one("algebraic_connectivity", x=40.0 * np.arange(n))
+    assert path == pytest.approx(2 * (1 - math.cos(math.pi / n)), abs=near)
+    whole = one("algebraic_connectivity", x=np.linspace(0.0, 49.0, n))
+    assert whole == pytest.approx(n, abs=near)
+    parts = np.where(np.arange(n) == 0, -1000.0, 40.0 * np.arange(n))
+    assert one("algebraic_connectivity", x=parts) == 0.0
+    if n > 3:
+        radius = 20.0 / math.sin(math.pi / n)
+        at = {"x": radius * np.cos(around), "y": radius * np.sin(around)}
+        ring = one("algebraic_connectivity", **at)
+        assert ring == pytest.approx(2 * (1 - math.cos(2 * math.pi / n)), abs=near)
+
+
 def test_the_potential_of_a_pair_counts_for_either_boid() -> None:
     """With the rules of GROUND: 0.6 (50^2 - 40^2) / 2 for boids 50 apart, nothing from
     70 on and at 40.

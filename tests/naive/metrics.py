@@ -27,10 +27,21 @@ def polarization(bodies: Vector) -> float:
 
 
 def angular_momentum(bodies: Vector) -> float:
-    """By complex numbers: the sine of the angle from a boid's bearing to its heading."""
+    """By complex numbers: the sine of the angle from the bearing to the heading."""
     bearing = (bodies[0] - bodies[0].mean()) + 1j * (bodies[1] - bodies[1].mean())
     turned = np.conj(bearing) * (bodies[2] + 1j * bodies[3])
     return abs(np.mean(np.where(turned == 0, 0.0, np.sin(np.angle(turned)))))
+
+
+def algebraic_connectivity(bodies: Vector, reach: float) -> float:
+    """From all eigenvalues; 0 where the graph is not connected."""
+    if bodies.shape[1] == 1:
+        return math.nan
+    if len(flocks(bodies, reach)) > 1:
+        return 0.0
+    joined = (apart(bodies) < reach).astype(float)
+    laplacian = np.diag(joined.sum(axis=1)) - joined
+    return float(np.linalg.eigvalsh(laplacian)[1])
 
 
 def distances(bodies: Vector) -> Vector:
@@ -195,6 +206,9 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     ),
     "largest_flock": lambda bodies, _counts, _ground, seen: max(
         flock_sizes(bodies, seen.flock_range)
+    ),
+    "algebraic_connectivity": lambda bodies, _counts, _ground, seen: (
+        algebraic_connectivity(bodies, seen.flock_range)
     ),
     "coverage": lambda _, counts, ground, _seen: 100 * counts[0] / ground.traversable,
     "coverage_total": lambda _, counts, ground, _seen: 100 * counts[0] / ground.pixels,

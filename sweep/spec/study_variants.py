@@ -1,0 +1,191 @@
+"""The variants of a study that `validate` asks for: the same study with shorter time
+steps, another search for neighbours, or another order of updates.
+
+Each is a whole spec, and its study lies in the folder of the first one.
+"""
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+
+from sweep.spec.axes import Axis
+from sweep.spec.document import Place
+from sweep.spec.mistakes import Mistakes
+from sweep.spec.settings import Setting, Value
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import Study
+from sweep.spec.validating import ALL_PAIRS, UPDATE, Validate, time_step
+
+WITHOUT_GRID = "all-pairs"
+
+
+@dataclass(frozen=True)
+class StudyVariant:
+    """A variant: its name below that of the study, what differs in words, the key of
+    `validate` that asks for it, and its whole spec.
+    """
+
+    name: str
+    words: str
+    place: Place
+    spec: dict[str, Any]
+
+
+def named_variants(study: Study) -> dict[str, str]:
+    """The names of the variants of a study, with what differs in words."""
+    asked = study.validate
+    if asked is None:
+        return {}
+    step = time_step(study.settings)
+    found = {name: f"{step} 1/{parts}" for name, parts in _shorter(asked).items()}
+    if asked.search:
+        found[WITHOUT_GRID] = "all pairs"
+    return found | {name: f"{order} updates" for name, order in _other(study).items()}
+
+
+def study_variants(study: Study) -> list[StudyVariant]:
+    """The variants of a study. Raises one SpecError with all that cannot be."""
+    asked, words = study.validate, named_variants(study)
+    if asked is None:
+        return []
+    found, mistakes = list[tuple[str, str, dict[str, Any]]](), Mistakes()
+    with mistakes.noted():
+        for name, parts in _shorter(asked).items():
+            found.append((name, "dt", _cut(study, _named(study, name), parts)))
+    if asked.search:
+        spec = _named(study, WITHOUT_GRID) | {"neighbour_search": ALL_PAIRS}
+        found.append((WITHOUT_GRID, "search", spec))
+    with mistakes.noted():
+        for name, order in _other(study).items():
+            found.append((name, "update", _updated(study, _named(study, name), order)))
+    mistakes.check()
+    return [
+        StudyVariant(name, words[name], ("validate", key), spec)
+        for name, key, spec in found
+    ]
+
+
+def unjudged(study: Study, variant: str) -> list[str]:
+    """The recorded metrics that are of something else in a variant: with shorter steps
+    those that measure what one step changes, and those derived from these or from
+    settings that change with the step.
+    """
+    if study.validate is None or variant not in _shorter(study.validate):
+        return []
+    known, changed = study.known.metrics, {*_changed(study)}
+    found = [name for name in study.record.metrics if known[name].per_step]
+    for one in study.record.derive:
+        if one.expression.names & {*found, *changed}:
+            found.append(one.name)
+    return found
+
+
+def _shorter(asked: Validate) -> dict[str, int]:
+    """By the names of the variants with shorter steps, the parts of a step."""
+    return {f"dt-1of{parts}": parts for parts in sorted(asked.dt) if parts > 1}
+
+
+def _other(study: Study) -> dict[str, str]:
+    """By the names of their variants, the orders of updates that a study has not."""
+    if study.validate is None or not study.validate.update:
+        return {}
+    own = (study.preset_settings | study.fixed)[UPDATE]
+    orders = [order for order in study.settings[UPDATE].choices if order != own]
+    return {f"update-{order}": order for order in orders}
+
+
+def _named(study: Study, name: str) -> dict[str, Any]:
+    """The spec of a study without `validate`, as that of a variant."""
+    spec: dict[str, Any] = parse_document(study.text, study.path).value
+    left = {key: value for key, value in spec.items() if key != "validate"}
+    return copy.deepcopy(left) | {"study": f"{study.name}/{name}"}
+
+
+def _changed(study: Study) -> dict[str, Setting]:
+    """The settings that a shorter step changes."""
+    settings = study.settings.items()
+    return {name: one for name, one in settings if one.in_steps or one.each_step}
+
+
+def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
+    """The spec with that order of updates."""
+    if study.place_of(UPDATE) not in (None, ("fixed", UPDATE)):
+        raise study.document.error(
+            ("validate", "update"),
+            f'"{UPDATE}" varies in the study already: leave update out',
+        )
+    return spec | {"fixed": spec.get("fixed", {}) | {UPDATE: order}}
+
+
+def _cut(study: Study, spec: dict[str, Any], parts: int) -> dict[str, Any]:
+    """The spec with each step cut into so many parts: frames stay at the same times,
+    and a trial may take so many times as long.
+    """
+    changed = _changed(study)
+    for one in study.expressions:
+        if used := sorted(one.names & {*changed}):
+            raise study.document.error(
+                ("validate", "dt"),
+                f'"{one.text}" uses {" and ".join(used)}, which a shorter step changes:'
+                " it would mean something else; leave dt out",
+            )
+    for name, setting in changed.items():
+        _change(study, spec, name, setting, parts)
+    record = {"every": study.record.every * parts}
+    spec["record"] = spec.get("record", {}) | record
+    if study.time_limit is not None:
+        spec["time_limit"] = study.time_limit * parts
+    return spec
+
+
+def _change(
+    study: Study, spec: dict[str, Any], name: str, setting: Setting, parts: int
+) -> None:
+    """Give a setting the value that it has where steps are cut."""
+    place = study.place_of(name)
+    if place is None or place[0] == "fixed":
+        value = (study.preset_settings | study.fixed)[name]
+        new = _in_parts(study, setting, value, parts)
+        if new != value:
+            spec["fixed"] = spec.get("fixed", {}) | {name: new}
+        return
+    if place[0] == "derive":
+        spec["derive"][name] = _expression(setting, spec["derive"][name], parts)
+        return
+    axis = next(axis for axis in study.axes if name in axis.columns)
+    if not _is_plain(axis, name):
+        raise study.document.error(
+            ("validate", "dt"),
+            f'"{name}" changes with the step, and stands on an axis that has more than'
+            " a list or a grid of its values; leave dt out",
+        )
+    values = axis.columns[name].tolist()
+    spec["sweep"][name] = [_in_parts(study, setting, one, parts) for one in values]
+
+
+def _is_plain(axis: Axis, name: str) -> bool:
+    """Whether an axis has nothing but the values of one setting, in one design."""
+    alone = list(axis.columns) == [name] and not axis.sampler and not axis.when
+    return alone and axis.place == ("sweep", name)
+
+
+def _in_parts(study: Study, setting: Setting, value: Value, parts: int) -> Value:
+    """The value where steps are cut. Raises SpecError where the setting cannot have it,
+    as a number of steps that is too large.
+    """
+    assert isinstance(value, int | float)
+    try:
+        return setting.coerce(setting.in_parts(value, parts))
+    except ValueError as error:
+        raise study.document.error(("validate", "dt"), f"{error}") from None
+
+
+def _expression(setting: Setting, given: Any, parts: int) -> str:
+    """The same for what an expression computes."""
+    if setting.in_steps:
+        return f"({given}) * {parts}"
+    return {
+        "time": f"({given}) / {parts}",
+        "share": f"1 - (1 - ({given})) ** (1 / {parts})",
+        "noise": f"({given}) * {parts} ** 0.5",
+    }[setting.each_step]

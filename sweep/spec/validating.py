@@ -1,0 +1,154 @@
+"""The section `validate` of a spec: with which other time steps, neighbour search and
+order of updates a study is run again.
+
+All functions raise SpecError, with file and line, for what is not allowed.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated
+
+from sweep.spec.axes import Axis
+from sweep.spec.contents import Content, ListOf, OneOf
+from sweep.spec.document import Entry
+from sweep.spec.keys import Key, read_section
+from sweep.spec.mistakes import Mistakes
+from sweep.spec.schema_parts import Schema
+from sweep.spec.settings import Setting
+
+MOST_PARTS = 64
+ALL_PAIRS, BOTH = "all_pairs", "both"
+UPDATE = "update"
+NOT_BESIDE = ("search", "refine")
+"""Keys that cannot stand beside `validate`."""
+PARTS = tuple(range(1, MOST_PARTS + 1))
+
+
+@dataclass(frozen=True)
+class StepParts(Content[int]):
+    """A share of the time step, 1, 1/2, 1/3 ...; it reads as the parts of a step."""
+
+    @property
+    def words(self) -> str:
+        return f"a share of the time step, 1, 1/2, 1/3 ... 1/{MOST_PARTS}"
+
+    def read(self, entry: Entry) -> int:
+        value = entry.value
+        if isinstance(value, str):
+            whole, _, parts = value.replace(" ", "").partition("/")
+            if whole == "1" and re.fullmatch("[1-9][0-9]{0,8}", parts):
+                value = Fraction(1, int(parts))
+        number = isinstance(value, int | float | Fraction) and value is not True
+        found = next((k for k in PARTS if number and abs(value * k - 1) < 1e-6), None)
+        if found is None:
+            raise entry.expected(self.words)
+        return found
+
+    def schema(self) -> Schema:
+        share = {"type": "number", "exclusiveMinimum": 0, "maximum": 1}
+        return {"anyOf": [share, {"type": "string", "pattern": "^ *1 */ *[0-9]+ *$"}]}
+
+    def write(self, value: int) -> str | int:
+        return 1 if value == 1 else f"1/{value}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validate:
+    """The keys of the section. `dt` has of each time step into how many parts it cuts
+    that of the study.
+    """
+
+    dt: Annotated[
+        tuple[int, ...],
+        Key(
+            ListOf(StepParts(), "shares of the time step"),
+            "shorter time steps, of a model whose equations are continuous in time. The"
+            " study is run with each: with more steps for the same time, and with"
+            " settings that act once in each step changed by their rules",
+            otherwise="that of the study alone",
+            example="[1, 1/2, 1/4]",
+        ),
+    ] = ()
+    search: Annotated[
+        str | None,
+        Key(
+            OneOf("search", (ALL_PAIRS,)),
+            "the study is run once more with a search for neighbours that looks at all"
+            " pairs of boids: it must give the same bits",
+            otherwise="through the grid alone",
+            example=ALL_PAIRS,
+        ),
+    ] = None
+    update: Annotated[
+        str | None,
+        Key(
+            OneOf("orders of updates", (BOTH,)),
+            "the study is run once more with the other order of updates",
+            otherwise="that of the study alone",
+            example=BOTH,
+        ),
+    ] = None
+
+
+def read_validate(entry: Entry | None) -> Validate | None:
+    """The section, each key checked alone; None where there is none."""
+    if entry is None:
+        return None
+    found = read_section(Validate, entry)
+    if {*found.dt} <= {1} and not found.search and not found.update:
+        raise entry.error(
+            '"validate" changes nothing: give it a time step that is shorter, as dt:'
+            " [1/2], search: all_pairs or update: both"
+        )
+    return found
+
+
+def check_validate(
+    root: Entry,
+    given: Validate,
+    model: str,
+    settings: Mapping[str, Setting],
+    axes: Sequence[Axis],
+) -> None:
+    """Raise SpecError where a study of the model, with such axes, cannot be run as the
+    section says, or has nothing that could be concluded from it.
+    """
+    entry, mistakes = root.child("validate"), Mistakes()
+    for key in NOT_BESIDE:
+        with mistakes.noted():
+            if other := root.get(key):
+                raise other.error(f'a study with "validate" takes no "{key}"')
+    with mistakes.noted():
+        if all(len(axis) < 2 for axis in axes):
+            raise entry.error(
+                'there is nothing to conclude: "validate" needs an axis of "sweep" with'
+                " at least two values, whose differences it looks at"
+            )
+    with mistakes.noted():
+        if given.dt and time_step(settings) is None:
+            raise entry.child("dt").error(
+                f"model {model} has no time step that could be shorter: none of its"
+                " settings says that its equations are continuous in time"
+                ' (InParts("time")); leave dt out'
+            )
+    with mistakes.noted():
+        if given.update and UPDATE not in settings:
+            raise entry.child("update").error(
+                f'model {model} has no setting "{UPDATE}", and so one order of updates;'
+                " leave update out"
+            )
+    mistakes.check()
+
+
+def time_step(settings: Mapping[str, Setting]) -> str | None:
+    """The setting that is the length of a step, of a model that is continuous in time;
+    None of another.
+    """
+    return next((name for name in settings if settings[name].each_step == "time"), None)
+
+
+def validate_dependencies() -> Schema:
+    """What `check_validate` checks of several keys, as JSON Schema, by the key."""
+    return {"validate": {"required": ["sweep"]}}
