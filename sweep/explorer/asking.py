@@ -139,6 +139,20 @@ class AskPublished:
     half: Flag = False
 
 
+@dataclass(frozen=True)
+class AskRefine:
+    """The change of a spec that puts more points into a region: between two values of
+    settings, each "NAME LOW HIGH", or about some points. Each interval there is divided
+    into `parts`. With `replicates`, other than 0, all points have so many trials.
+    """
+
+    study: str
+    between: Texts = ()
+    point: Texts = ()
+    parts: Number = 2
+    replicates: Number = 0
+
+
 def read(kind: type[Q], pairs: Sequence[tuple[str, str]]) -> Q:
     """The question of this kind that a query asks. Raises ChoiceError where it is none.
 

@@ -6,6 +6,7 @@ import { Cells, rampLegend, rangeOf } from "./cells.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
+import { Region } from "./region.js";
 
 /**
  * @import {
@@ -17,7 +18,7 @@ import { MOST_POINTS } from "./picking.js";
  *   StudyState,
  * } from "./explorer.d.ts"
  */
-/** @import { Place } from "./picking.js" */
+/** @import { Choose, Place } from "./picking.js" */
 
 /**
  * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
@@ -28,6 +29,8 @@ const AXES = /** @type {const} */ (["x", "y", "by"]);
 export class FigurePanel {
   /** @type {(Lines | Dots | Cells)[]} */
   boards = [];
+  /** @type {Region[]} */
+  regions = [];
   /** @type {Figure | null} */
   figure = null;
   /** @type {Choice | null} */
@@ -162,9 +165,10 @@ export class FigurePanel {
     this.published = [];
     this.mentioned.textContent = "";
     this.offer(figure, state);
-    for (const board of this.boards) board.remove();
+    this.tip.hidden = true;
+    for (const part of [...this.boards, ...this.regions]) part.remove();
     const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
-    this.boards = figure.panels.map((panel) => this.board(figure, panel, range));
+    this.boards = figure.panels.map((_, i) => this.board(figure, i, range));
     const titled = this.boards.map((board, i) =>
       make(
         "figure",
@@ -176,6 +180,9 @@ export class FigurePanel {
     this.panels.replaceChildren(...titled);
     this.panels.classList.toggle("several", titled.length > 1);
     for (const board of this.boards) board.draw();
+    this.regions = this.boards.map((board, i) =>
+      new Region(board, figure.panels[i], figure.settings)
+    );
     this.legend.replaceChildren(
       range ? rampLegend(figure, range) : this.colours(figure),
       this.mentioned,
@@ -190,32 +197,36 @@ export class FigurePanel {
 
   /**
    * @param {Figure} figure
-   * @param {Panel} panel
+   * @param {number} i
    * @param {[number, number] | null} range
    */
-  board(figure, panel, range) {
+  board(figure, i, range) {
+    const panel = figure.panels[i];
     const over = (/** @type {Dot | null} */ dot, /** @type {Place} */ at) =>
       this.hover(panel, dot, at);
-    const choose = (/** @type {string[]} */ points) => this.choosePoints(points);
+    /** @type {Choose} */
+    const choose = (points, about) =>
+      this.choosePoints(points, about ? this.regions[i].of(about) : "");
     if (range) return new Cells(range, panel, over, choose);
     const kind = figure.form === "lines" ? Lines : Dots;
     const board = new kind(figure, panel, over, choose);
     return board;
   }
 
-  /** @param {string[]} points */
-  choosePoints(points) {
+  /** @param {string[]} points @param {string} region that was drawn about them */
+  choosePoints(points, region) {
     const many = points.length > MOST_POINTS;
     this.crowd.hidden = !many;
     this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
       `${MOST_POINTS} can be chosen at once`;
-    if (!many) this.go({ point: points.join(" ") });
+    this.go({ region, ...(many ? {} : { point: points.join(" ") }) });
   }
 
   // The points that are chosen stand out.
   mark() {
     const points = new Set(this.choice?.point.split(" ").filter(Boolean));
     for (const board of this.boards) board.mark(points);
+    for (const region of this.regions) region.show(this.choice?.region ?? "");
   }
 
   /** @param {Figure} figure */

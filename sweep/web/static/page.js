@@ -1,6 +1,7 @@
 // The page of the simulator, as it is served.
 
 import { hashOf, openingIn, stateIn } from "./address.js";
+import { LaunchCard } from "./launch.js";
 import { mount } from "./mount.js";
 import { PAGE, pageId, Socket } from "./socket.js";
 
@@ -50,6 +51,7 @@ if (main) {
     entitle,
     opening,
     demos: "start.html",
+    launches: new LaunchCard({ explorer: "show.html" }),
   });
   addEventListener("hashchange", () => location.reload());
   window.boidsweep = Object.assign(mounted, { socket });

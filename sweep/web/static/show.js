@@ -7,6 +7,7 @@ import { ask, Refused } from "./ask.js";
 import { Player, TrialTable } from "./behind.js";
 import { ComparedView, SidesForm } from "./compared.js";
 import { FigurePanel } from "./figures.js";
+import { RefineCard } from "./refine.js";
 import { PagedTable } from "./rows.js";
 import { ScorecardView } from "./scored.js";
 import { SearchPanel } from "./searched.js";
@@ -38,6 +39,9 @@ const KEYS = /** @type {const} */ ([
   "side",
   "scorecard",
   "claim",
+  "region",
+  "parts",
+  "replicates",
 ]);
 
 /** @returns {Choice} */
@@ -92,6 +96,7 @@ export class Explorer {
     this.panel = new StatePanel((trial) => this.go({ trial, beside: "" }));
     this.figure = new FigurePanel("figure", go, command);
     this.search = new SearchPanel(go, command);
+    this.refine = new RefineCard(go);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go);
     this.player = new Player(go);
@@ -114,6 +119,7 @@ export class Explorer {
         { className: "seen" },
         this.figure.element,
         this.search.element,
+        this.refine.element,
         this.points.element,
       ),
       make("div", { className: "behind" }, this.trials.element, this.player.element),
@@ -241,6 +247,7 @@ export class Explorer {
     const { choice } = this;
     this.player.show(choice);
     this.originOf(state);
+    this.refine.show(choice, state.revision);
     await this.figure.show(choice, state); // first: of many trials all takes seconds
     await Promise.all([
       this.search.show(choice, state),
