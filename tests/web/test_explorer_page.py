@@ -15,6 +15,7 @@ from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
+from sweep.web.page import STATIC
 from sweep.web.server import PageServer
 from sweep.workers.executors import Serial
 from tests import plotted
@@ -154,6 +155,49 @@ def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
     page.goto(address)
     seen(page, "[aria-label=differences] tr.chosen")
     seen(page, "[aria-label=player]:visible .record .exact")
+
+
+def scripts(page: Page) -> dict[str, int]:
+    """The scripts that the page has loaded, with their sizes in bytes."""
+    found: dict[str, int] = page.evaluate(
+        """Object.fromEntries(
+          performance.getEntriesByType("resource")
+            .filter((one) => one.name.endsWith(".js"))
+            .map((one) => [one.name.split("/").at(-1), one.decodedBodySize]),
+        )"""
+    )
+    return found
+
+
+MOST_SCRIPT = 150_000  # bytes, of all scripts that a view loads before a trial plays
+VIEWS = {
+    "": "table",
+    "#study=small&kind=curves": ".figure .uplot",
+    "#study=small&region=separation_weight 0.5 1": ".refine .proposal",
+    "#study=grid&kind=heatmap": ".figure canvas",
+    "#study=searched": ".search tbody",
+    SIDES: ".forest canvas",
+}
+
+
+@pytest.mark.parametrize("address", VIEWS)
+def test_a_view_loads_few_scripts_before_a_trial_plays(
+    opened: Open, address: str
+) -> None:
+    page = opened(address)
+    seen(page, VIEWS[address])
+    page.wait_for_load_state("networkidle")
+    loaded = scripts(page)
+    assert loaded["show.js"] == (STATIC / "show.js").stat().st_size
+    assert sum(loaded.values()) <= MOST_SCRIPT
+    assert "mount.js" not in loaded
+
+
+def test_the_simulator_loads_when_a_trial_plays(opened: Open) -> None:
+    trial = plotted.study("small").trials["trial_id"].iloc[0]
+    page = opened(f"#study=small&trial={trial}")
+    seen(page, ".player .record .exact")
+    assert {"mount.js", "view.js", "stage.js"} <= scripts(page).keys()
 
 
 def test_a_winner_of_a_search_leads_to_its_held_out_trials(opened: Open) -> None:

@@ -148,8 +148,9 @@ function hatch(context, [left, top, right, bottom], light) {
 }
 
 // What the colours mean, in one line.
-/** @param {Figure} figure @param {[number, number]} range */
-export function rampLegend(figure, [low, high]) {
+/** @param {Figure} figure */
+export function rampLegend(figure) {
+  const [low, high] = rangeOf(figure.panels);
   const bar = make("canvas", {
     className: "ramp",
     width: 160,

@@ -2,7 +2,6 @@
 
 import { make, short, spaced } from "./dom.js";
 import { ask, Refused } from "./ask.js";
-import { Cells, rampLegend, rangeOf } from "./cells.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
@@ -19,6 +18,7 @@ import { Region } from "./region.js";
  * } from "./explorer.d.ts"
  */
 /** @import { Choose, Place } from "./picking.js" */
+/** @typedef {typeof import("./cells.js")} Heatmaps loaded for the first heatmap */
 
 /**
  * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
@@ -27,7 +27,7 @@ import { Region } from "./region.js";
 const AXES = /** @type {const} */ (["x", "y", "by"]);
 
 export class FigurePanel {
-  /** @type {(Lines | Dots | Cells)[]} */
+  /** @type {(Lines | Dots | InstanceType<Heatmaps["Cells"]>)[]} */
   boards = [];
   /** @type {Region[]} */
   regions = [];
@@ -122,8 +122,9 @@ export class FigurePanel {
     try {
       /** @type {Figure} */
       const figure = await ask("figure", this.asked);
+      const heatmaps = figure.form === "cells" ? await import("./cells.js") : null;
       if (asked !== JSON.stringify(this.asked)) return;
-      this.draw(figure, state);
+      this.draw(figure, state, heatmaps);
       this.refuse("");
       this.shown = wanted;
     } catch (error) {
@@ -159,16 +160,25 @@ export class FigurePanel {
     }
   }
 
-  /** @param {Figure} figure @param {StudyState} state */
-  draw(figure, state) {
+  /**
+   * @param {Figure} figure
+   * @param {StudyState} state
+   * @param {Heatmaps | null} heatmaps
+   */
+  draw(figure, state, heatmaps) {
     this.figure = figure;
     this.published = [];
     this.mentioned.textContent = "";
     this.offer(figure, state);
     this.tip.hidden = true;
     for (const part of [...this.boards, ...this.regions]) part.remove();
-    const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
-    this.boards = figure.panels.map((_, i) => this.board(figure, i, range));
+    const drawerOf = this.boardsOf(figure, heatmaps);
+    this.boards = figure.panels.map((panel, i) => {
+      /** @type {Choose} */
+      const choose = (points, about) =>
+        this.choosePoints(points, about ? this.regions[i].of(about) : "");
+      return drawerOf(panel, (dot, at) => this.hover(panel, dot, at), choose);
+    });
     const titled = this.boards.map((board, i) =>
       make(
         "figure",
@@ -184,7 +194,7 @@ export class FigurePanel {
       new Region(board, figure.panels[i], figure.settings)
     );
     this.legend.replaceChildren(
-      range ? rampLegend(figure, range) : this.colours(figure),
+      heatmaps?.rampLegend(figure) ?? this.colours(figure),
       this.mentioned,
     );
     this.note.textContent = [
@@ -195,22 +205,23 @@ export class FigurePanel {
     this.mark();
   }
 
+  // What draws a panel of a figure.
   /**
    * @param {Figure} figure
-   * @param {number} i
-   * @param {[number, number] | null} range
+   * @param {Heatmaps | null} heatmaps
+   * @returns {(
+   *   panel: Panel,
+   *   over: (dot: Dot | null, at: Place) => void,
+   *   choose: Choose,
+   * ) => Lines | Dots | InstanceType<Heatmaps["Cells"]>}
    */
-  board(figure, i, range) {
-    const panel = figure.panels[i];
-    const over = (/** @type {Dot | null} */ dot, /** @type {Place} */ at) =>
-      this.hover(panel, dot, at);
-    /** @type {Choose} */
-    const choose = (points, about) =>
-      this.choosePoints(points, about ? this.regions[i].of(about) : "");
-    if (range) return new Cells(range, panel, over, choose);
+  boardsOf(figure, heatmaps) {
+    if (heatmaps) {
+      const range = heatmaps.rangeOf(figure.panels);
+      return (...parts) => new heatmaps.Cells(range, ...parts);
+    }
     const kind = figure.form === "lines" ? Lines : Dots;
-    const board = new kind(figure, panel, over, choose);
-    return board;
+    return (...parts) => new kind(figure, ...parts);
   }
 
   /** @param {string[]} points @param {string} region that was drawn about them */

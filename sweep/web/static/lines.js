@@ -12,6 +12,17 @@ const REACH = 24; // pixels from a mark
 const TICK = 60; // pixels of a tick with its number
 const ROOM = 0.1; // of the values, above and below them
 
+/** @type {Promise<void> | undefined} */
+let loading;
+
+// uPlot is a script that makes a global. It is loaded when the first curve is drawn.
+/** @returns {Promise<void>} */
+const loaded = () =>
+  loading ??= new Promise((done, fail) => {
+    const on = { load: () => done(), error: fail };
+    document.head.append(make("script", { src: "uplot.js", on }));
+  });
+
 export class Lines {
   /** @type {Plotted | null} */
   plot = null;
@@ -82,6 +93,10 @@ export class Lines {
   draw() {
     const width = this.element.clientWidth;
     if (!width || !this.element.isConnected) return;
+    if (typeof uPlot === "undefined") {
+      loaded().then(() => this.draw());
+      return;
+    }
     this.plot?.destroy();
     const style = getComputedStyle(this.element);
     const data = this.data;

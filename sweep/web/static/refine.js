@@ -4,7 +4,6 @@
 import { make, short, spaced } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { ALL } from "./behind.js";
-import { LaunchCard } from "./launch.js";
 import { regionOf } from "./region.js";
 
 /** @import { Choice, Refined } from "./explorer.d.ts" */
@@ -16,11 +15,12 @@ export class RefineCard {
   choice = null;
   revision = "";
   asked = "";
+  /** @type {import("./launch.js").LaunchCard | null} */
+  launches = null;
 
   /** @param {(change: Partial<Choice>) => void} go */
   constructor(go) {
-    const nothing = { region: "", point: "", parts: "", replicates: "" };
-    this.launches = new LaunchCard({ launched: () => go(nothing) });
+    this.go = go;
     this.region = make("input", {
       type: "text",
       id: "region",
@@ -55,8 +55,17 @@ export class RefineCard {
         labelled("parts of each interval", this.parts),
         labelled("replicates of all points", this.replicates),
       ),
-      this.launches.element,
     );
+  }
+
+  // What shows the change, and launches it; its script is loaded for the first one.
+  async launching() {
+    const { LaunchCard } = await import("./launch.js");
+    if (this.launches) return this.launches;
+    const nothing = { region: "", point: "", parts: "", replicates: "" };
+    this.launches = new LaunchCard({ launched: () => this.go(nothing) });
+    this.element.append(this.launches.element);
+    return this.launches;
   }
 
   /** @param {Choice} choice @param {string} revision */
@@ -86,23 +95,24 @@ export class RefineCard {
     const wanted = JSON.stringify([question, this.revision]);
     if (!this.element.open || !this.choice || wanted === this.asked) return;
     this.asked = wanted;
-    await this.launches.look();
+    const launches = await this.launching();
+    await launches.look();
     if (wanted !== this.asked) return;
     const { between, point, replicates } = question;
     if (![...between, ...point, replicates].some(Boolean)) {
-      return this.launches.show(null);
+      return launches.show(null);
     }
     try {
       /** @type {Refined} */
       const refined = await ask("refine", question);
       if (wanted !== this.asked) return;
-      this.launches.show(refined);
+      launches.show(refined);
       this.replicates.placeholder = String(refined.replicates ?? "");
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       if (wanted !== this.asked) return;
-      this.launches.show(null);
-      this.launches.refuse(error.message);
+      launches.show(null);
+      launches.refuse(error.message);
     }
   }
 }
