@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
@@ -155,6 +155,29 @@ def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
     page.goto(address)
     seen(page, "[aria-label=differences] tr.chosen")
     seen(page, "[aria-label=player]:visible .record .exact")
+
+
+def test_an_answer_that_comes_late_does_not_undo_a_later_choice(opened: Open) -> None:
+    """A figure is waited for, and meanwhile a trial is chosen."""
+    trial = plotted.study("small").trials["trial_id"].iloc[0]
+    point = plotted.study("small").points.index[0]
+    page = opened("#study=small")
+    seen(page, ".figure .uplot")
+    held: list[Route] = []
+    page.route(re.compile("ask/figure.*kind=scatter"), lambda route: held.append(route))
+    here = f"study=small&point={point}"
+    with page.expect_request(re.compile("ask/figure.*kind=scatter")):
+        page.evaluate(f"location.hash = '{here}&kind=scatter'")
+    page.evaluate(f"location.hash = '{here}&trial={trial}'")
+    beside = page.get_by_role("button", name=re.compile("^Play .* beside"))
+    expect(beside).to_have_count(2, timeout=PATIENCE)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(urlsplit(request.url).path))
+    held[0].continue_()
+    for _ in range(2):
+        page.wait_for_event("response", lambda one: "ask/state" in one.url)
+    assert not [path for path in asked if path.endswith("ask/trials")]
+    expect(beside).to_have_count(2)
 
 
 def scripts(page: Page) -> dict[str, int]:

@@ -277,6 +277,7 @@ export class Explorer {
     this.originOf(state);
     this.refine.show(choice, state.revision);
     await this.figure.show(choice, state); // first: of many trials all takes seconds
+    if (choice !== this.choice) return; // another one was chosen meanwhile
     await Promise.all([
       this.search.show(choice, state),
       this.points.show(choice, state.revision),
