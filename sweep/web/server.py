@@ -150,7 +150,7 @@ class Rooms:
                     }
                 )
             show = await making
-            if hello.yaml:
+            if hello.yaml or hello.kept_trial:
                 try:
                     show = await asyncio.to_thread(_restored, show, hello)
                 except UserError as error:

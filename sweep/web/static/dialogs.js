@@ -87,7 +87,6 @@ export class SpecDialog {
     if (!this.box.open) this.box.showModal();
     this.text.scrollTop = 0;
     this.copy();
-    this.offer(yaml);
   }
 
   // Where the page may launch, what a launch of this spec would change.

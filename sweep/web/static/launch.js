@@ -20,8 +20,8 @@ export class LaunchCard {
     this.explorer = explorer;
     this.launched = launched;
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
-    this.difference = make("pre", { className: "difference" });
-    this.lines = make("pre", { className: "lines" });
+    this.difference = scrolling("difference", "what sweep diff says");
+    this.lines = scrolling("lines", "changed lines of the spec");
     this.file = make("summary");
     this.command = make("code");
     this.launch = make("button", {
@@ -111,13 +111,14 @@ export class LaunchCard {
     this.refusal.hidden = !words;
   }
 
+  // Does what may be refused, also by a server that is no longer there.
   /** @param {() => Promise<void>} work */
   async guarded(work) {
     try {
       await work();
     } catch (error) {
-      if (!(error instanceof Refused)) throw error;
-      this.refuse(error.message);
+      const gone = "The server does not answer; a launch goes on without it.";
+      this.refuse(error instanceof Refused ? error.message : gone);
     }
   }
 
@@ -154,13 +155,20 @@ export class LaunchCard {
     this.follow.href = `${this.explorer}#study=${
       encodeURIComponent(started?.study ?? "")
     }`;
-    if (running) this.timer = setTimeout(() => this.look(), LOOK_AGAIN);
+    if (!running) return;
+    const again = () => this.guarded(async () => void await this.look());
+    this.timer = setTimeout(again, LOOK_AGAIN);
   }
 
   save() {
     if (this.proposal) download("spec.yaml", "text/yaml", this.proposal.text);
   }
 }
+
+// A text of lines that may be too long for a narrow window.
+/** @param {string} className @param {string} label */
+const scrolling = (className, label) =>
+  make("pre", { className, tabIndex: 0, role: "region", "aria-label": label });
 
 /** @param {NonNullable<Launches["started"]>} started */
 function saidOf({ study, process, code, said }) {

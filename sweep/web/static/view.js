@@ -277,8 +277,8 @@ export class View {
 
   // Asks for what this page would go on with, once nothing has changed for a while.
   /** @param {State} state */
-  keep({ settings, shapes, seed, plots, sweeps, trial, replay }) {
-    if (!this.memory || replay) return;
+  keep({ settings, shapes, seed, plots, sweeps, trial }) {
+    if (!this.memory) return;
     const edited = JSON.stringify([settings, shapes, seed, plots, sweeps, trial]);
     if (edited === this.edited) return;
     this.edited = edited;
@@ -497,6 +497,7 @@ export class View {
   /** @param {Spec} message */
   showSpec(message) {
     this.spec.show(message, Object.keys(this.state?.sweeps ?? {}).length > 0);
+    if (!this.away) this.spec.offer(message.yaml);
   }
 
   /** @param {File} file */
