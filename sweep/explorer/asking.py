@@ -92,9 +92,12 @@ class AskSearch:
 
 @dataclass(frozen=True)
 class AskScorecard:
-    """The scorecard that a reproduction has written, `full` or `quick`."""
+    """The scorecard that a reproduction has written, `full` or `quick`; of one that was
+    `seen` only its revision.
+    """
 
     scale: str = "full"
+    seen: str = ""
 
 
 @dataclass(frozen=True)

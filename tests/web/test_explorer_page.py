@@ -237,14 +237,43 @@ def test_a_winner_of_a_search_leads_to_its_held_out_trials(opened: Open) -> None
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of an explorer of a tiny publication, which is judged."""
+def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of a tiny publication, which is judged."""
     folder = tmp_path_factory.mktemp("judged")
     experiments(folder)
     publications = read_all(folder / "experiments", quick=False, only=())
     reproduce(publications, folder / "results", Serial(), ProgressBar)
-    with in_a_thread(explorer(folder / "results", None)[0]) as server:
+    return folder / "results"
+
+
+@pytest.fixture(scope="module")
+def judged(reproduced: Path) -> Iterator[str]:
+    """The address of an explorer of it."""
+    with in_a_thread(explorer(reproduced, None)[0]) as server:
         yield server.url
+
+
+def test_a_new_scorecard_is_shown_without_a_reload_and_an_old_one_is_left_alone(
+    opened: Open, judged: str, reproduced: Path
+) -> None:
+    page = opened()
+    page.goto(f"{judged}#scorecard=full")
+    claim = page.get_by_role("row").filter(has_text="start-speed")
+    expect(claim).to_contain_text("confirmed")
+    page.evaluate("document.querySelector('tbody tr').before_it = true")
+    for _ in range(2):
+        page.wait_for_event("response", lambda one: "ask/scorecard" in one.url)
+    assert page.evaluate("document.querySelector('tbody tr').before_it")
+    file = reproduced / "scorecard.json"
+    before = file.read_text()
+    content = json.loads(before)
+    for row in content["rows"]:
+        row["status"] = "undecided"
+    file.write_text(json.dumps(content))
+    try:
+        expect(claim).to_contain_text("undecided", timeout=PATIENCE)
+    finally:
+        file.write_text(before)
 
 
 def test_a_claim_leads_to_its_figure_and_a_trial_that_plays(

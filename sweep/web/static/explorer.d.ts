@@ -192,6 +192,7 @@ export interface Claim {
 }
 
 export interface Scorecard {
+  revision: string;
   scale: string;
   scales: string[];
   documents: Record<string, string>;
