@@ -96,6 +96,8 @@ GUARDED = {
     "sweep/workers/executors.py resource_tracker": "where pthread_sigmask is",
     "sweep/workers/executors.py sched_getaffinity": "asked for before it is used",
     "sweep/workers/remote.py start_new_session": "Windows takes and ignores it",
+    "sweep/web/launching.py start_new_session": "Windows takes and ignores it",
+    "sweep/cli/page_beside.py start_new_session": "Windows takes and ignores it",
     "sweep/web/server.py SO_REUSEADDR": "where SO_EXCLUSIVEADDRUSE is not",
 }
 """Every use of such a name, and why it is no error elsewhere."""

@@ -13,9 +13,9 @@ from numpy.random import Generator
 
 from kernels.jit import jit
 from kernels.model import Model, Sight
+from kernels.near import Near
 from kernels.neighbours import (
     ALL_ROUND,
-    Near,
     move,
     move_all,
     search,
@@ -140,9 +140,7 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
 
 
 @jit
-def _paced(
-    vx: float, vy: float, decay: float, brake: float
-) -> tuple[float, float]:
+def _paced(vx: float, vy: float, decay: float, brake: float) -> tuple[float, float]:
     """A velocity after its boid has propelled itself for a while.
 
     It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2), where

@@ -22,6 +22,7 @@ themselves, so that `sweep --help` answers at once.
     viewing          view: the live simulator
     showing          show: the results explorer, or a study as one file
     supplementing    the options of that file
+    page_beside      the explorer beside a launch
     guide            guide: the documentation, in the terminal
     warming          warm: compiles ahead
     checking         check: whether a model keeps its promises

@@ -104,6 +104,17 @@ Trust = Annotated[
         help="Run the study's own code, though it was not launched by you here.",
     ),
 ]
+LaunchFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--launch",
+        metavar="SPEC",
+        help=(
+            "Let the page launch: when you say so, it writes what you see into this"
+            " file, and runs sweep launch of it."
+        ),
+    ),
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 

@@ -1,14 +1,26 @@
 """Commands that run trials."""
 
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from sweep.cli.app import CodeFrom, Json, NoCode, Quiet, Results, Spec, Workers, app
+from sweep.cli.app import (
+    CodeFrom,
+    Json,
+    NoCode,
+    Quiet,
+    Results,
+    Spec,
+    Workers,
+    app,
+    stop,
+)
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
+from sweep.cli.page_beside import check_installed, page_beside
 from sweep.errors import ChoiceError
 
 MOST_PLANNED = 1_000_000
@@ -47,6 +59,18 @@ def launch(
     scheduler_file: SchedulerFile = None,
     no_code: NoCode = False,
     code_from: CodeFrom = None,
+    show: Annotated[
+        bool,
+        typer.Option(
+            "--show",
+            help="Follow it in the browser, in the results explorer, which may launch"
+            " the spec again after a change. The page stays until Ctrl-C.",
+        ),
+    ] = False,
+    no_open: Annotated[
+        bool,
+        typer.Option("--no-open", help="With --show: only print the address."),
+    ] = False,
 ) -> None:
     """Run the trials of a study that are not stored yet, or of each study of a spec,
     and of the variants that `validate` asks for.
@@ -61,13 +85,25 @@ def launch(
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
+    if no_open and not show:
+        stop("--no-open: is for a page; add --show")
+    if show:
+        check_installed()
     check_spec_file(spec, results)
     specs = load_specs(spec, code=not no_code, code_from=code_from)
     studies = [study for one in specs for study in with_variants(one)]
     if len(studies) > 1:
         check_launches(studies, share)
     troubled, threads = False, max(study.threads for study in studies)
-    with engine(executor, workers, address, scheduler_file, threads) as made:
+    page: AbstractContextManager[None] = nullcontext()
+    if show:
+        words = ["--results", str(results), *(["--no-open"] if no_open else [])]
+        if len(studies) == 1 and executor is EngineKind.local:
+            words += ["--launch", str(spec), "--workers", str(workers)]
+            words += ["--no-code"] if no_code else []
+            words += ["--code-from", str(code_from)] if code_from else []
+        page = page_beside(words)
+    with page, engine(executor, workers, address, scheduler_file, threads) as made:
         for study in studies:
             name = f"{study.name}, share {share}" if share else study.name
             with ProgressBar(name, quiet=quiet) as bar:

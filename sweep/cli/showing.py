@@ -4,12 +4,23 @@ compared; or writes a study as one file.
 
 import sys
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.cli.app import Force, Results, Trust, Workers, app, stop
+from sweep.cli.app import (
+    CodeFrom,
+    Force,
+    LaunchFile,
+    NoCode,
+    Results,
+    Trust,
+    Workers,
+    app,
+    stop,
+)
 from sweep.cli.completing import study_names
 from sweep.cli.reading import Confidence, Correction, Margin, Over, Together, Where
 from sweep.cli.supplementing import (
@@ -35,10 +46,13 @@ from sweep.text import installing
 
 if TYPE_CHECKING:
     from sweep.explorer.asking import AskComparison
+    from sweep.web.launching import Launcher
 
 ALWAYS = ("study", "other", "results", "trust", "to")
-SERVED = ("port", "no_open")
+SERVED = ("port", "no_open", "launch")
 """Options of a page that is served."""
+LAUNCHED = ("workers", "no_code", "code_from")
+"""Options of what a page launches; of a file and of it, the workers."""
 JUDGED = ("margin", "confidence", "together")
 """Options of two sides alone."""
 COMPARED = ("metric", "over", *JUDGED)
@@ -77,6 +91,9 @@ def show(
             "--no-open", help="Only print the address, as for a remote machine."
         ),
     ] = False,
+    launch: LaunchFile = None,
+    no_code: NoCode = False,
+    code_from: CodeFrom = None,
     to: To = None,
     metric: FigureMetric = "",
     over: Annotated[
@@ -105,7 +122,8 @@ def show(
 
     It only reads, and follows a launch that is running. The page is served to this
     machine only. Ctrl-C ends it. Two studies, or two parts of one, are compared, with
-    the numbers of sweep compare.
+    the numbers of sweep compare. With --launch it may put more points into a region of
+    the study of a spec, and launch that, when you say so.
 
     With --to it writes one study for readers instead, as one file of at most 16 MiB:
     its figure with intervals, and behind every point a stored trial that plays. Each of
@@ -115,10 +133,15 @@ def show(
     if study is None or to is None:
         from sweep.explorer.asking import AskComparison
 
+        launcher = None
+        if launch:
+            options = ["--workers", str(workers)] if workers else []
+            launcher = _launcher(launch, results, options, no_code, code_from)
+            study = study or launcher.study
         metrics, half = (metric,) if metric else (), over is Over.half
         judged = (metrics, half, margin, confidence, together.value)
         first = AskComparison(study, other, *judged) if study and other else study
-        _serve(results, first, port, trust=trust, no_open=no_open)
+        _serve(results, first, port, launcher, trust=trust, no_open=no_open)
         return
     from sweep.explorer.publication import PaperTexts, publication, read_cff
     from sweep.explorer.supplement import SupplementChoice
@@ -156,19 +179,40 @@ def _check_options(
     if other and to:
         stop(f"--to {to}: a file shows one study, and two are given: {study}, {other}")
     if to is None:
-        page = (*ALWAYS, *SERVED, *(COMPARED if other else ()))
+        if "launch" not in given and (launched := named(*LAUNCHED)):
+            stop(f"{launched}: for a page that launches; add --launch SPEC")
+        page = (*ALWAYS, *SERVED, *LAUNCHED, *(COMPARED if other else ()))
         if of_file := named(*(given.keys() - set(page))):
             stop(f"{of_file}: for a file; add --to FILE.html")
     elif study is None:
         stop(f"--to {to}: of which study? sweep show STUDY --to {to}")
-    elif of_page := named(*SERVED):
+    elif of_page := named(*SERVED, "no_code", "code_from"):
         stop(f"{of_page}: for a page that is served, and --to writes a file")
+
+
+def _launcher(
+    file: Path,
+    results: Results,
+    options: list[str],
+    no_code: bool,
+    code_from: Path | None,
+) -> "Launcher":
+    """What launches the spec in a file, which must be there."""
+    from sweep.cli.spec_files import check_spec_file
+    from sweep.own_code.reading import load_spec
+    from sweep.web.launching import Launcher
+
+    check_spec_file(file, results)
+    options += ["--code-from", str(code_from)] if code_from else []
+    read = partial(load_spec, code=not no_code, code_from=code_from)
+    return Launcher(file, results, options, read=read)
 
 
 def _serve(
     results: Results,
     first: "str | AskComparison | None",
     port: int,
+    launcher: "Launcher | None",
     *,
     trust: bool,
     no_open: bool,
@@ -178,10 +222,12 @@ def _serve(
     except ModuleNotFoundError as error:
         needed = f"the explorer needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
-    server, url = explorer(results, first, port, trust=trust)
+    server, url = explorer(results, first, port, trust=trust, launcher=launcher)
     print(url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:
         open_page(url)
     with suppress(KeyboardInterrupt):
         server.run()
+    if launcher and (said := launcher.leave()):
+        print(said, file=sys.stderr)

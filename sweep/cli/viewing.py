@@ -3,17 +3,19 @@
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.cli.app import CodeFrom, NoCode, Results, Trust, app, stop
+from sweep.cli.app import CodeFrom, LaunchFile, NoCode, Results, Trust, app, stop
 from sweep.cli.completing import model_names
 from sweep.spec.study_folder import SPEC_ENDINGS
 from sweep.text import installing
 
 if TYPE_CHECKING:
+    from sweep.spec.study import Study
     from sweep.tables.stored_study import StoredStudy
     from sweep.tables.stored_trials import StoredTrial
     from sweep.web.show import Show
@@ -70,6 +72,7 @@ def view(
         ),
     ] = False,
     results: Results = Path("results"),
+    launch: LaunchFile = None,
     no_code: NoCode = False,
     code_from: CodeFrom = None,
     trust: Trust = False,
@@ -89,24 +92,37 @@ def view(
             f"{what} is a spec, and {trial} the trial of a study:"
             f" sweep view STUDY {trial}"
         )
+    if launch:
+        _check_launch(launch, what, model)
     if trial and settings:
         stop("--set is for a live run, and a stored trial has its settings")
     try:
-        from sweep.web.server import PageServer
+        from sweep.explorer.site import site_of
+        from sweep.explorer.watching import Watched
+        from sweep.web.launching import Launcher
+        from sweep.web.server import PageServer, PageSite
     except ModuleNotFoundError as error:
         needed = f"the live simulator needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
+    known = None
     if what and trial:
         begin = _replayed(_stored(what, results, trust), trial)
     elif what:
         allowed = {"trust": trust, "code": not no_code}
         state = _state_of(what, results, **allowed, code_from=code_from)
-        begin = _live(_with(settings, state))
+        known, begin = state.known, _live(_with(settings, state))
     else:
         state = _chosen(model, preset, map_name, code=not no_code)
-        begin = _live(_with(settings, state))
+        known, begin = state.known, _live(_with(settings, state))
     asked = what or model or preset or map_name or settings
-    server = PageServer(_first_at_once(begin) if asked else begin, port)
+    launcher, site = None, PageSite()
+    if launch and known:
+        read = partial(_spec_of, code=not no_code, code_from=code_from)
+        options = ["--code-from", str(code_from)] if code_from else []
+        launcher = Launcher(launch, results, options, known=known, read=read)
+        explorer = site_of(Watched(results, trust=trust), launcher)
+        site = explorer._replace(home=site.home)
+    server = PageServer(_first_at_once(begin) if asked else begin, port, site)
     address = server.url if asked else server.start
     print(address, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
@@ -114,6 +130,34 @@ def view(
         open_page(address)
     with suppress(KeyboardInterrupt):
         server.run()
+    if launcher and (said := launcher.leave()):
+        print(said, file=sys.stderr)
+
+
+def _check_launch(file: Path, what: str | None, model: str | None) -> None:
+    """End the command where the page could not launch what it shows from this file, or
+    would replace a spec that nobody has opened.
+    """
+    if what and not _is_spec(what):
+        stop(f"--launch {file}: {what} is stored: sweep show {what} --launch SPEC")
+    named = Path((what or model or "").partition(":")[0])
+    home = named.parent
+    if named.is_file() and file.resolve().parent != home.resolve():
+        stop(
+            f"--launch {file}: must lie in the folder {home}: what a spec names is"
+            " looked for beside it"
+        )
+    if file.exists() and (what is None or not file.samefile(what)):
+        stop(
+            f"--launch {file}: is there already; open it, sweep view {file} --launch"
+            f" {file}, or name a new file"
+        )
+
+
+def _spec_of(file: Path, *, code: bool, code_from: Path | None) -> "Study":
+    from sweep.own_code.reading import load_spec
+
+    return load_spec(file, code=code, code_from=code_from)
 
 
 def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":

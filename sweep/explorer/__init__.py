@@ -1,8 +1,8 @@
 """The results explorer: a page that asks about stored studies, and answers as plain
 data.
 
-It only reads. Numbers come from the tables and figures of a study, so they are those
-that `sweep table` prints and `sweep plot` draws.
+It only reads, and proposes changes of a spec. Numbers come from the tables and figures
+of a study, so they are those that `sweep table` prints and `sweep plot` draws.
 
     asking    the questions that the page may ask
     watching  stored studies, read again when something was stored
@@ -14,6 +14,8 @@ that `sweep table` prints and `sweep plot` draws.
     compared  two sides, with the points behind each row
     searched  the report of a search, with the points behind each row
     scored    the scorecard, with the points behind each claim
+    refining  a spec with more points in a region
+    changing  what such a change would do
     site      what the server of the page has
 
 A supplement is another page, one file of HTML for readers:

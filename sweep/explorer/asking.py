@@ -92,9 +92,12 @@ class AskSearch:
 
 @dataclass(frozen=True)
 class AskScorecard:
-    """The scorecard that a reproduction has written, `full` or `quick`."""
+    """The scorecard that a reproduction has written, `full` or `quick`; of one that was
+    `seen` only its revision.
+    """
 
     scale: str = "full"
+    seen: str = ""
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,20 @@ class AskPublished:
     study: str
     metric: str
     half: Flag = False
+
+
+@dataclass(frozen=True)
+class AskRefine:
+    """The change of a spec that puts more points into a region: between two values of
+    settings, each "NAME LOW HIGH", or about some points. Each interval there is divided
+    into `parts`. With `replicates`, other than 0, all points have so many trials.
+    """
+
+    study: str
+    between: Texts = ()
+    point: Texts = ()
+    parts: Number = 2
+    replicates: Number = 0
 
 
 def read(kind: type[Q], pairs: Sequence[tuple[str, str]]) -> Q:

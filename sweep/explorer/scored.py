@@ -40,10 +40,15 @@ def scorecard(watched: Watched, asked: AskScorecard) -> dict[str, Any]:
     `picture`, whether there is a figure, and `behind`: for each side the stored
     `study`, `metric`, `half` and `where` of the trials, in the words of a page.
     `documents` are their titles by name, `scales` those that there are, and `command`
-    writes it. Raises StoreError where there is none, and for a damaged one.
+    writes it. `revision` is a word for the file; where the page has seen it, only that
+    is answered. Raises StoreError where there is none, and for a damaged one.
     """
+    revision = _revision(watched, asked.scale)
+    if revision and revision == asked.seen:
+        return {"revision": revision}
     content = _read(watched, asked.scale)
     return {
+        "revision": revision,
         "scale": asked.scale,
         "scales": scales(watched),
         "documents": {one["study"]: one["title"] for one in content["documents"]},
@@ -86,6 +91,15 @@ def _file(watched: Watched, scale: str) -> Path:
         raise ChoiceError(unknown("scale", scale, FOLDERS))
     root = local_folder(watched.results, "the scorecard")
     return root / FOLDERS[scale] / SCORECARD[-1]
+
+
+def _revision(watched: Watched, scale: str) -> str:
+    """A word that changes when a scorecard is written; "" where there is none."""
+    try:
+        about = _file(watched, scale).stat()
+    except OSError:
+        return ""
+    return f"{about.st_mtime_ns:x}-{about.st_size:x}"
 
 
 def _read(watched: Watched, scale: str) -> dict[str, Any]:

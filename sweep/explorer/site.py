@@ -9,7 +9,8 @@ from typing import Any
 from urllib.parse import quote, urlencode
 
 from sweep.explorer import asking
-from sweep.explorer.asking import AskComparison, read
+from sweep.explorer.asking import AskComparison, AskRefine, read
+from sweep.explorer.changing import refine
 from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
 from sweep.explorer.mentioned import published_at
@@ -21,6 +22,7 @@ from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
 from sweep.store.locations import Location, local_folder
 from sweep.tables.stored_study import StoredStudy
+from sweep.web.launching import Launcher
 from sweep.web.live import Live
 from sweep.web.replaying import Replay
 from sweep.web.server import PageServer, PageSite, Pairs
@@ -49,22 +51,24 @@ def explorer(
     port: int = 0,
     *,
     trust: bool = False,
+    launcher: Launcher | None = None,
 ) -> tuple[PageServer, str]:
     """The server of the explorer of a folder of results, and the address that begins
     with `first`: a study, two sides compared, or the list of all studies, which an
-    object store has not. Raises StoreError where there is none, and ChoiceError for
-    what cannot be compared.
+    object store has not. Raises StoreError where there is none, but for the study that
+    the page launches, and ChoiceError for what cannot be compared.
     """
     watched, begin = Watched(results, trust=trust), ""
     if isinstance(first, AskComparison):
         comparison(watched, first)
         begin = f"#{address(first)}"
     elif first:
-        watched.counted(first)
+        if not (launcher and launcher.study == first):
+            watched.counted(first)
         begin = f"#study={quote(first)}"
     else:
         local_folder(results, "to begin with the list of studies needs")
-    server = PageServer(_simulator, port, site_of(watched))
+    server = PageServer(_simulator, port, site_of(watched, launcher))
     return server, server.url + begin
 
 
@@ -84,10 +88,17 @@ def _spelled(value: object) -> str:
     return "yes" if value is True else str(value)
 
 
-def site_of(watched: Watched) -> PageSite:
+def site_of(watched: Watched, launcher: Launcher | None = None) -> PageSite:
     """What a server has of these studies."""
     answers = {name: partial(_answer, watched, name) for name in QUESTIONS}
-    return PageSite(HOME, answers, partial(_replayed, watched))
+    answers["refine"] = partial(_refined, watched, launcher)
+    return PageSite(HOME, answers, partial(_replayed, watched), launcher)
+
+
+def _refined(
+    watched: Watched, launcher: Launcher | None, pairs: Pairs
+) -> dict[str, Any]:
+    return refine(watched, launcher, read(AskRefine, pairs))
 
 
 def _answer(watched: Watched, name: str, pairs: Pairs) -> dict[str, Any]:

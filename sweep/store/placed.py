@@ -3,6 +3,7 @@ read and looked up once, whatever is read of the trials then.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -57,8 +58,9 @@ def placed_trials(
     stored = row >= 0
     wanted = np.zeros(len(found), np.bool_)
     wanted[row[stored]] = True
-    ends = np.cumsum([len(column) for column in columns], dtype=np.int64)[:-1]
-    rows = zip(parts, columns, np.split(wanted, ends), strict=True)
+    ends = np.cumsum([0, *map(len, columns)], dtype=np.int64)
+    own = [wanted[first:end] for first, end in pairwise(ends.tolist())]
+    rows = zip(parts, columns, own, strict=True)
     ids = trial_ids if stored.all() else trial_ids.filter(pa.array(stored))
     number = np.cumsum(wanted) - 1
     return PlacedTrials([PartRows(*one) for one in rows], ids, number[row[stored]])

@@ -546,13 +546,14 @@ class StoredStudy:
     def trials(self) -> pd.DataFrame:
         """One row a stored trial of the spec, in its order: what it is, every setting,
         every metric. Before the first one is stored it has the columns of the plan,
-        `status` and the metrics.
+        `status`, `error` and the metrics.
         """
         table = self._table("trials", (*self.varied, *self.metrics))
         if not table.num_rows:
             empty: pd.DataFrame = self.plan.slice(0, 0).to_pandas()
             return empty.assign(
                 status=pd.Series(dtype=object),
+                error=pd.Series(dtype=object),
                 **dict.fromkeys(columns_of(self.metrics), pd.Series(dtype=np.float64)),
             )
         return self._in_order(table)

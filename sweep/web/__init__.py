@@ -36,5 +36,6 @@ that sweeps use.
     replayed_page  a stored trial as a page
     demo           the demos of the start page
     server         the page, to this machine alone
+    launching      launches that a page asks for, of one spec
     widget         the page, in a notebook
 """

@@ -147,7 +147,11 @@ class Live(Session):
         }
 
     def restore(self, hello: messages.Hello) -> None:
-        """Show what a page has kept. Raises SpecError where that cannot be shown."""
+        """Show what a page has kept, if that is no stored trial. Raises SpecError where
+        that cannot be shown.
+        """
+        if not hello.yaml:
+            return
         before = self.state
         path = before.opened.study.path if before.opened else Path("spec.yaml")
         kept = (hello.yaml, hello.point, hello.replicate)

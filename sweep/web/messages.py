@@ -27,8 +27,9 @@ class Request:
 class Hello(Request):
     """The page is there. `page` is its name: a page that comes back finds its session
     by it. Where there is none any more, the session begins with what the page has kept:
-    of one run, or of two side by side. With a `trial` it is that of a stored trial of a
-    study; `beside` names another one of it that is played beside that one.
+    of one run, of two side by side, or of a stored trial, `kept_trial`, of a study.
+    With a `trial` it is that of a stored trial of a study; `beside` names another one
+    of it that is played beside that one.
     """
 
     page: str
@@ -38,6 +39,8 @@ class Hello(Request):
     yaml_beside: Yaml = ""
     point_beside: str = ""
     replicate_beside: Whole = 0
+    kept_study: str = ""
+    kept_trial: str = ""
     study: str = ""
     trial: str = ""
     beside: str = ""

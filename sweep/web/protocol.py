@@ -7,9 +7,10 @@ page knows which state is older than its last message. Only hello and ready have
 answer of this kind. A message may have a `side` too: which one of two runs side by side
 it is about, 0 or 1. What is said of the second one has side 1.
 
-    hello page yaml point replicate yaml_beside point_beside replicate_beside study
-          trial beside           first; answered by controls, scene, state, metrics and
-                                 a frame. The next six are what `kept` has said, for a
+    hello page yaml point replicate yaml_beside point_beside replicate_beside kept_study
+          kept_trial study trial
+          beside                 first; answered by controls, scene, state, metrics and
+                                 a frame. The next eight are what `kept` has said, for a
                                  page whose session is gone; study and trial name a
                                  stored trial to play, and beside another one that is
                                  played beside it
@@ -31,7 +32,8 @@ it is about, 0 or 1. What is said of the second one has side 1.
                                  no longer
     spec                         answered by spec: yaml, trial, exact, note
     keep                         answered by kept: yaml, point, replicate; of two runs
-                                 also those of the second, as in hello
+                                 also those of the second, and of a stored trial its
+                                 kept_study and kept_trial, as in hello
     export kind                  png, svg, gif, mp4 or html; answered by file: name,
                                  mime, data (base64)
     stop                         the file that is being made is not wanted any more

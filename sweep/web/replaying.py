@@ -154,7 +154,11 @@ class Replay(Live):
         raise SpecError(FIXED)
 
     def restore(self, hello: messages.Hello) -> None:
-        """A stored trial is what it was: nothing need be kept of it."""
+        """Play the trial that a page has kept, if it is one of this study. Raises as
+        the class itself does.
+        """
+        if hello.kept_trial and hello.kept_study == self.study.name:
+            self._begin(self._load(hello.kept_trial))
 
     def handle(self, message: Message) -> list[Reply]:
         """Do what the page asks. Raises SpecError for what would change the replay."""
@@ -180,6 +184,11 @@ class Replay(Live):
             case message if isinstance(message, CHANGING):
                 raise SpecError(FIXED)
         return super().handle(message)
+
+    def kept(self) -> Reply:
+        """The trial that the page goes on with when this session is gone."""
+        trial = {"kept_study": self.study.name, "kept_trial": self.job.trial_id}
+        return {"type": "kept", "yaml": "", "point": "", "replicate": 0} | trial
 
     def _show_stored(self, trial: str) -> list[Reply]:
         """Play another stored trial, with the same plots where it has them."""

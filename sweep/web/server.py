@@ -8,6 +8,7 @@ be the page itself.
 import asyncio
 import base64
 import hmac
+import json
 import secrets
 import socket
 import time
@@ -27,6 +28,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from sweep.errors import SpecError, UserError
 from sweep.store.user_key import own_key
 from sweep.web.demo import DEMOS, moving
+from sweep.web.launching import Launcher, actions, state_of
 from sweep.web.messages import Hello
 from sweep.web.playing import Player
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, parse, write
@@ -77,11 +79,13 @@ class PageSite(NamedTuple):
     answers  what it knows, by the names of questions: a function of the query of a GET,
              which returns plain data; a UserError that it raises is the answer too
     stored   the run of a stored trial, by its study and its id
+    launcher launches what a page proposes; None where pages only read
     """
 
     home: str = "index.html"
     answers: Mapping[str, Callable[[Pairs], Any]] = {}
     stored: Callable[[str, str], RunShow] = _nothing_stored
+    launcher: Launcher | None = None
 
 
 class Socket:
@@ -146,7 +150,7 @@ class Rooms:
                     }
                 )
             show = await making
-            if hello.yaml:
+            if hello.yaml or hello.kept_trial:
                 try:
                     show = await asyncio.to_thread(_restored, show, hello)
                 except UserError as error:
@@ -194,6 +198,9 @@ class PageServer:
     ) -> None:
         self.site = site or PageSite()
         self.rooms = Rooms(begin, self.site.stored)
+        launcher = self.site.launcher
+        self.answers = {**self.site.answers, "launch": lambda _: state_of(launcher)}
+        self.actions = actions(launcher)
         self.token = _token(port)
         self.socket = _bound(port)
         self.url = f"http://{HERE}:{self.socket.getsockname()[1]}/{self.token}/"
@@ -203,6 +210,7 @@ class PageServer:
             Route("/{token}/demos", self._demos),
             Route("/{token}/demos/{name}", self._moving),
             Route("/{token}/ask/{question}", self._answer),
+            Route("/{token}/do/{action}", self._act, methods=["POST"]),
             WebSocketRoute("/{token}/socket", self._talk),
             Route("/{token}/", self._file),
             Route("/{token}/{file}", self._file),
@@ -255,13 +263,27 @@ class PageServer:
 
     async def _answer(self, request: Request) -> Response:
         """What the site knows, as JSON; or why it is not told, as `error`."""
-        answer = self.site.answers.get(request.path_params["question"])
+        answer = self.answers.get(request.path_params["question"])
         if not self._admits(request) or answer is None:
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
         try:
             pairs = request.query_params.multi_items()
             return JSONResponse(await asyncio.to_thread(answer, pairs), 200, HEADERS)
         except UserError as error:
+            return JSONResponse({"error": str(error)}, 400, HEADERS)
+
+    async def _act(self, request: Request) -> Response:
+        """Do what the page asks for, and answer with JSON; or why not, as `error`. Only
+        a script of the page itself can ask, and says so by Origin.
+        """
+        act = self.actions.get(request.path_params["action"])
+        ours = request.headers.get("origin") == _origin(request)
+        if not self._admits(request) or not ours or act is None:
+            return Response(NOT_FOUND, 404, HEADERS, "text/plain")
+        try:
+            body = await _object(request)
+            return JSONResponse(await asyncio.to_thread(act, body), 200, HEADERS)
+        except (UserError, MessageError) as error:
             return JSONResponse({"error": str(error)}, 400, HEADERS)
 
     async def _demos(self, request: Request) -> Response:
@@ -283,8 +305,8 @@ class PageServer:
 
     async def _talk(self, websocket: WebSocket) -> None:
         """The conversation with a page, from its hello on."""
-        origin = "http://" + websocket.headers.get("host", "")
-        if not self._admits(websocket) or websocket.headers.get("origin") != origin:
+        ours = websocket.headers.get("origin") == _origin(websocket)
+        if not self._admits(websocket) or not ours:
             await websocket.close()
             return
         await websocket.accept()
@@ -317,6 +339,26 @@ def _restored(show: Show, hello: Hello) -> Show:
     second = first.beside("")
     second.restore(hello.of_second)
     return Twin(first, second)
+
+
+def _origin(connection: HTTPConnection) -> str:
+    """What a script of the page itself has as its origin."""
+    return "http://" + connection.headers.get("host", "")
+
+
+async def _object(request: Request) -> Any:
+    """The JSON that a page sends. Raises MessageError where it is none, or too long."""
+    if request.headers.get("content-type") != "application/json":
+        raise MessageError("a message must be application/json")
+    content = b""
+    async for part in request.stream():
+        content += part
+        if len(content) > MOST_BYTES:
+            raise MessageError(f"a message has at most {MOST_BYTES:,} bytes")
+    try:
+        return json.loads(content)
+    except (ValueError, RecursionError):
+        raise MessageError("a message must be JSON") from None
 
 
 def _data(reply: Reply) -> Response:

@@ -102,6 +102,7 @@ OTHERWISE = {
         "README.md of a checkout, by `make documents`"
     ),
     "sweep/cli/output.py open": "os.devnull",
+    "sweep/web/launching.py TemporaryFile": "has no name; what a launch says",
     "sweep/spec/images.py FileIO": "reads",
     "kernels/caching.py touch": "an empty file, whose name says all",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",

@@ -9,12 +9,13 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
+from sweep.web.page import STATIC
 from sweep.web.server import PageServer
 from sweep.workers.executors import Serial
 from tests import plotted
@@ -156,6 +157,72 @@ def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
     seen(page, "[aria-label=player]:visible .record .exact")
 
 
+def test_an_answer_that_comes_late_does_not_undo_a_later_choice(opened: Open) -> None:
+    """A figure is waited for, and meanwhile a trial is chosen."""
+    trial = plotted.study("small").trials["trial_id"].iloc[0]
+    point = plotted.study("small").points.index[0]
+    page = opened("#study=small")
+    seen(page, ".figure .uplot")
+    held: list[Route] = []
+    page.route(re.compile("ask/figure.*kind=scatter"), lambda route: held.append(route))
+    here = f"study=small&point={point}"
+    with page.expect_request(re.compile("ask/figure.*kind=scatter")):
+        page.evaluate(f"location.hash = '{here}&kind=scatter'")
+    page.evaluate(f"location.hash = '{here}&trial={trial}'")
+    beside = page.get_by_role("button", name=re.compile("^Play .* beside"))
+    expect(beside).to_have_count(2, timeout=PATIENCE)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(urlsplit(request.url).path))
+    held[0].continue_()
+    for _ in range(2):
+        page.wait_for_event("response", lambda one: "ask/state" in one.url)
+    assert not [path for path in asked if path.endswith("ask/trials")]
+    expect(beside).to_have_count(2)
+
+
+def scripts(page: Page) -> dict[str, int]:
+    """The scripts that the page has loaded, with their sizes in bytes."""
+    found: dict[str, int] = page.evaluate(
+        """Object.fromEntries(
+          performance.getEntriesByType("resource")
+            .filter((one) => one.name.endsWith(".js"))
+            .map((one) => [one.name.split("/").at(-1), one.decodedBodySize]),
+        )"""
+    )
+    return found
+
+
+MOST_SCRIPT = 150_000  # bytes, of all scripts that a view loads before a trial plays
+VIEWS = {
+    "": "table",
+    "#study=small&kind=curves": ".figure .uplot",
+    "#study=small&region=separation_weight 0.5 1": ".refine .proposal",
+    "#study=grid&kind=heatmap": ".figure canvas",
+    "#study=searched": ".search tbody",
+    SIDES: ".forest canvas",
+}
+
+
+@pytest.mark.parametrize("address", VIEWS)
+def test_a_view_loads_few_scripts_before_a_trial_plays(
+    opened: Open, address: str
+) -> None:
+    page = opened(address)
+    seen(page, VIEWS[address])
+    page.wait_for_load_state("networkidle")
+    loaded = scripts(page)
+    assert loaded["show.js"] == (STATIC / "show.js").stat().st_size
+    assert sum(loaded.values()) <= MOST_SCRIPT
+    assert "mount.js" not in loaded
+
+
+def test_the_simulator_loads_when_a_trial_plays(opened: Open) -> None:
+    trial = plotted.study("small").trials["trial_id"].iloc[0]
+    page = opened(f"#study=small&trial={trial}")
+    seen(page, ".player .record .exact")
+    assert {"mount.js", "view.js", "stage.js"} <= scripts(page).keys()
+
+
 def test_a_winner_of_a_search_leads_to_its_held_out_trials(opened: Open) -> None:
     page = opened("#study=searched")
     seen(page, ".search tbody button")
@@ -170,14 +237,43 @@ def test_a_winner_of_a_search_leads_to_its_held_out_trials(opened: Open) -> None
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of an explorer of a tiny publication, which is judged."""
+def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of a tiny publication, which is judged."""
     folder = tmp_path_factory.mktemp("judged")
     experiments(folder)
     publications = read_all(folder / "experiments", quick=False, only=())
     reproduce(publications, folder / "results", Serial(), ProgressBar)
-    with in_a_thread(explorer(folder / "results", None)[0]) as server:
+    return folder / "results"
+
+
+@pytest.fixture(scope="module")
+def judged(reproduced: Path) -> Iterator[str]:
+    """The address of an explorer of it."""
+    with in_a_thread(explorer(reproduced, None)[0]) as server:
         yield server.url
+
+
+def test_a_new_scorecard_is_shown_without_a_reload_and_an_old_one_is_left_alone(
+    opened: Open, judged: str, reproduced: Path
+) -> None:
+    page = opened()
+    page.goto(f"{judged}#scorecard=full")
+    claim = page.get_by_role("row").filter(has_text="start-speed")
+    expect(claim).to_contain_text("confirmed")
+    page.evaluate("document.querySelector('tbody tr').before_it = true")
+    for _ in range(2):
+        page.wait_for_event("response", lambda one: "ask/scorecard" in one.url)
+    assert page.evaluate("document.querySelector('tbody tr').before_it")
+    file = reproduced / "scorecard.json"
+    before = file.read_text()
+    content = json.loads(before)
+    for row in content["rows"]:
+        row["status"] = "undecided"
+    file.write_text(json.dumps(content))
+    try:
+        expect(claim).to_contain_text("undecided", timeout=PATIENCE)
+    finally:
+        file.write_text(before)
 
 
 def test_a_claim_leads_to_its_figure_and_a_trial_that_plays(

@@ -6,11 +6,16 @@ import socket
 from collections.abc import Callable
 from contextlib import ExitStack
 
+import pytest
+
+from sweep.errors import ChoiceError
 from sweep.own_code.reading import load_spec
 from sweep.web.live import Live
+from sweep.web.messages import Hello
+from sweep.web.replaying import Replay
 from sweep.web.server import PageServer
 from sweep.web.state import from_study
-from tests import ROOT
+from tests import ROOT, plotted
 from tests.web.chromium import Opened, in_a_thread, in_the_cafeteria, running_server
 
 Open = Callable[..., Opened]
@@ -87,6 +92,53 @@ def test_a_page_goes_on_with_its_spec_when_its_server_is_started_anew(
         page.page.context.close()
     # What the browser says of the server that was away.
     page.complaints[:] = [one for one in page.complaints if "WebSocket" not in one]
+
+
+def test_a_stored_trial_that_was_gone_to_is_shown_again_by_another_server(
+    opened: Open,
+) -> None:
+    study, port = plotted.study("small"), free_port()
+    ids = study.trials["trial_id"].tolist()
+    trial = "boidsweep.view.state.replay.trial"
+
+    def begin() -> Replay:
+        return Replay(study, ids[0])
+
+    with ExitStack() as first:
+        page = opened(first.enter_context(in_a_thread(PageServer(begin, port))))
+        page.until(f"{trial} === '{ids[0]}'")
+        page.send(type="trial", point=1, replicate=2)
+        page.until(f"{trial} !== '{ids[0]}'")
+        gone_to = page.ask(trial)
+        page.until(f"boidsweep.view.memory.read()?.kept_trial === '{gone_to}'")
+    page.until("boidsweep.view.away && !boidsweep.view.banner.hidden")
+    with in_a_thread(PageServer(begin, port)) as second:
+        page.server = second
+        page.until("!boidsweep.view.away && boidsweep.view.banner.hidden")
+        page.send(type="seek", frame=3)
+        page.until("boidsweep.view.stage.frame.step === 3")
+        assert page.ask(trial) == gone_to
+        assert isinstance(page.show, Replay)
+        assert page.show.job.trial_id == gone_to
+        page.page.context.close()
+    page.complaints[:] = [one for one in page.complaints if "WebSocket" not in one]
+
+
+def test_what_a_replay_has_kept_is_for_its_own_study_alone() -> None:
+    study = plotted.study("small")
+    ids = study.trials["trial_id"].tolist()
+    show = Replay(study, ids[0])
+    show.restore(Hello("page", kept_study="other", kept_trial=ids[1]))
+    assert show.job.trial_id == ids[0]
+    show.restore(Hello("page", kept_study="small", kept_trial=ids[1]))
+    assert show.job.trial_id == ids[1]
+    with pytest.raises(ChoiceError, match="unknown trial"):
+        show.restore(Hello("page", kept_study="small", kept_trial="0" * 24))
+    assert show.job.trial_id == ids[1]
+    live = separation()
+    before = live.state
+    live.restore(Hello("page", kept_study="small", kept_trial=ids[1]))
+    assert live.state is before
 
 
 def test_a_port_that_was_chosen_has_its_address_and_others_a_new_one() -> None:

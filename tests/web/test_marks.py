@@ -120,6 +120,45 @@ def test_a_rectangle_chooses_the_points_within(
     expect(page.locator("[aria-label=points] tr.chosen")).to_have_count(len(within))
 
 
+def test_keys_draw_a_rectangle_too(page: Page, server: PageServer) -> None:
+    drawn(page, f"{server.url}#study=grid&kind=heatmap&metric=speed")
+    points = plotted.study("grid").points
+    page.locator(".board").first.focus()
+    page.keyboard.press("Home")
+    for key in ("Shift+ArrowRight", "Shift+ArrowDown", "Shift+ArrowUp"):
+        page.keyboard.press(key)
+    brush = page.locator(".brush").first
+    expect(brush).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(brush).to_be_hidden()
+    assert chosen(page) == []
+    for key in ("Home", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowUp", "Enter"):
+        page.keyboard.press(key)
+    expect(brush).to_be_hidden()
+    page.wait_for_function("() => location.hash.includes('point=')")
+    here = points.loc[chosen(page)]
+    across, up = here["separation_weight"], here["alignment_weight"]
+    assert len(here) == across.nunique() * up.nunique() > 2
+    region = parse_qs(urlsplit(page.url).fragment)["region"][0]
+    ends = [across.min(), across.max(), up.min(), up.max()]
+    told = [float(word) for word in region.replace(",", "").split() if "_" not in word]
+    assert told == pytest.approx(ends, rel=1e-5)  # of 6 digits
+
+
+def test_a_click_beside_all_marks_chooses_nothing_any_more(
+    page: Page, server: PageServer
+) -> None:
+    drawn(page, f"{server.url}#study=small&kind=scatter&metric=speed")
+    mark = places(page)[0]
+    page.mouse.click(mark["x"], mark["y"])
+    page.wait_for_function("() => location.hash.includes('point=')")
+    box = page.locator(".board").bounding_box()
+    assert box
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 4)
+    page.wait_for_function("() => !location.hash.includes('point=')")
+    expect(page.locator("section[aria-label=trials]")).to_be_hidden()
+
+
 def test_escape_ends_a_rectangle_and_more_than_allowed_is_said(
     page: Page, server: PageServer
 ) -> None:

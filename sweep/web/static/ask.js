@@ -16,7 +16,24 @@ export async function ask(question, words) {
       if (one) query.append(name, one);
     }
   }
-  const response = await fetch(`ask/${question}?${query}`);
+  return answered(await fetch(`ask/${question}?${query}`));
+}
+
+// Has the server do something.
+/**
+ * @template T
+ * @param {string} action
+ * @param {Record<string, string>} body
+ * @returns {Promise<T>}
+ */
+export async function act(action, body) {
+  const headers = { "Content-Type": "application/json" };
+  const asked = { method: "POST", headers, body: JSON.stringify(body) };
+  return answered(await fetch(`do/${action}`, asked));
+}
+
+/** @param {Response} response */
+async function answered(response) {
   if (!response.ok && response.status !== 400) {
     throw new Error(`the server answers ${response.status}`);
   }

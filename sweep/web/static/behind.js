@@ -3,8 +3,6 @@
 import { make, short, spaced } from "./dom.js";
 import { ask } from "./ask.js";
 import { PagedTable } from "./rows.js";
-import { pageId, Socket } from "./socket.js";
-import { mount } from "./mount.js";
 
 /** @import { Choice, Trial, Trials } from "./explorer.d.ts" */
 /** @import { View } from "./view.js" */
@@ -117,7 +115,8 @@ const settingsSaid = (settings) =>
     `${spaced(name)} ${short(typeof value === "number" ? value : String(value))}`
   ).join(", ") || "the one point";
 
-// The player of the simulator, beside the figure: one trial, or two on one clock.
+// The player of the simulator, beside the figure: one trial, or two on one clock. Its
+// scripts are loaded when the first trial plays.
 export class Player {
   /** @type {{ unmount(): void, view: View } | null} */
   mounted = null;
@@ -151,12 +150,24 @@ export class Player {
     const trials = [trial, beside].filter(Boolean);
     this.title.textContent = beside ? "Two trials on one clock" : "Trial";
     this.words.textContent = trials.join(" and ");
+    this.link(study, trials);
+    this.play(study, trials);
+  }
+
+  /** @param {string} study @param {string[]} trials */
+  async play(study, trials) {
+    const { shown } = this;
+    const [{ mount }, { pageId, Socket }] = await Promise.all([
+      import("./mount.js"),
+      import("./socket.js"),
+    ]);
+    if (shown !== this.shown) return;
+    const [trial, beside = ""] = trials;
     this.mounted = mount(this.place, new Socket(), {
       page: [pageId(), ...trials].join(" "),
       stored: { study, trial, beside },
       alone: (side) => this.go({ trial: trials[side], beside: "" }),
     });
-    this.link(study, trials);
   }
 
   // A link to the simulator for each of the trials.

@@ -4,7 +4,7 @@ import { contextOf, make, named, short, unitText } from "./dom.js";
 import { diamond, MarkPicker, ring } from "./picking.js";
 
 /** @import { Dot, FigureAxis, Known, Panel, Published } from "./explorer.d.ts" */
-/** @import { Place } from "./picking.js" */
+/** @import { Choose, Place } from "./picking.js" */
 
 export const HEIGHT = 300;
 const LEFT = 66;
@@ -86,6 +86,13 @@ export class Scale {
     return this.from + part * (this.to - this.from);
   }
 
+  /** @param {number} pixel */
+  value(pixel) {
+    const part = (pixel - this.from) / (this.to - this.from);
+    const place = this.low + part * (this.high - this.low);
+    return this.log ? 10 ** place : place;
+  }
+
   /** @returns {{ at: number, text: string }[]} */
   get ticks() {
     const { listed } = this.axis;
@@ -123,7 +130,7 @@ export class Board {
   /**
    * @param {Panel} panel
    * @param {(dot: Dot | null, at: Place) => void} over
-   * @param {(points: string[]) => void} choose
+   * @param {Choose} choose
    */
   constructor(panel, over, choose) {
     this.panel = panel;
@@ -248,6 +255,17 @@ export class Board {
     context.rotate(-Math.PI / 2);
     context.fillText(fitting(context, unitText(panel.y.label), bottom - TOP), 0, 0);
     context.restore();
+  }
+
+  // Where a value lies in the element, and which one lies there.
+  /** @param {"x" | "y"} axis @param {number} value */
+  pixel(axis, value) {
+    return this[axis]?.pixel(value) ?? 0;
+  }
+
+  /** @param {"x" | "y"} axis @param {number} pixel */
+  value(axis, pixel) {
+    return this[axis]?.value(pixel) ?? 0;
   }
 
   /** @param {CanvasRenderingContext2D} _context @param {string} _ink */

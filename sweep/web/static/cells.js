@@ -5,7 +5,7 @@ import { contextOf, make, short, unitText } from "./dom.js";
 import { Board, known, Scale, stroke } from "./board.js";
 
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
-/** @import { Place } from "./picking.js" */
+/** @import { Choose, Place } from "./picking.js" */
 
 const LIGHT = 0.6; // of the range; above it hatches are dark
 // viridis, at equal steps
@@ -47,7 +47,7 @@ export class Cells extends Board {
    * @param {[number, number]} range
    * @param {Panel} panel
    * @param {(dot: Dot | null, at: Place) => void} over
-   * @param {(points: string[]) => void} choose
+   * @param {Choose} choose
    */
   constructor(range, panel, over, choose) {
     super(panel, over, choose);
@@ -92,10 +92,16 @@ export class Cells extends Board {
     }
   }
 
+  // At its values, which need not be the middle of the cell; those of a bin are.
   /** @override @param {Dot} dot @returns {Place} */
   placeOf(dot) {
+    const { x, y, panel } = this;
     const [left, top, right, bottom] = this.box(dot);
-    return { x: (left + right) / 2, y: (top + bottom) / 2 };
+    const [across, up] = [panel.x.listed[dot.column], panel.y.listed[dot.row]];
+    return {
+      x: x && across !== undefined ? x.pixel(across) : (left + right) / 2,
+      y: y && up !== undefined ? y.pixel(up) : (top + bottom) / 2,
+    };
   }
 
   /** @override @param {Dot} dot @param {number} value @param {string} ink */
@@ -142,8 +148,9 @@ function hatch(context, [left, top, right, bottom], light) {
 }
 
 // What the colours mean, in one line.
-/** @param {Figure} figure @param {[number, number]} range */
-export function rampLegend(figure, [low, high]) {
+/** @param {Figure} figure */
+export function rampLegend(figure) {
+  const [low, high] = rangeOf(figure.panels);
   const bar = make("canvas", {
     className: "ramp",
     width: 160,

@@ -5,6 +5,7 @@ import { download } from "./files.js";
 import { KEYS } from "./keys.js";
 
 /** @import { Picture } from "./dom.js" */
+/** @import { LaunchCard } from "./launch.js" */
 /** @import { Metric, Spec } from "./protocol.d.ts" */
 
 /** @param {HTMLElement} root @param {string} title @param {HTMLElement[]} children */
@@ -27,9 +28,20 @@ export function dialog(root, title, ...children) {
 const COMMAND = "sweep launch spec.yaml";
 
 export class SpecDialog {
-  /** @param {HTMLElement} root @param {(() => string) | undefined} address */
-  constructor(root, address) {
+  /**
+   * @param {HTMLElement} root
+   * @param {(() => string) | undefined} address
+   * @param {LaunchCard} [launches]
+   */
+  constructor(root, address, launches) {
     this.words = "";
+    this.launches = launches;
+    this.usual = make(
+      "p",
+      {},
+      "In the folder of the saved file: ",
+      make("code", {}, COMMAND),
+    );
     this.text = make("textarea", {
       readOnly: true,
       spellcheck: false,
@@ -51,7 +63,8 @@ export class SpecDialog {
       "This state as a spec",
       this.note,
       this.text,
-      make("p", {}, "In the folder of the saved file: ", make("code", {}, COMMAND)),
+      this.usual,
+      ...(launches ? [launches.element] : []),
       make("footer", {}, copy, save, ...(address ? [this.link(address)] : [])),
     );
   }
@@ -74,6 +87,13 @@ export class SpecDialog {
     if (!this.box.open) this.box.showModal();
     this.text.scrollTop = 0;
     this.copy();
+  }
+
+  // Where the page may launch, what a launch of this spec would change.
+  /** @param {string} yaml */
+  async offer(yaml) {
+    const offered = await this.launches?.offer(yaml);
+    this.usual.hidden = Boolean(offered);
   }
 
   async copy() {

@@ -4,7 +4,7 @@ import { Board, stroke } from "./board.js";
 import { ring } from "./picking.js";
 
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
-/** @import { Place } from "./picking.js" */
+/** @import { Choose, Place } from "./picking.js" */
 
 const MANY = 60; // so many have their intervals drawn, as in a printed figure
 
@@ -16,7 +16,7 @@ export class Dots extends Board {
    * @param {Figure} figure
    * @param {Panel} panel
    * @param {(dot: Dot | null, at: Place) => void} over
-   * @param {(points: string[]) => void} choose
+   * @param {Choose} choose
    */
   constructor(figure, panel, over, choose) {
     super(panel, over, choose);

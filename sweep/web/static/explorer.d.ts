@@ -192,6 +192,7 @@ export interface Claim {
 }
 
 export interface Scorecard {
+  revision: string;
   scale: string;
   scales: string[];
   documents: Record<string, string>;
@@ -243,6 +244,29 @@ export interface Compared {
   command: string;
 }
 
+/** What a launch of a text would change; see sweep.web.launching. */
+export interface Proposal {
+  text: string;
+  file: string;
+  lines: string;
+  difference: string;
+  to_run: number;
+  command: string;
+  seen: string;
+  why_not: string;
+}
+
+export interface Refined extends Proposal {
+  between: Record<string, [number, number]>;
+  replicates: Known;
+}
+
+/** The file that the page may launch, "" for none, and what it has launched. */
+export interface Launches {
+  file: string;
+  started: { study: string; process: number; code: Known; said: string } | null;
+}
+
 /** What the page shows, as its address says it. */
 export interface Choice {
   study: string;
@@ -267,6 +291,9 @@ export interface Choice {
   side: string;
   scorecard: string;
   claim: string;
+  region: string;
+  parts: string;
+  replicates: string;
 }
 
 /** uPlot 1.6.32, as far as it is used here. */
@@ -279,6 +306,7 @@ export interface Plotted {
   readonly bbox: { left: number; top: number; width: number; height: number };
   setSize(size: { width: number; height: number }): void;
   valToPos(value: number, scale: string): number;
+  posToVal(pixel: number, scale: string): number;
   destroy(): void;
 }
 

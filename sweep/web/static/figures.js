@@ -2,10 +2,10 @@
 
 import { make, short, spaced } from "./dom.js";
 import { ask, Refused } from "./ask.js";
-import { Cells, rampLegend, rangeOf } from "./cells.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
+import { Region } from "./region.js";
 
 /**
  * @import {
@@ -17,7 +17,8 @@ import { MOST_POINTS } from "./picking.js";
  *   StudyState,
  * } from "./explorer.d.ts"
  */
-/** @import { Place } from "./picking.js" */
+/** @import { Choose, Place } from "./picking.js" */
+/** @typedef {typeof import("./cells.js")} Heatmaps loaded for the first heatmap */
 
 /**
  * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
@@ -26,8 +27,10 @@ import { MOST_POINTS } from "./picking.js";
 const AXES = /** @type {const} */ (["x", "y", "by"]);
 
 export class FigurePanel {
-  /** @type {(Lines | Dots | Cells)[]} */
+  /** @type {(Lines | Dots | InstanceType<Heatmaps["Cells"]>)[]} */
   boards = [];
+  /** @type {Region[]} */
+  regions = [];
   /** @type {Figure | null} */
   figure = null;
   /** @type {Choice | null} */
@@ -119,8 +122,9 @@ export class FigurePanel {
     try {
       /** @type {Figure} */
       const figure = await ask("figure", this.asked);
+      const heatmaps = figure.form === "cells" ? await import("./cells.js") : null;
       if (asked !== JSON.stringify(this.asked)) return;
-      this.draw(figure, state);
+      this.draw(figure, state, heatmaps);
       this.refuse("");
       this.shown = wanted;
     } catch (error) {
@@ -156,15 +160,25 @@ export class FigurePanel {
     }
   }
 
-  /** @param {Figure} figure @param {StudyState} state */
-  draw(figure, state) {
+  /**
+   * @param {Figure} figure
+   * @param {StudyState} state
+   * @param {Heatmaps | null} heatmaps
+   */
+  draw(figure, state, heatmaps) {
     this.figure = figure;
     this.published = [];
     this.mentioned.textContent = "";
     this.offer(figure, state);
-    for (const board of this.boards) board.remove();
-    const range = figure.form === "cells" ? rangeOf(figure.panels) : null;
-    this.boards = figure.panels.map((panel) => this.board(figure, panel, range));
+    this.tip.hidden = true;
+    for (const part of [...this.boards, ...this.regions]) part.remove();
+    const drawerOf = this.boardsOf(figure, heatmaps);
+    this.boards = figure.panels.map((panel, i) => {
+      /** @type {Choose} */
+      const choose = (points, about) =>
+        this.choosePoints(points, about ? this.regions[i].of(about) : "");
+      return drawerOf(panel, (dot, at) => this.hover(panel, dot, at), choose);
+    });
     const titled = this.boards.map((board, i) =>
       make(
         "figure",
@@ -176,8 +190,11 @@ export class FigurePanel {
     this.panels.replaceChildren(...titled);
     this.panels.classList.toggle("several", titled.length > 1);
     for (const board of this.boards) board.draw();
+    this.regions = this.boards.map((board, i) =>
+      new Region(board, figure.panels[i], figure.settings)
+    );
     this.legend.replaceChildren(
-      range ? rampLegend(figure, range) : this.colours(figure),
+      heatmaps?.rampLegend(figure) ?? this.colours(figure),
       this.mentioned,
     );
     this.note.textContent = [
@@ -188,34 +205,39 @@ export class FigurePanel {
     this.mark();
   }
 
+  // What draws a panel of a figure.
   /**
    * @param {Figure} figure
-   * @param {Panel} panel
-   * @param {[number, number] | null} range
+   * @param {Heatmaps | null} heatmaps
+   * @returns {(
+   *   panel: Panel,
+   *   over: (dot: Dot | null, at: Place) => void,
+   *   choose: Choose,
+   * ) => Lines | Dots | InstanceType<Heatmaps["Cells"]>}
    */
-  board(figure, panel, range) {
-    const over = (/** @type {Dot | null} */ dot, /** @type {Place} */ at) =>
-      this.hover(panel, dot, at);
-    const choose = (/** @type {string[]} */ points) => this.choosePoints(points);
-    if (range) return new Cells(range, panel, over, choose);
+  boardsOf(figure, heatmaps) {
+    if (heatmaps) {
+      const range = heatmaps.rangeOf(figure.panels);
+      return (...parts) => new heatmaps.Cells(range, ...parts);
+    }
     const kind = figure.form === "lines" ? Lines : Dots;
-    const board = new kind(figure, panel, over, choose);
-    return board;
+    return (...parts) => new kind(figure, ...parts);
   }
 
-  /** @param {string[]} points */
-  choosePoints(points) {
+  /** @param {string[]} points @param {string} region that was drawn about them */
+  choosePoints(points, region) {
     const many = points.length > MOST_POINTS;
     this.crowd.hidden = !many;
     this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
       `${MOST_POINTS} can be chosen at once`;
-    if (!many) this.go({ point: points.join(" ") });
+    this.go({ region, ...(many ? {} : { point: points.join(" ") }) });
   }
 
   // The points that are chosen stand out.
   mark() {
     const points = new Set(this.choice?.point.split(" ").filter(Boolean));
     for (const board of this.boards) board.mark(points);
+    for (const region of this.regions) region.show(this.choice?.region ?? "");
   }
 
   /** @param {Figure} figure */

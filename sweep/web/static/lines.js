@@ -6,11 +6,22 @@ import { shade } from "./dots.js";
 import { diamond, MarkPicker, ring } from "./picking.js";
 
 /** @import { Dot, Figure, Panel, Plotted, Published } from "./explorer.d.ts" */
-/** @import { Place } from "./picking.js" */
+/** @import { Choose, Place } from "./picking.js" */
 
 const REACH = 24; // pixels from a mark
 const TICK = 60; // pixels of a tick with its number
 const ROOM = 0.1; // of the values, above and below them
+
+/** @type {Promise<void> | undefined} */
+let loading;
+
+// uPlot is a script that makes a global. It is loaded when the first curve is drawn.
+/** @returns {Promise<void>} */
+const loaded = () =>
+  loading ??= new Promise((done, fail) => {
+    const on = { load: () => done(), error: fail };
+    document.head.append(make("script", { src: "uplot.js", on }));
+  });
 
 export class Lines {
   /** @type {Plotted | null} */
@@ -22,7 +33,7 @@ export class Lines {
    * @param {Figure} figure
    * @param {Panel} panel
    * @param {(dot: Dot | null, at: Place) => void} over
-   * @param {(points: string[]) => void} choose
+   * @param {Choose} choose
    */
   constructor(figure, panel, over, choose) {
     this.figure = figure;
@@ -82,6 +93,10 @@ export class Lines {
   draw() {
     const width = this.element.clientWidth;
     if (!width || !this.element.isConnected) return;
+    if (typeof uPlot === "undefined") {
+      loaded().then(() => this.draw());
+      return;
+    }
     this.plot?.destroy();
     const style = getComputedStyle(this.element);
     const data = this.data;
@@ -153,11 +168,6 @@ export class Lines {
     };
   }
 
-  /** @param {Dot} dot @returns {Place | null} */
-  placeOf({ x, y }) {
-    return x === null || y === null ? null : this.placeAt(x, y);
-  }
-
   // The range of an axis that has all values, published ones too.
   /** @param {number} low @param {number} high */
   reach(low, high) {
@@ -170,16 +180,29 @@ export class Lines {
     );
   }
 
-  // uPlot lays itself out after it was made: before that its area is empty.
-  /** @param {number} x @param {number} y @returns {Place | null} */
-  placeAt(x, y) {
-    const { plot } = this;
-    if (!plot?.bbox.width) return null;
-    const ratio = devicePixelRatio || 1;
-    return {
-      x: plot.bbox.left / ratio + plot.valToPos(x, "x"),
-      y: plot.bbox.top / ratio + plot.valToPos(y, "y"),
-    };
+  // Where the plotting area begins in the element, in CSS pixels. uPlot lays itself out
+  // after it was made: before that its area is empty.
+  /** @param {"x" | "y"} axis */
+  margin(axis) {
+    const { left = 0, top = 0 } = this.plot?.bbox ?? {};
+    return (axis === "x" ? left : top) / (devicePixelRatio || 1);
+  }
+
+  // Where a value lies in the element, and which one lies there.
+  /** @param {"x" | "y"} axis @param {number} value */
+  pixel(axis, value) {
+    return this.margin(axis) + (this.plot?.valToPos(value, axis) ?? 0);
+  }
+
+  /** @param {"x" | "y"} axis @param {number} pixel */
+  value(axis, pixel) {
+    return this.plot?.posToVal(pixel - this.margin(axis), axis) ?? 0;
+  }
+
+  /** @param {Dot} dot @returns {Place | null} */
+  placeOf({ x, y }) {
+    if (x === null || y === null || !this.plot?.bbox.width) return null;
+    return { x: this.pixel("x", x), y: this.pixel("y", y) };
   }
 
   /** @param {Place} place @returns {Dot | null} */

@@ -1,6 +1,7 @@
 // The page of the simulator, as it is served.
 
 import { hashOf, openingIn, stateIn } from "./address.js";
+import { LaunchCard } from "./launch.js";
 import { mount } from "./mount.js";
 import { PAGE, pageId, Socket } from "./socket.js";
 
@@ -8,7 +9,8 @@ import { PAGE, pageId, Socket } from "./socket.js";
 
 const [KEPT, OPENED] = ["boidsweep-kept", "boidsweep-opened"];
 const ONE = ["yaml", "point", "replicate"];
-const NAMES = [...ONE, ...ONE.map((name) => `${name}_beside`)];
+const STORED = ["kept_study", "kept_trial"];
+const NAMES = [...ONE, ...ONE.map((name) => `${name}_beside`), ...STORED];
 const MOST_KEPT = 500_000; // characters, far less than a message may have
 
 // A window that comes to another address begins anew there. Whether it has.
@@ -50,6 +52,7 @@ if (main) {
     entitle,
     opening,
     demos: "start.html",
+    launches: new LaunchCard({ explorer: "show.html" }),
   });
   addEventListener("hashchange", () => location.reload());
   window.boidsweep = Object.assign(mounted, { socket });

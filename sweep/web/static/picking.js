@@ -1,10 +1,12 @@
 // What the pointer and the keyboard do with the marks of a figure: point at one, choose
-// it, or drag a rectangle about several.
+// it, or draw a rectangle about several.
 
 import { make } from "./dom.js";
 
 /** @import { Dot } from "./explorer.d.ts" */
 /** @typedef {{ x: number, y: number }} Place in CSS pixels, from the left and top */
+/** @typedef {[Place, Place]} Corners two opposite ones of a rectangle */
+/** @typedef {(points: string[], about: Corners | null) => void} Choose */
 
 const DRAG = 5; // pixels; what moves less is a click
 const ASIDE = 3; // a mark so many times as far aside counts as far as one straight on
@@ -13,7 +15,7 @@ export const MOST_POINTS = 100; // that the server is asked for at once
 /**
  * A figure with marks. `placeOf` is where a mark lies in `element`, and `find` the mark
  * there. `over` is told which one is pointed at, and `choose` the ids of the points
- * behind those that are chosen.
+ * behind those that are chosen, with the rectangle that was drawn about them, or null.
  *
  * @typedef {{
  *   element: HTMLElement,
@@ -22,7 +24,7 @@ export const MOST_POINTS = 100; // that the server is asked for at once
  *   placeOf(dot: Dot): Place | null,
  *   find(place: Place): Dot | null,
  *   over(dot: Dot | null, at: Place): void,
- *   choose(points: string[]): void,
+ *   choose: Choose,
  *   draw(): void,
  * }} Marked
  */
@@ -50,6 +52,8 @@ export class MarkPicker {
   here = null; // the mark at which the keyboard is
   /** @type {Place | null} */
   from = null; // where the pointer went down
+  /** @type {Dot | null} */
+  anchor = null; // the mark where the keyboard began a rectangle
 
   /** @param {Marked} board @param {string} label */
   constructor(board, label) {
@@ -59,7 +63,8 @@ export class MarkPicker {
     element.setAttribute("role", "application");
     element.setAttribute(
       "aria-label",
-      `${label}; arrow keys go from mark to mark, Enter chooses one, Space one more`,
+      `${label}; arrow keys go from mark to mark, with Shift they draw a rectangle;` +
+        " Enter chooses, Space chooses one more",
     );
     this.rectangle = make("div", { className: "brush", hidden: true });
     element.append(this.rectangle);
@@ -69,7 +74,7 @@ export class MarkPicker {
     element.addEventListener("pointercancel", () => this.stop());
     element.addEventListener("pointerleave", () => board.over(null, { x: 0, y: 0 }));
     element.addEventListener("keydown", (event) => this.key(event));
-    element.addEventListener("blur", () => this.goTo(null));
+    element.addEventListener("blur", () => this.leave());
   }
 
   /** @param {MouseEvent} event @returns {Place} */
@@ -97,15 +102,8 @@ export class MarkPicker {
     if (this.rectangle.hidden) {
       if (Math.hypot(at.x - from.x, at.y - from.y) < DRAG) return;
       board.element.setPointerCapture(event.pointerId);
-      this.rectangle.hidden = false;
     }
-    const [left, top] = [Math.min(from.x, at.x), Math.min(from.y, at.y)];
-    Object.assign(this.rectangle.style, {
-      left: `${left}px`,
-      top: `${top}px`,
-      width: `${Math.abs(at.x - from.x)}px`,
-      height: `${Math.abs(at.y - from.y)}px`,
-    });
+    surround(this.rectangle, [from, at]);
   }
 
   /** @param {PointerEvent} event */
@@ -115,20 +113,24 @@ export class MarkPicker {
     const at = this.placeIn(event);
     const brushed = !this.rectangle.hidden;
     this.stop();
-    if (brushed) board.choose(pointsOf(this.within(from, at)));
-    else {
-      const dot = board.find(at);
-      if (dot) board.choose(pointsOf([dot]));
-    }
+    if (brushed) return this.brush([from, at]);
+    const dot = board.find(at);
+    board.choose(dot ? pointsOf([dot]) : [], null);
   }
 
   stop() {
-    this.from = null;
+    this.from = this.anchor = null;
     this.rectangle.hidden = true;
   }
 
-  /** @param {Place} one @param {Place} other two corners */
-  within(one, other) {
+  // Chooses all marks in a rectangle.
+  /** @param {Corners} corners */
+  brush(corners) {
+    this.board.choose(pointsOf(this.within(corners)), corners);
+  }
+
+  /** @param {Corners} corners */
+  within([one, other]) {
     const [left, right] = [one.x, other.x].toSorted((a, b) => a - b);
     const [top, bottom] = [one.y, other.y].toSorted((a, b) => a - b);
     return this.board.dots.filter((dot) => {
@@ -141,18 +143,43 @@ export class MarkPicker {
   /** @param {KeyboardEvent} event */
   key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const { board, here } = this;
-    if (event.key === "Escape" && this.from) this.stop();
+    const { here } = this;
+    if (event.key === "Escape" && !this.rectangle.hidden) this.stop();
     else if (event.key === "Escape") this.goTo(null);
-    else if (event.key === "Enter" && here) board.choose(pointsOf([here]));
+    else if (event.key === "Enter" && here) this.enter(here);
     else if (event.key === " " && here) this.add(here);
     else {
       const next = this.next(event.key);
       if (!next) return;
+      if (event.shiftKey) this.stretch(here ?? next, next);
+      else this.stop();
       this.goTo(next);
     }
     event.preventDefault();
     event.stopPropagation();
+  }
+
+  // Chooses what the rectangle of the keyboard has, or one mark where there is none.
+  /** @param {Dot} here */
+  enter(here) {
+    const corners = this.corners(this.anchor, here);
+    this.stop();
+    if (corners) this.brush(corners);
+    else this.board.choose(pointsOf([here]), null);
+  }
+
+  // Draws the rectangle from the mark where Shift was first held to the next one.
+  /** @param {Dot} here @param {Dot} next */
+  stretch(here, next) {
+    this.anchor ??= here;
+    const corners = this.corners(this.anchor, next);
+    if (corners) surround(this.rectangle, corners);
+  }
+
+  /** @param {Dot | null} one @param {Dot} other @returns {Corners | null} */
+  corners(one, other) {
+    const [first, last] = [one && this.board.placeOf(one), this.board.placeOf(other)];
+    return first && last ? [first, last] : null;
   }
 
   // Adds a mark to the chosen ones, or takes it away again.
@@ -164,7 +191,7 @@ export class MarkPicker {
       if (there) chosen.delete(point);
       else chosen.add(point);
     }
-    this.board.choose([...chosen]);
+    this.board.choose([...chosen], null);
   }
 
   /** @param {string} key @returns {Dot | null} */
@@ -188,6 +215,11 @@ export class MarkPicker {
     return best;
   }
 
+  leave() {
+    this.stop();
+    this.goTo(null);
+  }
+
   /** @param {Dot | null} dot */
   goTo(dot) {
     if (dot === this.here) return;
@@ -198,6 +230,18 @@ export class MarkPicker {
     board.over(dot, place ? { x: left + place.x, y: top + place.y } : { x: 0, y: 0 });
     board.draw();
   }
+}
+
+// Shows a box between two corners.
+/** @param {HTMLElement} box @param {Corners} corners */
+export function surround(box, [one, other]) {
+  box.hidden = false;
+  Object.assign(box.style, {
+    left: `${Math.min(one.x, other.x)}px`,
+    top: `${Math.min(one.y, other.y)}px`,
+    width: `${Math.abs(one.x - other.x)}px`,
+    height: `${Math.abs(one.y - other.y)}px`,
+  });
 }
 
 // What is drawn about a mark that is chosen, and for a published number: a diamond that

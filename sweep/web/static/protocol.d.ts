@@ -104,6 +104,9 @@ export interface Kept {
   yaml_beside?: string;
   point_beside?: string;
   replicate_beside?: number;
+  /** Of a stored trial that was played, its study and its id. */
+  kept_study?: string;
+  kept_trial?: string;
 }
 
 /** The trials of an opened spec. An axis of many values has none here. */

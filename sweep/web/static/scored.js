@@ -23,6 +23,8 @@ const nameOf = ({ study, id }) => `${study} ${id}`;
 export class ScorecardView {
   /** @type {Scorecard | null} */
   scorecard = null;
+  /** @type {Map<string, PagedTable>} */
+  listed = new Map();
   // The claim whose figure and trials are shown.
   open = "";
 
@@ -59,15 +61,20 @@ export class ScorecardView {
     );
   }
 
-  /** @param {Choice} choice */
-  async show(choice) {
+  // Asks for the scorecard, unless it is the one that is shown already.
+  /** @param {Choice} choice @param {boolean} all whether something else was chosen */
+  async show(choice, all) {
     const scale = choice.scorecard;
-    if (this.scorecard?.scale !== scale) {
-      this.scorecard = await ask("scorecard", { scale });
+    const seen = this.scorecard?.scale === scale ? this.scorecard.revision : "";
+    /** @type {Scorecard | { revision: string }} */
+    const answer = await ask("scorecard", { scale, seen });
+    if ("rows" in answer) {
+      this.scorecard = answer;
+      this.list(answer);
       this.open = "";
-    }
+    } else if (!all) return;
     if (!this.scorecard) return;
-    this.list(this.scorecard, choice);
+    this.mark(this.scorecard, choice);
     const claim = this.scorecard.rows.find((one) => nameOf(one) === choice.claim);
     this.claim.hidden = !claim;
     this.sides.hidden = !claim;
@@ -77,8 +84,8 @@ export class ScorecardView {
   }
 
   // A table for each document, those refuted and confirmed in the order of the claims.
-  /** @param {Scorecard} scorecard @param {Choice} choice */
-  list({ scale, scales, documents, rows, command }, choice) {
+  /** @param {Scorecard} scorecard */
+  list({ scale, scales, documents, rows, command }) {
     const others = scales.filter((one) => one !== scale).map((one) =>
       make("a", {
         href: `#${new URLSearchParams({ scorecard: one })}`,
@@ -86,19 +93,29 @@ export class ScorecardView {
       })
     );
     this.scales.replaceChildren(`Claims judged at the ${scale} scale `, ...others);
-    const tables = Object.entries(documents).flatMap(([study, title]) => {
-      const claims = rows.filter((row) => row.study === study);
-      return claims.length
-        ? [make("h2", { textContent: title }), this.table(study, claims, choice)]
-        : [];
-    });
+    const judged = new Set(rows.map((row) => row.study));
+    const names = Object.keys(documents).filter((study) => judged.has(study));
+    this.listed = new Map(
+      names.map((study) => [study, new PagedTable(`claims of ${study}`, () => {})]),
+    );
+    const tables = [...this.listed].flatMap(([study, table]) => [
+      make("h2", { textContent: documents[study] }),
+      table.element,
+    ]);
     this.tables.replaceChildren(...tables);
     this.line.replaceChildren(this.command(command));
   }
 
-  /** @param {string} study @param {Claim[]} claims @param {Choice} choice */
-  table(study, claims, choice) {
-    const table = new PagedTable(`claims of ${study}`, () => {});
+  // The claims of each document; the one that was chosen stands out.
+  /** @param {Scorecard} scorecard @param {Choice} choice */
+  mark({ rows }, choice) {
+    for (const [study, table] of this.listed) {
+      this.fill(table, rows.filter((row) => row.study === study), choice);
+    }
+  }
+
+  /** @param {PagedTable} table @param {Claim[]} claims @param {Choice} choice */
+  fill(table, claims, choice) {
     table.show({
       headings: TITLES.map((text) => ({ text })),
       rows: claims.map((claim) => ({
@@ -119,7 +136,6 @@ export class ScorecardView {
       size: claims.length,
       what: "claims",
     });
-    return table.element;
   }
 
   // What the claim says, its figure, and a table of trials for each side.

@@ -5,11 +5,11 @@
 import { button, make } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { Player, TrialTable } from "./behind.js";
-import { ComparedView, SidesForm } from "./compared.js";
 import { FigurePanel } from "./figures.js";
+import { RefineCard } from "./refine.js";
 import { PagedTable } from "./rows.js";
-import { ScorecardView } from "./scored.js";
 import { SearchPanel } from "./searched.js";
+import { SidesForm } from "./sides.js";
 import { StatePanel } from "./strip.js";
 import { PointTable } from "./tables.js";
 
@@ -38,7 +38,33 @@ const KEYS = /** @type {const} */ ([
   "side",
   "scorecard",
   "claim",
+  "region",
+  "parts",
+  "replicates",
 ]);
+
+/**
+ * What fills the page in place of a study.
+ *
+ * @typedef {{
+ *   element: HTMLElement,
+ *   player: Player,
+ *   show(choice: Choice, all: boolean): Promise<void>,
+ * }} OtherView
+ */
+
+// The views that are not of one study: each is loaded when it is first gone to.
+const OTHERS = {
+  compared: async () => (await import("./compared.js")).ComparedView,
+  scorecard: async () => (await import("./scored.js")).ScorecardView,
+};
+
+// The view that an address asks for, other than that of a study or of all studies.
+/** @param {Choice} choice @returns {keyof typeof OTHERS | ""} */
+function otherOf({ scorecard, a, b }) {
+  if (scorecard) return "scorecard";
+  return a && b ? "compared" : "";
+}
 
 /** @returns {Choice} */
 function addressed() {
@@ -52,11 +78,15 @@ export class Explorer {
   /** @type {StudyState | null} */
   state = null;
   looks = 0;
+  /** @type {Partial<Record<keyof typeof OTHERS, OtherView>>} */
+  others = {};
 
   /** @param {HTMLElement} root */
   constructor(root) {
+    this.root = root;
     const go = (/** @type {Partial<Choice>} */ change) => this.go(change);
     const command = (/** @type {string} */ text) => commandLine(text);
+    this.parts = { go, command };
     this.banner = make("p", { className: "refusal", role: "alert", hidden: true });
     this.home = make("a", { href: "#", textContent: "Studies" });
     this.name = make("h1", { textContent: "boidsweep" });
@@ -92,6 +122,7 @@ export class Explorer {
     this.panel = new StatePanel((trial) => this.go({ trial, beside: "" }));
     this.figure = new FigurePanel("figure", go, command);
     this.search = new SearchPanel(go, command);
+    this.refine = new RefineCard(go);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go);
     this.player = new Player(go);
@@ -103,8 +134,6 @@ export class Explorer {
       make("summary", { textContent: "Compare it with another side" }),
       this.sides.element,
     );
-    this.compared = new ComparedView(go, command);
-    this.scorecard = new ScorecardView(go, command);
     this.study = make(
       "div",
       { className: "study", hidden: true },
@@ -114,6 +143,7 @@ export class Explorer {
         { className: "seen" },
         this.figure.element,
         this.search.element,
+        this.refine.element,
         this.points.element,
       ),
       make("div", { className: "behind" }, this.trials.element, this.player.element),
@@ -125,14 +155,8 @@ export class Explorer {
       this.banner,
       this.studies,
       this.study,
-      this.compared.element,
-      this.scorecard.element,
     );
-    this.views = [
-      { element: this.study, player: this.player },
-      this.compared,
-      this.scorecard,
-    ];
+    this.own = { element: this.study, player: this.player };
     addEventListener("hashchange", () => this.follow());
     this.follow();
   }
@@ -173,11 +197,21 @@ export class Explorer {
 
   /** @param {Choice} choice @param {boolean} all */
   async lookAt(choice, all) {
+    const other = otherOf(choice);
+    if (other) this.others[other] ??= await this.load(other);
+    if (choice !== this.choice) return;
     this.display(choice);
-    if (choice.scorecard) await this.scorecard.show(choice);
-    else if (choice.a && choice.b) await this.compared.show(choice, all);
+    if (other) await this.others[other]?.show(choice, all);
     else if (choice.study) await this.lookAtStudy(all);
     else await this.lookAtStudies();
+  }
+
+  /** @param {keyof typeof OTHERS} name @returns {Promise<OtherView>} */
+  async load(name) {
+    const made = await OTHERS[name]();
+    const view = this.others[name] ?? new made(this.parts.go, this.parts.command);
+    this.root.append(view.element);
+    return view;
   }
 
   /** @param {string} words */
@@ -241,7 +275,9 @@ export class Explorer {
     const { choice } = this;
     this.player.show(choice);
     this.originOf(state);
+    this.refine.show(choice, state.revision);
     await this.figure.show(choice, state); // first: of many trials all takes seconds
+    if (choice !== this.choice) return; // another one was chosen meanwhile
     await Promise.all([
       this.search.show(choice, state),
       this.points.show(choice, state.revision),
@@ -251,16 +287,17 @@ export class Explorer {
   }
 
   /** @param {Choice} choice */
-  display({ scorecard, study, a, b, where }) {
-    const both = !scorecard && Boolean(a && b);
-    const one = !scorecard && !both && Boolean(study);
-    const name = scorecard ? "Scorecard" : both ? `${a} and ${b}` : study;
-    this.scorecard.element.hidden = !scorecard;
-    this.compared.element.hidden = !both;
-    this.study.hidden = !one;
+  display(choice) {
+    const { study, a, b, where } = choice;
+    const shown = otherOf(choice);
+    const name =
+      { scorecard: "Scorecard", compared: `${a} and ${b}`, "": study }[shown];
+    this.study.hidden = Boolean(shown) || !study;
     this.studies.hidden = Boolean(name);
-    for (const { element, player } of this.views) {
-      if (element.hidden) player.show({ ...this.choice, trial: "" });
+    const views = Object.entries(this.others);
+    for (const [one, { element }] of views) element.hidden = one !== shown;
+    for (const { element, player } of [this.own, ...views.map(([, view]) => view)]) {
+      if (element.hidden) player.show({ ...choice, trial: "" });
     }
     this.chosen.hidden = this.study.hidden;
     this.home.hidden = !name;

@@ -42,14 +42,15 @@ import { bytesOf, download } from "./files.js";
  * } from "./protocol.d.ts"
  */
 /** @import { Fit } from "./stage.js" */
+/** @import { LaunchCard } from "./launch.js" */
 /** @import { Opening } from "./address.js" */
 
 /**
  * `memory` keeps what a page goes on with when its session is gone, and has an address
  * of it; `entitle` is told what is shown, in a few words; `stored` names the stored
  * trial that is played, or two, and then `alone` is told if only one shall be shown;
- * `opening` says how the first state is shown, and `demos` is the address of the start
- * page.
+ * `opening` says how the first state is shown, `demos` is the address of the start
+ * page, and `launches` launches a spec.
  *
  * @typedef {{
  *   page?: string,
@@ -60,6 +61,7 @@ import { bytesOf, download } from "./files.js";
  *   entitle?: (words: string) => void,
  *   opening?: Opening,
  *   demos?: string,
+ *   launches?: LaunchCard,
  * }} Options
  */
 
@@ -118,7 +120,8 @@ export class View {
 
   /** @param {Element} element @param {Transport} transport @param {Options} options */
   constructor(element, transport, options) {
-    const { page, stored, shortcuts, memory, entitle, opening, demos } = options;
+    const { page, stored, shortcuts, memory, entitle, opening, demos, launches } =
+      options;
     this.stored = stored;
     this.beginning = opening;
     this.demos = demos;
@@ -193,7 +196,7 @@ export class View {
       this.groups.element,
       this.list.element,
     );
-    this.spec = new SpecDialog(this.root, memory?.address);
+    this.spec = new SpecDialog(this.root, memory?.address, launches);
     this.help = keysDialog(this.root);
     this.keys = new Keys(this, shortcuts ?? this.root);
     this.timer = setInterval(() => this.tick(), 500);
@@ -274,8 +277,8 @@ export class View {
 
   // Asks for what this page would go on with, once nothing has changed for a while.
   /** @param {State} state */
-  keep({ settings, shapes, seed, plots, sweeps, trial, replay }) {
-    if (!this.memory || replay) return;
+  keep({ settings, shapes, seed, plots, sweeps, trial }) {
+    if (!this.memory) return;
     const edited = JSON.stringify([settings, shapes, seed, plots, sweeps, trial]);
     if (edited === this.edited) return;
     this.edited = edited;
@@ -494,6 +497,7 @@ export class View {
   /** @param {Spec} message */
   showSpec(message) {
     this.spec.show(message, Object.keys(this.state?.sweeps ?? {}).length > 0);
+    if (!this.away) this.spec.offer(message.yaml);
   }
 
   /** @param {File} file */

@@ -1,0 +1,62 @@
+"""The explorer beside a launch: a process of its own, so that neither can disturb the
+other. It ends with the command that has started it.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+
+from sweep.cli.app import stop
+from sweep.store.processes import started
+from sweep.text import installing
+
+NEEDED = ("starlette", "uvicorn", "websockets")
+SHOW = """
+import sys
+from sweep.cli import main
+from sweep.store.processes import end_with
+
+_, parent, began, *words = sys.argv
+end_with(int(parent), began or None)
+sys.argv = ["sweep", "show", *words]
+main()
+"""
+"""What the process of the page runs: the command, until its parent is gone."""
+
+
+def check_installed() -> None:
+    """End the command where a package is missing that the page needs."""
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        needed = f"--show: the explorer needs {', '.join(missing)}, not installed"
+        stop(f"{needed}: {installing('view')}")
+
+
+@contextmanager
+def page_beside(words: Sequence[str]) -> Iterator[None]:
+    """`sweep show` with these words, while the context lasts; after it has come to its
+    end without an error, until Ctrl-C.
+
+    It has a session of its own: this process alone hears Ctrl-C, and ends the page.
+    """
+    parent = os.getpid()
+    page = subprocess.Popen(
+        [
+            *(sys.executable, "-P", "-c", SHOW),
+            *(str(parent), started(parent) or "", *words),
+        ],
+        stdin=subprocess.DEVNULL,
+        stdout=sys.stderr,
+        start_new_session=True,
+    )
+    try:
+        yield
+        if page.poll() is None:
+            print("the page stays open; Ctrl-C ends it", file=sys.stderr)
+        with suppress(KeyboardInterrupt):
+            page.wait()
+    finally:
+        page.terminate()
+        page.wait()

@@ -1,0 +1,150 @@
+"""Commands that open a page which follows, or makes, a launch."""
+
+import http.client
+import json
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from tests.commands import SWEEP, sweep
+from tests.studies import SMALL, launched
+
+LONG = SMALL.replace("steps: 9", "steps: 20000000")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    (tmp_path / "long.yaml").write_text(LONG)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with specs, one of which is wrong, and with results."""
+    filled = tmp_path_factory.mktemp("filled")
+    (filled / "deeper").mkdir()
+    (filled / "spec.yaml").write_text(SMALL)
+    (filled / "long.yaml").write_text(LONG)
+    (filled / "bad.yaml").write_text(SMALL.replace("steps: 9", "stepps: 9"))
+    launched(SMALL, filled / "results")
+    return filled
+
+
+@contextmanager
+def started(folder: Path, *words: str) -> Iterator["subprocess.Popen[str]"]:
+    """A command in a process of its own, whose stderr is read."""
+    with subprocess.Popen(
+        [*SWEEP, *words],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        env=os.environ | {"BROWSER": "true"},
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def line_with(process: "subprocess.Popen[str]", words: str) -> str:
+    """The next line of stderr that has these words."""
+    assert process.stderr
+    line = next((line for line in process.stderr if words in line), "")
+    assert line, f"it ended without saying {words}"
+    return line.strip()
+
+
+def asked(url: str, question: str) -> Any:
+    """What the page is told."""
+    address = urlsplit(url)
+    connection = http.client.HTTPConnection(address.netloc, timeout=60)
+    try:
+        connection.request("GET", f"{address.path}ask/{question}")
+        return json.loads(connection.getresponse().read())
+    finally:
+        connection.close()
+
+
+def assert_gone(process: "subprocess.Popen[str]", url: str) -> None:
+    """No process holds the stderr of the command any more, and nobody answers."""
+    assert process.stderr
+    process.stderr.read()
+    with pytest.raises(ConnectionRefusedError):
+        asked(url, "studies")
+
+
+def test_the_page_of_a_launch_stays_until_ctrl_c(folder: Path) -> None:
+    words = ("launch", "spec.yaml", "--show", "--no-open", "--workers", "1")
+    with started(folder, *words) as process:
+        url = line_with(process, "http://")
+        assert url.endswith("#study=small")
+        line_with(process, "the page stays open; Ctrl-C ends it")
+        assert asked(url, "state?study=small")["counts"] == {"done": 6}
+        assert asked(url, "launch") == {"file": "spec.yaml", "started": None}
+        found = asked(url, "refine?study=small&between=separation_weight+0+1")
+        assert found["command"] == "sweep launch spec.yaml --workers 1"
+        assert found["why_not"] == ""
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0
+        assert_gone(process, url)
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)]
+)
+def test_the_page_ends_with_a_launch_that_is_ended(
+    folder: Path, number: signal.Signals, code: int
+) -> None:
+    words = ("launch", "long.yaml", "--show", "--no-open", "--workers", "1")
+    with started(folder, *words) as process:
+        url = line_with(process, "http://")
+        while not asked(url, "state?study=small").get("running"):
+            pass
+        process.send_signal(number)
+        assert process.wait(60) == code
+        assert_gone(process, url)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["launch", "spec.yaml", "--no-open"], "--no-open: is for a page; add --show"),
+        (["launch", "spec.yml", "--show"], "spec.yml: no such file"),
+        (["show", "--launch", "lacking.yaml"], "lacking.yaml: no such file"),
+        (["show", "--launch", "bad.yaml"], 'bad.yaml:5: unknown setting "stepps"'),
+        (["show", "other", "--launch", "spec.yaml"], "other: no study has been"),
+        (
+            ["show", "small", "--to", "x.html", "--launch", "spec.yaml"],
+            "--launch: for a page that is served",
+        ),
+        (["view", "--launch", "spec.yaml"], "--launch spec.yaml: is there already"),
+        (
+            ["view", "spec.yaml", "--launch", "long.yaml"],
+            "--launch long.yaml: is there already",
+        ),
+        (
+            ["view", "spec.yaml", "--launch", "deeper/new.yaml"],
+            "--launch deeper/new.yaml: must lie in the folder .",
+        ),
+        (
+            ["view", "small", "--launch", "new.yaml"],
+            "--launch new.yaml: small is stored: sweep show small --launch SPEC",
+        ),
+    ],
+)
+def test_what_cannot_be_launched_is_said_before_a_page_opens(
+    filled: Path, words: list[str], said: str
+) -> None:
+    ended = sweep(filled, *words)
+    assert ended.returncode == 2
+    assert said in ended.stderr
+    assert ended.stdout == ""
