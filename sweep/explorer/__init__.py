@@ -15,6 +15,8 @@ that `sweep table` prints and `sweep plot` draws.
     searched  the report of a search, with the points behind each row
     scored    the scorecard, with the points behind each claim
     site      what the server of the page has
+    frame     the page as one text, for a notebook
+    widget    the page, in a notebook
 
 A supplement is another page, one file of HTML for readers:
 

@@ -33,7 +33,8 @@ from sweep.web.live import Live
 from sweep.web.outbox import MOST_WAITING, Outbox
 from sweep.web.playing import Player
 from sweep.web.protocol import Reply
-from sweep.web.server import REFUSED, TAKEN, PageServer
+from sweep.web.rooms import REFUSED, TAKEN
+from sweep.web.server import PageServer
 from sweep.web.state import begin
 from tests.studies import launched
 from tests.web.chromium import in_a_thread
