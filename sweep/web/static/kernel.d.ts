@@ -1,4 +1,4 @@
-// What the explorer in a notebook and its kernel say to each other, as types; the module
+// What the explorer in a notebook and its kernel say to each other, as types. The module
 // sweep.explorer.widget has the same in Python.
 
 import type { Bytes, Reply } from "./protocol.d.ts";
