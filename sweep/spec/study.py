@@ -40,9 +40,9 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
 from sweep.spec.refining import (
     BARRED,
+    Around,
     Refine,
     read_refine,
-    read_section_refine,
 )
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
@@ -570,19 +570,21 @@ def _flown(
     fixed = mistakes.read(read_fixed, given.get("fixed"), settings) or {}
     derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
     taken = [*fixed, *derive]
-    axes = mistakes.read(read_designs, given.get("axes"), reader, taken) or ()
+    swept = mistakes.read(read_designs, given.get("axes"), reader, taken)
     require = mistakes.read(read_require, given.get("require"), settings)
     derived = mistakes.read(_derived, recorded, name, known, settings) or ()
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
-    refine = mistakes.read(read_section_refine, given.get("refine"))
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
     replication = mistakes.read(read_replication, root, names, known.metrics)
     streams = mistakes.read(_streams, given.get("streams"), search)
+    around = Around(swept, replication, names, metrics, settings)
+    rule = mistakes.read(read_refine, root, around)
     mistakes.check()
+    axes = swept or ()
     assert replication
     mistakes.read(_check_names, root, names, settings)
     if record and streams:
@@ -591,8 +593,6 @@ def _flown(
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
     mistakes.read(check_complete, root, axes)
-    asked = (axes, replication.replicates, names, metrics, settings)
-    rule = mistakes.read(read_refine, root, refine, *asked) if refine else None
     mistakes.check()
     read = {
         "preset": preset,
