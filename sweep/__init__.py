@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from sweep.campaigns.loaded import LoadedStudy
     from sweep.campaigns.search.plan import SearchPlan
     from sweep.design.plan import Plan
+    from sweep.explorer.widget import Explored
     from sweep.sharing.citing import Citation
     from sweep.spec.settings import Value
     from sweep.spec.study import Study
@@ -56,6 +57,7 @@ __all__ = [
     "plan",
     "replay",
     "run",
+    "show",
     "unpack",
     "view",
 ]
@@ -216,6 +218,26 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
     from sweep.web.widget import replay
 
     return replay(study, trial)
+
+
+def show(
+    study: "StoredStudy | str | None" = None, results: "str | Location" = "results"
+) -> "Explored":
+    """The results explorer as a widget of a notebook: figures, tables, and the trials
+    behind each number, which play, as `sweep show` has them.
+
+    `study` is what `load` returns, or a name below `results`; without one it begins
+    with the list of all studies there. It reads again what a launch stores meanwhile.
+    Without a front end it shows the first figure of the study. Raises StoreError where
+    nothing is stored, ChoiceError for what is no name of a study and for one that
+    `where` has restricted, and ImportError without anywidget.
+    """
+    from sweep.explorer.widget import explored, explored_study
+    from sweep.store.locations import location
+
+    if study is None or isinstance(study, str):
+        return explored(location(results), study, trust=False)
+    return explored_study(study)
 
 
 def pack(

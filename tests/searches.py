@@ -67,7 +67,7 @@ def asked_by(
     spec: str,
     results: Path,
     executor: ExecutorFactory | None = None,
-    repetitions: int = 0,
+    repetitions: int | None = 0,
 ) -> AskedTrials:
     """What a search has asked for, after it has run."""
     study = parse_spec(spec)

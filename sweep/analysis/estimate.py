@@ -171,9 +171,15 @@ class MeanEstimate:
                 # A published mean that lies too high makes ours seem too low.
                 swapped = (up, down) if place == 0 else (down, up)
                 for side, arm in enumerate(swapped):
-                    squares[side] += arm**2 * one.n / published
+                    squares[side] += _squared(arm) * one.n / published
         roots = [np.sqrt(np.maximum(one, 0.0)) for one in squares]
         return self.value - roots[0], self.value + roots[1]
+
+
+ENDLESS = 1e150
+"""An arm that is longer holds no bound. Two skewed values say so little that theirs
+grows like the exponential of Student's quantile, and its square would be no number.
+"""
 
 
 def squared_arms(
@@ -190,16 +196,25 @@ def squared_arms(
     """
     (below, above), *others = (_arms(one, distribution, tail) for one in samples)
     common = 0.0 if correlation is None else np.asarray(correlation, np.float64)
-    squares = below**2, above**2
+    squares = _squared(below), _squared(above)
     for down, up in others:
-        squares = (
-            squares[0] + up**2 - 2.0 * common * below * up,
-            squares[1] + down**2 - 2.0 * common * above * down,
-        )
+        squares = _squared(below, up, common), _squared(above, down, common)
     if correlation is None:
         return squares
     least = _students_half(samples, common, tail) ** 2
     return np.maximum(squares[0], least), np.maximum(squares[1], least)
+
+
+def _squared(
+    arm: Floats, other: Floats | float = 0.0, common: Floats | float = 0.0
+) -> Floats:
+    """The square of what two arms, whose means have the correlation `common`, are
+    together; infinite where one of them is ENDLESS.
+    """
+    endless = np.maximum(arm, other) > ENDLESS
+    one, two = (np.where(endless, 0.0, each) for each in (arm, other))
+    together = one**2 + two**2 - 2.0 * common * one * two
+    return np.where(endless, np.inf, together)
 
 
 def _arms(

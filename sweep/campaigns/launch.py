@@ -8,6 +8,7 @@ from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.fixed import FixedStrategy
 from sweep.campaigns.progress import Progress, SearchProgress
 from sweep.campaigns.refine import RefineStrategy
+from sweep.campaigns.search.asked_trials import stored_repetitions
 from sweep.campaigns.search.strategy import SearchStrategy
 from sweep.campaigns.strategy import Strategy
 from sweep.campaigns.until import UntilStrategy
@@ -79,16 +80,19 @@ def search(
     results: Location,
     executor: ExecutorFactory,
     *,
-    repetitions: int = 0,
+    repetitions: int | None = None,
     retry: bool = False,
     report: Callable[[SearchProgress], None] = lambda _progress: None,
 ) -> SearchProgress:
     """Search, judge the best candidates on held-out seeds, and do the same for each of
-    the `repetitions`, and for as many random searches.
+    the `repetitions`, and for as many random searches. None is as many as the stored
+    search of this very spec has, or none.
 
     What is stored below `results` is not run again, with `retry` only if it is done.
     Raises SpecError for a study that is no search, and for a search that cannot be;
     otherwise as `run_campaign`, which says also when `report` is called.
     """
+    if repetitions is None:
+        repetitions = stored_repetitions(study, results)
     strategy = SearchStrategy(study, repetitions)
     return run_campaign(strategy, results, executor, retry=retry, report=report)

@@ -130,8 +130,9 @@ def search(
         typer.Option(
             min=1,
             help=(
-                "Repeat the search so often with other seeds,"
-                " and compare it with random searches; by default it is not repeated."
+                "Repeat the search so often with other seeds, and compare it with"
+                " random searches; by default as often as the stored search of this"
+                " spec, or not at all."
             ),
         ),
     ] = None,
@@ -179,7 +180,7 @@ def search(
             study,
             results,
             made,
-            repetitions=repetitions or 0,
+            repetitions=repetitions,
             retry=retry,
             report=bar.show,
         )

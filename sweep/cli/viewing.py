@@ -100,7 +100,8 @@ def view(
         from sweep.explorer.site import site_of
         from sweep.explorer.watching import Watched
         from sweep.web.launching import Launcher
-        from sweep.web.server import PageServer, PageSite
+        from sweep.web.rooms import PageSite
+    from sweep.web.server import PageServer
     except ModuleNotFoundError as error:
         needed = f"the live simulator needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")

@@ -17,6 +17,8 @@ of a study, so they are those that `sweep table` prints and `sweep plot` draws.
     refining  a spec with more points in a region
     changing  what such a change would do
     site      what the server of the page has
+    frame     the page as one text, for a notebook
+    widget    the page, in a notebook
 
 A supplement is another page, one file of HTML for readers:
 

@@ -2,9 +2,10 @@
 same one.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import AskFigure
@@ -27,15 +28,8 @@ def figure(watched: Watched, asked: AskFigure) -> dict[str, Any]:
     does not suit, or "". `command` draws the same figure. Raises ChoiceError as `sweep
     plot`.
     """
-    offered = {name: kind for name, kind in KINDS.items() if kind.marks}
-    if asked.kind and asked.kind not in offered:
-        raise ChoiceError(unknown("kind", asked.kind, offered), asked.study)
-    study = watched.narrow(asked.study, asked.metric).where(*asked.where)
-    for setting in filter(None, (asked.x, asked.y, asked.by)):
-        select(study).setting(setting)
-    reasons = {name: _why_not(kind, study, asked) for name, kind in offered.items()}
-    chosen = asked.kind or _suiting(study, reasons)
-    choices = _choices(offered[chosen], asked)
+    study, reasons, chosen, choices = _choose(watched, asked)
+    offered = {name: KINDS[name] for name in reasons}
     marks = thinned(_marks(offered[chosen], study, choices))
     return {
         "kind": chosen,
@@ -54,6 +48,34 @@ def figure(watched: Watched, asked: AskFigure) -> dict[str, Any]:
             watched, asked, chosen, choices._replace(metrics=marks.metrics)
         ),
     }
+
+
+def drawn(watched: Watched, asked: AskFigure) -> Figure:
+    """The same figure as `sweep plot` draws it. Raises ChoiceError as `figure`."""
+    study, _, chosen, choices = _choose(watched, asked)
+    return KINDS[chosen].figures(study, choices)[0].draw()
+
+
+class _Chosen(NamedTuple):
+    """What a figure is of, and why other kinds do not suit, "" for those that do."""
+
+    study: StoredStudy
+    reasons: dict[str, str]
+    kind: str
+    choices: Choices
+
+
+def _choose(watched: Watched, asked: AskFigure) -> _Chosen:
+    offered = {name: kind for name, kind in KINDS.items() if kind.marks}
+    if asked.kind and asked.kind not in offered:
+        raise ChoiceError(unknown("kind", asked.kind, offered), asked.study)
+    study = watched.narrow(asked.study, asked.metric).where(*asked.where)
+    for setting in filter(None, (asked.x, asked.y, asked.by)):
+        select(study).setting(setting)
+    reasons = {name: _why_not(kind, study, asked) for name, kind in offered.items()}
+    chosen = asked.kind or _suiting(study, reasons)
+    choices = _choices(offered[chosen], asked)
+    return _Chosen(study, reasons, chosen, choices)
 
 
 def figure_command(

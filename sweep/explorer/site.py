@@ -5,7 +5,7 @@ stored trials that it plays.
 from collections.abc import Callable
 from dataclasses import fields
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, urlencode
 
 from sweep.explorer import asking
@@ -25,9 +25,12 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.web.launching import Launcher
 from sweep.web.live import Live
 from sweep.web.replaying import Replay
-from sweep.web.server import PageServer, PageSite, Pairs
+from sweep.web.rooms import PageSite, Pairs
 from sweep.web.show import RunShow, Show
 from sweep.web.state import begin
+
+if TYPE_CHECKING:
+    from sweep.web.server import PageServer
 
 HOME = "show.html"
 QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]] = {
@@ -52,12 +55,15 @@ def explorer(
     *,
     trust: bool = False,
     launcher: Launcher | None = None,
-) -> tuple[PageServer, str]:
+) -> tuple["PageServer", str]:
     """The server of the explorer of a folder of results, and the address that begins
     with `first`: a study, two sides compared, or the list of all studies, which an
     object store has not. Raises StoreError where there is none, but for the study that
     the page launches, and ChoiceError for what cannot be compared.
     """
+    # Here, as notebooks do without a server.
+    from sweep.web.server import PageServer
+
     watched, begin = Watched(results, trust=trust), ""
     if isinstance(first, AskComparison):
         comparison(watched, first)

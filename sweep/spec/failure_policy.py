@@ -190,19 +190,23 @@ def read_policy(root: Entry) -> Policy:
     """What the spec says about trials that fail. Raises SpecError."""
     mistakes = Mistakes()
     values = read_values(Policy, root, mistakes)
+    retries, budget = root.get("retries"), root.get("failure_budget")
+    named, on_error = root.get("on_error"), values["on_error"]
+    sure = named is None or named.value == on_error
+    with mistakes.noted():
+        if retries and sure and on_error != "retry":
+            raise retries.error(
+                f'"retries" is for "on_error: retry", and on_error is {on_error}:'
+                " change it or leave it out"
+            )
+    with mistakes.noted():
+        if budget and sure and on_error == "stop":
+            raise budget.error(
+                '"failure_budget" is for "on_error: record" or "retry": with'
+                ' "on_error: stop" a launch ends at the first failed trial anyway'
+            )
     mistakes.check()
     policy = Policy(**values)
-    retries, budget = root.get("retries"), root.get("failure_budget")
-    if retries and policy.on_error != "retry":
-        raise retries.error(
-            f'"retries" is for "on_error: retry", and on_error is {policy.on_error}:'
-            " change it or leave it out"
-        )
-    if budget and policy.on_error == "stop":
-        raise budget.error(
-            '"failure_budget" is for "on_error: record" or "retry": with "on_error:'
-            ' stop" a launch ends at the first failed trial anyway'
-        )
     if policy.on_error == "retry" and not retries:
         return replace(policy, retries=RETRIES)
     return policy

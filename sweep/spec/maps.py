@@ -23,7 +23,7 @@ the folder of its file.
 import hashlib
 import math
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -384,14 +384,28 @@ def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
 
 
 def _drawn(entry: Entry, _folder: Path) -> OwnMap:
-    drawn = read_section(DrawnMap, entry)
-    return OwnMap(drawn.size, _obstacles(entry, drawn.shapes, drawn.size))
+    mistakes = Mistakes()
+    given = _given(DrawnMap, entry, mistakes)
+    size = given.get("size")
+    shapes = mistakes.read(_obstacles, entry, given.get("shapes"), size)
+    mistakes.check()
+    assert size
+    return OwnMap(size, shapes or ())
+
+
+def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
+    """What a form of a map gives, and defaults; what is wrong is noted."""
+    with mistakes.noted():
+        check_keys(entry, part)
+    return read_values(part, entry, mistakes)
 
 
 def _obstacles(
-    entry: Entry, listed: Entry | None, size: tuple[float, float]
+    entry: Entry, listed: Entry | None, size: tuple[float, float] | None
 ) -> Obstacles:
-    """The obstacles of a list of shapes of the map `entry`."""
+    """The obstacles of a list of shapes of the map `entry`, whose size may not be
+    known.
+    """
     shapes = listed.items() if listed else []
     if len(shapes) > MOST_SHAPES:
         raise entry.error(
@@ -401,35 +415,52 @@ def _obstacles(
     obstacles, mistakes = list[Obstacle](), Mistakes()
     for shape in shapes:
         with mistakes.noted():
-            obstacles.append(_obstacle(shape, *size))
+            obstacles.append(_obstacle(shape, size))
     mistakes.check()
     return tuple(obstacles)
 
 
 def _copied(entry: Entry, _folder: Path) -> OwnMap:
-    copied = read_section(CopiedMap, entry)
-    name, known = copied.source, sizes()
-    if name not in known:
-        raise entry.child("from").error(unknown("map to copy", name, known))
-    size, count = known[name], len(obstacles_in(name))
+    mistakes, known = Mistakes(), sizes()
+    given = _given(CopiedMap, entry, mistakes)
+    name, size = given.get("source"), None
+    with mistakes.noted():
+        if name is not None:
+            if name not in known:
+                raise entry.child("from").error(unknown("map to copy", name, known))
+            size = known[name]
+    without = given["without"]
+    changed = mistakes.read(_changed, given["change"], without, size) or {}
+    added = mistakes.read(_obstacles, entry, given["add"], size) or ()
+    for number in [*without, *changed] if size else []:
+        with mistakes.noted():
+            if number > (count := len(obstacles_in(name))):
+                raise entry.error(f"there is no obstacle {number}: {name} has {count}")
+    mistakes.check()
+    assert name
+    assert size
+    places = {number - 1: obstacle for number, obstacle in changed.items()}
+    out = tuple(number - 1 for number in without)
+    return OwnMap(size, Copy(name, out, places, added).obstacles)
+
+
+def _changed(
+    entry: Entry | None, without: Sequence[int], size: tuple[float, float] | None
+) -> dict[int, Obstacle]:
+    """The obstacles that are others, by the numbers of those in whose place they
+    stand.
+    """
     changed, mistakes = dict[int, Obstacle](), Mistakes()
-    for change in copied.change.items() if copied.change else []:
+    for change in entry.items() if entry else []:
         with mistakes.noted():
             one = read_section(ChangedObstacle, change)
-            if one.number in [*copied.without, *changed]:
+            if one.number in [*without, *changed]:
                 raise change.error(
                     f"obstacle {one.number} is changed or left out twice"
                 )
-            changed[one.number] = _obstacle(one.to, *size)
-    added = mistakes.read(_obstacles, entry, copied.add, size) or ()
-    for number in [*copied.without, *changed]:
-        with mistakes.noted():
-            if number > count:
-                raise entry.error(f"there is no obstacle {number}: {name} has {count}")
+            changed[one.number] = _obstacle(one.to, size)
     mistakes.check()
-    without = tuple(number - 1 for number in copied.without)
-    places = {number - 1: obstacle for number, obstacle in changed.items()}
-    return OwnMap(size, Copy(name, without, places, added).obstacles)
+    return changed
 
 
 def map_as_written(map_: OwnMap) -> dict[str, Any]:
@@ -460,7 +491,7 @@ def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, float]]:
     return {"rectangle": {"x": x, "y": y, **sides}}
 
 
-def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
+def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
     check_keys(entry, Shape)
     if len(entry.value) != 1:
         raise entry.error("a shape is either a disc or a rectangle")
@@ -470,7 +501,8 @@ def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
     mistakes.check()
     obstacle: Obstacle = shape[kind].obstacle
     x, y, half_width, half_height, disc = obstacle
-    if not _meets(x, y, half_width, half_height, bool(disc), width, height):
+    if size and not _meets(x, y, half_width, half_height, bool(disc), *size):
+        width, height = size
         raise entry.child(kind).error(
             f"the {kind} lies outside the world, which is {width:g} x {height:g}"
         )

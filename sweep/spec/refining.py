@@ -6,13 +6,13 @@ All functions raise SpecError, with file and line, for what is not allowed.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple
 
 from sweep.analysis.refinement import RefinedAxis, Refinement
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
-from sweep.spec.keys import Key, read_section
+from sweep.spec.keys import Key, check_keys, read_values
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import (
@@ -22,7 +22,7 @@ from sweep.spec.recorded import (
     check_recorded,
     declaration_of,
 )
-from sweep.spec.replication import LEAST_LOOK
+from sweep.spec.replication import LEAST_LOOK, Replication
 from sweep.spec.schema_parts import Schema
 from sweep.spec.settings import Setting
 from sweep.text import unknown
@@ -96,98 +96,106 @@ BARRED = ("search", "seeds", "order")
 """Keys that cannot stand beside `refine`."""
 
 
-def read_section_refine(entry: Entry | None) -> Refine | None:
-    """The values of the section, each checked alone; None where there is none."""
-    return read_section(Refine, entry) if entry else None
+class Around(NamedTuple):
+    """What the section must suit; None for what is wrong, and hides what depends on it.
 
-
-def read_refine(
-    root: Entry,
-    given: Refine,
-    axes: Sequence[Axis],
-    replicates: int | None,
-    recorded: Sequence[str],
-    known: KnownMetrics,
-    settings: Mapping[str, Setting],
-) -> Refinement:
-    """The rule that the section `given` writes, in a spec with these `axes` and
-    `replicates` that has `recorded` some of the metrics `known`.
+    `axes` are those of the spec, `replicates` the trials of a point at first, and
+    `recorded` some of the metrics `known`.
     """
-    entry, mistakes = root.child("refine"), Mistakes()
+
+    axes: Sequence[Axis] | None
+    replication: Replication | None
+    recorded: Sequence[str]
+    known: KnownMetrics
+    settings: Mapping[str, Setting]
+
+
+def read_refine(root: Entry, around: Around) -> Refinement | None:
+    """The rule that the section writes; None where there is none."""
+    entry, mistakes = root.get("refine"), Mistakes()
+    if entry is None:
+        return None
+    entry.mapping()
     with mistakes.noted():
-        _check_metric(entry, given, recorded, known)
-    with mistakes.noted():
-        _check_trials(root, given, replicates)
+        check_keys(entry, Refine)
+    given = read_values(Refine, entry, mistakes)
+    if "metric" in given:
+        mistakes.read(_check_metric, entry, given, around)
+    if around.replication:
+        mistakes.read(_check_trials, root, given["most"], around.replication)
     for key in BARRED:
         with mistakes.noted():
             if other := root.get(key):
                 raise other.error(f'a study with "refine" takes no "{key}"')
-    scales = dict[str, RefinedAxis]()
-    for name, child in zip(given.axes, entry.child("axes").entries(), strict=True):
-        with mistakes.noted():
-            axis = _axis(child, name, axes)
-            scales[name] = _scale(child, axis, settings[name], given.until)
+    axes = list[Axis]()
+    if "axes" in given and around.axes is not None:
+        for child in entry.child("axes").entries():
+            with mistakes.noted():
+                axes.append(_axis(child, around))
     mistakes.check()
-    assert replicates
+    if around.axes is None or around.replication is None:
+        return None
+    rule = Refine(**given)
+    scales = {axis.name: _scale(axis, around, rule.until) for axis in axes}
+    least = around.replication.replicates
+    assert least
     return Refinement(
-        metric=given.metric,
-        at=given.at,
+        metric=rule.metric,
+        at=rule.at,
         scales=scales,
-        until=given.until,
-        least=replicates,
-        most=given.most or replicates,
-        budget=given.budget,
-        confidence=given.confidence,
+        until=rule.until,
+        least=least,
+        most=rule.most or least,
+        budget=rule.budget,
+        confidence=rule.confidence,
     )
 
 
-def _check_metric(
-    entry: Entry, given: Refine, recorded: Sequence[str], known: KnownMetrics
-) -> None:
-    name = Column.read(given.metric).metric
-    check_recorded(entry.child("metric"), given.metric, recorded, known.known.metrics)
-    if name not in known.known.metrics:
+def _check_metric(entry: Entry, given: Mapping[str, Any], around: Around) -> None:
+    column, metrics = given["metric"], around.known.known.metrics
+    check_recorded(entry.child("metric"), column, around.recorded, metrics)
+    name = Column.read(column).metric
+    if name not in metrics or "at" not in given:
         return
-    support = declaration_of(known.known.metrics[name]).support
-    if not support.low < given.at < support.high:
+    support, at = declaration_of(metrics[name]).support, given["at"]
+    if not support.low < at < support.high:
         raise entry.child("at").error(
-            f"{given.metric} lies {support.words}, and its mean never crosses"
-            f" {given.at:g}"
+            f"{column} lies {support.words}, and its mean never crosses {at:g}"
         )
 
 
-def _check_trials(root: Entry, given: Refine, replicates: int | None) -> None:
+def _check_trials(root: Entry, most: int | None, given: Replication) -> None:
     """Raise SpecError unless points begin with as many trials as a look needs."""
-    entry = root.get("replicates")
+    entry, replicates = root.get("replicates"), given.replicates
     if entry is None:
         raise root.child("refine").error(
             'needs "replicates": how many trials a point has at first'
         )
-    more = given.most is not None and given.most != replicates
+    more = most is not None and most != replicates
     least = LEAST_LOOK if more else LEAST_REPLICATES
     if replicates is None or replicates < least:
         raise entry.expected(
             f'a whole number from {least}, as "refine" looks after so many trials of a'
             " point"
         )
-    if given.most is not None and given.most < replicates:
+    if most is not None and most < replicates:
         raise (
             root.child("refine")
             .child("max")
             .error(
                 f'"max" must be at least "replicates", which is {replicates},'
-                f" not {given.most}"
+                f" not {most}"
             )
         )
 
 
-def _axis(entry: Entry, name: str, axes: Sequence[Axis]) -> Axis:
-    """The axis of that name, if it can be refined."""
+def _axis(entry: Entry, around: Around) -> Axis:
+    """The axis that an entry names, if it can be refined."""
+    name, axes = entry.text(), around.axes or ()
     names = list(dict.fromkeys(axis.name for axis in axes))
     if name not in names:
         raise entry.error(unknown("axis", name, names))
-    found = [axis for axis in axes if axis.name == name]
-    axis = found[0]
+    axis = next(axis for axis in axes if axis.name == name)
     if len({one.design for one in axes}) > 1:
         raise entry.error("a study that unites several designs cannot be refined")
     if list(axis.columns) != [name] or axis.sampler:
@@ -197,19 +205,21 @@ def _axis(entry: Entry, name: str, axes: Sequence[Axis]) -> Axis:
         )
     if axis.when:
         raise entry.error(f'"{name}" cannot be refined: it has a condition, "when"')
+    if around.settings[name].kind not in NUMBERS:
+        raise entry.error(f'"{name}" cannot be refined: its values are no numbers')
+    values = axis.columns[name].tolist()
+    if len(values) < 2 or sorted(values) != values:
+        raise entry.error(
+            f'"{name}" cannot be refined: it needs at least two values, ascending'
+        )
     return axis
 
 
-def _scale(entry: Entry, axis: Axis, setting: Setting, until: float) -> RefinedAxis:
-    values = axis.columns[axis.name].tolist()
-    if setting.kind not in NUMBERS:
-        raise entry.error(f'"{axis.name}" cannot be refined: its values are no numbers')
-    if len(values) < 2 or sorted(values) != values:
-        raise entry.error(
-            f'"{axis.name}" cannot be refined: it needs at least two values, ascending'
-        )
-    whole = setting.kind == "int"
-    return RefinedAxis.until(values, until, geometric=axis.geometric, whole=whole)
+def _scale(axis: Axis, around: Around, until: float) -> RefinedAxis:
+    values, whole = axis.columns[axis.name].tolist(), around.settings[axis.name].kind
+    return RefinedAxis.until(
+        values, until, geometric=axis.geometric, whole=whole == "int"
+    )
 
 
 def refine_dependencies() -> Schema:

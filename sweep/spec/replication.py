@@ -151,24 +151,19 @@ class Replicates(Content[int | Until]):
     def read(self, entry: Entry) -> int | Until:
         if not isinstance(entry.value, dict):
             return TRIALS.read(entry)
-        rule = read_section(UntilPrecise, entry)
-        if rule.least > rule.most:
-            if "min" in entry.value:
-                raise entry.child("min").error(
-                    f'"min" must be at most "max", which is {rule.most},'
-                    f" not {rule.least}"
-                )
-            raise entry.child("max").error(
-                f'"max" is {rule.most}, below the default of "min", {rule.least}:'
-                ' give "min" too'
-            )
+        rule, mistakes = read_section(UntilPrecise, entry), Mistakes()
+        with mistakes.noted():
+            _check_limits(entry, rule)
         until = rule.until
         widths = until.half_width
         if isinstance(widths, Width) == (until.metric is None):
-            raise entry.child("until").error(
-                'needs "metric" with one "half_width", or a mapping from metrics to'
-                ' half widths under "half_width", as {speed: 0.02, dispersion: 5%}'
-            )
+            with mistakes.noted():
+                raise entry.child("until").error(
+                    'needs "metric" with one "half_width", or a mapping from metrics'
+                    ' to half widths under "half_width", as {speed: 0.02,'
+                    " dispersion: 5%}"
+                )
+        mistakes.check()
         if isinstance(widths, Width):
             assert until.metric is not None
             widths = {until.metric: widths}
@@ -180,6 +175,20 @@ class Replicates(Content[int | Until]):
     @property
     def sections(self) -> tuple[type[Any], ...]:
         return (UntilPrecise,)
+
+
+def _check_limits(entry: Entry, rule: UntilPrecise) -> None:
+    """Raise SpecError where the first look comes after the most trials."""
+    if rule.least <= rule.most:
+        return
+    if "min" in entry.value:
+        raise entry.child("min").error(
+            f'"min" must be at most "max", which is {rule.most}, not {rule.least}'
+        )
+    raise entry.child("max").error(
+        f'"max" is {rule.most}, below the default of "min", {rule.least}:'
+        ' give "min" too'
+    )
 
 
 class Replication(NamedTuple):
@@ -207,16 +216,20 @@ def read_replication(
     if seeds:
         return Replication(seeds=SEEDS.read(seeds))
     assert replicates
-    asked = Replicates().read(replicates)
-    if isinstance(asked, int):
-        return Replication(replicates=asked)
-    if "search" in root.value:
-        raise replicates.error(
-            "a search races its candidates itself:"
-            ' "replicates" must be a whole number there'
-        )
-    _check_recorded(replicates.child("until"), recorded, metrics)
-    return Replication(until=asked)
+    mistakes = Mistakes()
+    asked = mistakes.read(Replicates().read, replicates)
+    if isinstance(replicates.value, dict):
+        with mistakes.noted():
+            if "search" in root.value:
+                raise replicates.error(
+                    "a search races its candidates itself:"
+                    ' "replicates" must be a whole number there'
+                )
+        mistakes.read(_check_recorded, replicates.get("until"), recorded, metrics)
+    mistakes.check()
+    if isinstance(asked, Until):
+        return Replication(until=asked)
+    return Replication(replicates=asked)
 
 
 def replication_rules() -> Schema:
@@ -225,11 +238,17 @@ def replication_rules() -> Schema:
 
 
 def _check_recorded(
-    until: Entry, recorded: tuple[str, ...], metrics: Collection[str]
+    until: Entry | None, recorded: tuple[str, ...], metrics: Collection[str]
 ) -> None:
-    """Raise SpecError where a metric of the rule is not recorded."""
-    one, mistakes = until.get("metric"), Mistakes()
-    named = {one.text(): one} if one else dict(until.child("half_width").mapping())
+    """Raise SpecError where a metric of the rule is not recorded. What is no name is
+    not looked at.
+    """
+    if until is None or not isinstance(until.value, dict):
+        return
+    one, widths, mistakes = until.get("metric"), until.get("half_width"), Mistakes()
+    named = {one.value: one} if one and isinstance(one.value, str) else {}
+    if widths and isinstance(widths.value, dict):
+        named |= dict(widths.mapping())
     for name, entry in named.items():
         with mistakes.noted():
             check_recorded(entry, name, recorded, metrics)

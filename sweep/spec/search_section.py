@@ -45,19 +45,26 @@ def read_search(
     over = mistakes.read(_over, read.get("over"), reader, [*given, *names]) or ()
     objectives = mistakes.read(_objectives, wanted, metrics) or ()
     constraints = mistakes.read(_constraints, bounds, metrics)
+    sure, search, references = not mistakes, None, None
+    if parameters:  # which name what a reference has
+        asked = (read.get("references"), settings, names)
+        references = mistakes.read(_references, *asked)
+    with mistakes.noted():
+        _check_once(entry, names, over, given)
+    if sure:
+        usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
+        several = {
+            "parameters": parameters,
+            "objectives": objectives,
+            "constraints": constraints,
+            "sampler": read.get("sampler") or usual,
+            "over": over,
+            "references": references or {},
+        }
+        search = Search(**(read | several))
+        mistakes.read(check_search, entry, search)
     mistakes.check()
-    usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
-    several = {
-        "parameters": parameters,
-        "objectives": objectives,
-        "constraints": constraints,
-        "sampler": read.get("sampler") or usual,
-        "over": over,
-        "references": _references(read.get("references"), settings, names),
-    }
-    _check_once(entry, names, over, given)
-    search = Search(**(read | several))
-    check_search(entry, search)
+    assert search
     return search
 
 
@@ -216,14 +223,19 @@ def _references(
     references: dict[str, dict[str, Value]] = {}
     if entry and len(dict(entry.mapping())) > MOST_REFERENCES:
         raise entry.error(f'"references" are at most {MOST_REFERENCES:,}')
+    mistakes = Mistakes()
     for reference, child in entry.mapping() if entry else ():
+        read = dict[str, Value]()
         for name, value in child.mapping():
-            if name not in names:
-                raise value.error(unknown("parameter", name, names))
-        child.keys(names, required=names)
-        references[reference] = {
-            name: _coerced(settings[name], child.child(name)) for name in names
-        }
+            with mistakes.noted():
+                if name not in names:
+                    raise value.error(unknown("parameter", name, names))
+                read[name] = _coerced(settings[name], value)
+        if child.value.keys() <= set(names):  # else one is written otherwise
+            with mistakes.noted():
+                child.keys(names, required=names)
+        references[reference] = {name: read[name] for name in names if name in read}
+    mistakes.check()
     return references
 
 

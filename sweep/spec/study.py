@@ -41,9 +41,9 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
 from sweep.spec.refining import (
     BARRED,
+    Around,
     Refine,
     read_refine,
-    read_section_refine,
 )
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
@@ -628,24 +628,27 @@ def _flown(
     derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
     sizes = mistakes.read(read_section_sizes, given.get("sizes"))
     taken = [*fixed, *derive, *(sizes.settings if sizes else ())]
-    axes = mistakes.read(read_designs, given.get("axes"), reader, taken) or ()
+    swept = mistakes.read(read_designs, given.get("axes"), reader, taken)
+    values = preset_settings(name, preset, known)
+    if sizes and swept is not None:
+        swept = mistakes.read(with_sizes, root, sizes, swept, values, settings)
     require = mistakes.read(read_require, given.get("require"), settings)
     derived = mistakes.read(_derived, recorded, name, known, settings) or ()
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
-    refine = mistakes.read(read_section_refine, given.get("refine"))
     validate = mistakes.read(read_validate, given.get("validate"))
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
     replication = mistakes.read(read_replication, root, names, known.metrics)
     streams = mistakes.read(_streams, given.get("streams"), search)
+    around = Around(swept, replication, names, metrics, settings)
+    rule = mistakes.read(read_refine, root, around)
     mistakes.check()
+    axes = swept or ()
     assert replication
     if sizes:
-        values = preset_settings(name, preset, known)
-        axes = mistakes.read(with_sizes, root, sizes, axes, values, settings) or axes
         flown = _maps_flown(values, fixed, axes)
         sized = {one for one in flown if ({**known.maps} | (maps or {}))[one].size}
         mistakes.read(check_sizes, root, sizes, flown, sized)
@@ -656,8 +659,6 @@ def _flown(
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
     mistakes.read(check_complete, root, axes)
-    asked = (axes, replication.replicates, names, metrics, settings)
-    rule = mistakes.read(read_refine, root, refine, *asked) if refine else None
     assert record
     assert streams
     beside = (replication.until, record.last_states, streams.noise)

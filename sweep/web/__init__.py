@@ -35,6 +35,7 @@ that sweeps use.
     page           the page as one text
     replayed_page  a stored trial as a page
     demo           the demos of the start page
+    rooms          the sessions of pages
     server         the page, to this machine alone
     launching      launches that a page asks for, of one spec
     widget         the page, in a notebook

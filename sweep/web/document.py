@@ -29,8 +29,8 @@ def document(
     """
     program, rules = script(entry), style("view", sheet)
     policy = (
-        f"default-src 'none'; script-src {_source(program)}; style-src"
-        f" {_source(rules)}; img-src blob: data:"
+        f"default-src 'none'; script-src {source_of(program)}; style-src"
+        f" {source_of(rules)}; img-src blob: data:"
     )
     # "<" could end the element that it stands in.
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace(
@@ -59,7 +59,7 @@ def document(
 """.encode()
 
 
-def _source(text: str) -> str:
+def source_of(text: str) -> str:
     """The name of an inline element with this text in the policy of a page."""
     return (
         f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -2,39 +2,49 @@
 
 The served page loads the modules of `static` one by one. A notebook, and a file that
 opens from disk, need one text. It has the same modules, each in a function of its own,
-after those that it imports. So a module may import only from its neighbours, by name,
-and must write `export` before a declaration. Types are comments in lines of their own;
-they are left out.
+after those that it imports. So a module may import only from its neighbours, by name or
+as `import("./name.js")`, and must write `export` before a declaration. Types are
+comments in lines of their own; they are left out.
 """
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 STATIC = Path(__file__).parent / "static"
 IMPORT = re.compile(
     r'^import \{\s+([^}]*?),?\s+\} from "\./([a-z]+)\.js";$',
     re.MULTILINE,
 )
+LATER = re.compile(r'import\("\./([a-z]+)\.js"\)')
+"""An import that the served page makes only when it needs it."""
 EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
 TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 
-def script(name: str) -> str:
-    """One ES module: the module of this name, after all modules that it needs."""
+def script(name: str, instead: Mapping[str, str] = MappingProxyType({})) -> str:
+    """One ES module: the module of this name, after all modules that it needs.
+
+    `instead` has, by the names of modules, others that stand in their place.
+    """
     needed: dict[str, str] = {}
-    module = _module(name, needed)
+    module = _module(name, needed, instead)
     return "\n".join([*needed.values(), module])
 
 
-def _module(name: str, needed: dict[str, str]) -> str:
+def _module(name: str, needed: dict[str, str], instead: Mapping[str, str]) -> str:
     """The text of a module without its imports. The modules that it needs are added to
     `needed`.
     """
     text = TYPES.sub("", _text(f"{name}.js"))
-    for _, other in IMPORT.findall(text):
+    others = [found for _, found in IMPORT.findall(text)] + LATER.findall(text)
+    used = {other: instead.get(other, other) for other in others}
+    for other in used.values():
         if other not in needed:
-            needed[other] = _enclosed(other, _module(other, needed))
-    return IMPORT.sub(r"const { \1 } = \2_js;", text)
+            needed[other] = _enclosed(other, _module(other, needed, instead))
+    text = IMPORT.sub(lambda one: f"const {{ {one[1]} }} = {used[one[2]]}_js;", text)
+    return LATER.sub(lambda one: f"Promise.resolve({used[one[1]]}_js)", text)
 
 
 def _enclosed(name: str, module: str) -> str:

@@ -11,12 +11,10 @@ import hmac
 import json
 import secrets
 import socket
-import time
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
@@ -28,12 +26,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from sweep.errors import SpecError, UserError
 from sweep.store.user_key import own_key
 from sweep.web.demo import DEMOS, moving
-from sweep.web.launching import Launcher, actions, state_of
-from sweep.web.messages import Hello
-from sweep.web.playing import Player
-from sweep.web.protocol import MOST_BYTES, MessageError, Reply, parse, write
-from sweep.web.show import RunShow, Show
-from sweep.web.twin import Twin
+from sweep.web.launching import actions, state_of
+from sweep.web.protocol import MOST_BYTES, MessageError, Reply, write
+from sweep.web.rooms import PageSite, Rooms
+from sweep.web.show import Show
 
 STATIC = Path(__file__).parent / "static"
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
@@ -53,39 +49,6 @@ NOT_FOUND = (
     "not found: each server has an address of its own; open the one that sweep view has"
     " printed last"
 )
-MOST_SESSIONS = 16
-KEPT_SECONDS = 600
-"""How long a session waits for its page to come back."""
-PATIENCE = 1.0
-"""Seconds after which a page is told what it waits for."""
-TAKEN, REFUSED = 4001, 4002
-"""Codes with which the server closes a socket for good: another window took the session
-over, or there is no session for this page.
-"""
-
-
-Pairs = Sequence[tuple[str, str]]
-"""The names and values of a query, in their order; a name may stand several times."""
-
-
-def _nothing_stored(study: str, trial: str) -> RunShow:
-    raise SpecError(f"there is no stored trial {trial} of {study} on this page")
-
-
-class PageSite(NamedTuple):
-    """What a server has besides the page of the simulator.
-
-    home     the file that its address shows
-    answers  what it knows, by the names of questions: a function of the query of a GET,
-             which returns plain data; a UserError that it raises is the answer too
-    stored   the run of a stored trial, by its study and its id
-    launcher launches what a page proposes; None where pages only read
-    """
-
-    home: str = "index.html"
-    answers: Mapping[str, Callable[[Pairs], Any]] = {}
-    stored: Callable[[str, str], RunShow] = _nothing_stored
-    launcher: Launcher | None = None
 
 
 class Socket:
@@ -116,75 +79,6 @@ class Socket:
             await sending
         except (WebSocketDisconnect, RuntimeError, OSError):
             raise ConnectionError("the page is gone") from None
-
-
-class Rooms:
-    """The sessions, by the names of their pages. If a page is gone, its session is kept
-    for some minutes.
-    """
-
-    def __init__(
-        self,
-        begin: Callable[[], Show],
-        stored: Callable[[str, str], RunShow] = _nothing_stored,
-    ) -> None:
-        self.begin, self.stored = begin, stored
-        self.players: dict[str, Player] = {}
-
-    async def player(self, hello: Hello, line: Socket) -> Player:
-        """The player of this page; a new page gets a new one, with what it has kept.
-        Raises SpecError where there are too many.
-        """
-        page = hello.page
-        if page not in self.players:
-            self._make_room()
-            begin = partial(self._begin, hello)
-            making = asyncio.create_task(asyncio.to_thread(begin))
-            if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
-                await line.tell(
-                    {
-                        "type": "info",
-                        "message": (
-                            "compiling, which takes up to a minute the first time"
-                        ),
-                    }
-                )
-            show = await making
-            if hello.yaml or hello.kept_trial:
-                try:
-                    show = await asyncio.to_thread(_restored, show, hello)
-                except UserError as error:
-                    said = f"what this page has kept cannot be shown: {error}"
-                    await line.tell({"type": "error", "message": said})
-            self._make_room()
-            self.players.setdefault(page, Player(show))
-        return self.players[page]
-
-    def _begin(self, hello: Hello) -> Show:
-        if not hello.trial:
-            return self.begin()
-        run = self.stored(hello.study, hello.trial)
-        if not hello.beside:
-            return run
-        return Twin(run, self.stored(hello.study, hello.beside))
-
-    def _make_room(self) -> None:
-        """Forget the sessions whose pages did not come back in time. If there are still
-        too many, forget the one whose page left first.
-        """
-        empty = sorted(
-            (player.left, page)
-            for page, player in self.players.items()
-            if player.task is None
-        )
-        for left, page in empty:
-            if (
-                time.monotonic() - left > KEPT_SECONDS
-                or len(self.players) >= MOST_SESSIONS
-            ):
-                del self.players[page]
-        if len(self.players) >= MOST_SESSIONS:
-            raise SpecError(f"{MOST_SESSIONS} pages are open already; close one")
 
 
 class PageServer:
@@ -311,34 +205,7 @@ class PageServer:
             return
         await websocket.accept()
         with suppress(ConnectionError):
-            await websocket.close(await self._serve(Socket(websocket)))
-
-    async def _serve(self, line: Socket) -> int:
-        """Play to a page after its hello. Returns the code with which its socket is
-        closed.
-        """
-        try:
-            player = await self.rooms.player(await _hello(line), line)
-        except UserError as error:
-            await line.tell({"type": "error", "message": str(error)})
-            return REFUSED
-        taken = await player.play(line)
-        if not taken:
-            raise ConnectionError("the page is gone")
-        return TAKEN
-
-
-def _restored(show: Show, hello: Hello) -> Show:
-    """The show of what a page has kept: one run, or two. Raises a UserError for what
-    cannot be shown.
-    """
-    show.restore(hello)
-    if not hello.yaml_beside:
-        return show
-    first = show.side(0)
-    second = first.beside("")
-    second.restore(hello.of_second)
-    return Twin(first, second)
+            await websocket.close(await self.rooms.serve(Socket(websocket)))
 
 
 def _origin(connection: HTTPConnection) -> str:
@@ -363,18 +230,6 @@ async def _object(request: Request) -> Any:
 
 def _data(reply: Reply) -> Response:
     return Response(write(reply), 200, HEADERS, "application/json")
-
-
-async def _hello(line: Socket) -> Hello:
-    """The first message of the page."""
-    while True:
-        try:
-            message = parse(await line.hear())
-            if isinstance(message, Hello):
-                return message
-            raise MessageError("the first message of a page must be hello")
-        except MessageError as error:
-            await line.tell({"type": "error", "message": str(error)})
 
 
 def _token(port: int) -> str:

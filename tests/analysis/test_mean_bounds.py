@@ -21,6 +21,7 @@ from sweep.analysis import (
     mean_interval,
     paired_estimate,
 )
+from sweep.analysis.estimate import LEAST_P, MeanEstimate, Sample
 from sweep.analysis.mean_bounds import BOUNDS
 from sweep.analysis.sequential import Until, Width, look
 from tests.analysis.measured_coverage import (
@@ -319,3 +320,39 @@ def test_all_comparisons_find_as_little_as_documented(name: str) -> None:
     for (paired, n), written in zip(wanted, cells, strict=True):
         measured = false_alarms(sides, n, 300, paired=paired)
         assert agrees(measured, 300, written, PAIRS), (paired, n, measured, written)
+
+
+@pytest.mark.parametrize("correlation", [None, 0.0, 0.9, -0.9])
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_the_p_of_few_very_skewed_values_is_that_of_their_interval(
+    n: int, correlation: float | None
+) -> None:
+    """Upper bounds of two such values grow beyond all numbers as the chance falls, at
+    which p is looked for. An interval with a little less confidence than 1 - p has no
+    zero in it, and one with a little more has: by 1 %, as p is told to 0.4 %.
+    """
+    generator = np.random.default_rng(n)
+    for spread in (0.1, 1.0, 5.0, 50.0):
+        values = np.exp(spread * generator.standard_normal((2, n)))
+        values[0] += 10.0
+        samples = tuple(
+            Sample(one.mean(), one.var(ddof=1), n, 0.0, one.min(), one.max())
+            for one in values
+        )
+        estimate = MeanEstimate(samples, "skewed", correlation)
+        p = estimate.p_value()
+        assert LEAST_P < p <= 1.0
+        low, high = estimate.interval(1.0 - min(1.01 * p, 1.0 - 1e-9))
+        assert not low < 0.0 < high or p > 0.99
+        low, high = estimate.interval(1.0 - 0.99 * p)
+        assert low <= 0.0 <= high
+
+
+def test_a_bound_beyond_all_numbers_is_infinite() -> None:
+    """Of a difference, whatever is taken off for the correlation."""
+    vast = Sample(1e140, 1e302, 2, 0.0, 1e139, 2e151)
+    narrow = Sample(1.0, 1e-4, 2, 0.0, 0.99, 1.01)
+    for correlation in (None, 0.9, -0.9):
+        estimate = MeanEstimate((vast, narrow), "skewed", correlation)
+        assert estimate.interval() == (-np.inf, np.inf)
+        assert estimate.interval(published=5) == (-np.inf, np.inf)

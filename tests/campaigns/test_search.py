@@ -7,12 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 import sweep.campaigns.search.run as run_module
 from sweep.campaigns.launch import launch, search
 from sweep.campaigns.progress import SearchProgress
-from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
+from sweep.campaigns.search.asked_trials import (
+    AskedTrials,
+    read_asked,
+    stored_repetitions,
+)
 from sweep.campaigns.search.outcome import candidates
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.campaigns.search.run import RunSetup
@@ -336,6 +341,44 @@ def test_without_repetitions_the_search_is_the_same(
         asked_by(spec, tmp_path / "2", repetitions=1),
     )
     pd.testing.assert_frame_equal(alone.table, among.table.iloc[: len(alone.table)])
+
+
+def test_the_same_search_goes_on_with_its_repetitions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a number of them: those that the store has of this spec, whatever its
+    comments say. Another spec, and one that says it, has its own.
+    """
+    replace_trials(monkeypatch, analytic())
+    spec = ANALYTIC.replace("budget: 200", "budget: 20")
+    asked = asked_by(spec, tmp_path, repetitions=2)
+    (stored,) = tmp_path.rglob("spec.yaml")
+    for text in (stored.read_text(), f"# another day\n{spec}"):
+        again = asked_by(text, tmp_path, repetitions=None)
+        assert again.about["repetitions"] == 2
+        pd.testing.assert_frame_equal(again.table, asked.table)
+    assert asked_by(spec, tmp_path, repetitions=1).about["repetitions"] == 1
+    other = spec.replace("budget: 20", "budget: 21")
+    assert asked_by(other, tmp_path, repetitions=None).about["repetitions"] == 0
+
+
+def test_repetitions_that_nobody_can_read_are_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace_trials(monkeypatch, analytic())
+    study = parse_spec(ANALYTIC.replace("budget: 200", "budget: 20"))
+    assert stored_repetitions(study, tmp_path) == 0
+    search(study, tmp_path, Serial(), repetitions=1)
+    assert stored_repetitions(study, tmp_path) == 1
+    file = tmp_path / study.name / "asked.parquet"
+    table = pq.read_table(file)
+    about = json.loads(table.schema.metadata[b"search"])
+    for wrong in ("many", -1, 1.5, True, None):
+        told = {b"search": json.dumps(about | {"repetitions": wrong}).encode()}
+        pq.write_table(table.replace_schema_metadata(told), file)
+        assert stored_repetitions(study, tmp_path) == 0
+    file.write_bytes(b"no table")
+    assert stored_repetitions(study, tmp_path) == 0
 
 
 def test_repetitions_need_replicates(tmp_path: Path) -> None:

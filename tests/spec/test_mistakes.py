@@ -2,6 +2,8 @@
 there because of another one.
 """
 
+from itertools import combinations
+
 import pytest
 
 from sweep.errors import SpecError
@@ -148,3 +150,164 @@ def test_very_many_mistakes_are_counted() -> None:
 def test_a_preset_and_a_seed_need_not_be_said() -> None:
     study = parse_spec({"study": "short", "model": "nguyen2024", "replicates": 1})
     assert (study.preset, study.seed) == ("as_run", 0)
+
+
+SECTIONS = {
+    "refine": (
+        """
+study: one
+model: nguyen2024
+fixed: {n: 12, steps: 9}
+sweep: {separation_weight: [0, 1, 2]}
+replicates: 3
+refine:
+  metric: speed
+  at: 2
+  axes: [separation_weight]
+  until: 0.02
+  max: 12
+  budget: 300
+  confidence: 0.9
+record: {metrics: [speed], every: 9}
+""",
+        [
+            ("metric: speed", "metric: sped"),
+            ("at: 2", "at: high"),
+            ("axes: [separation_weight]", "axes: [nothing]"),
+            ("until: 0.02", "until: 2"),
+            ("max: 12", "max: 2"),
+            ("budget: 300", "budget: none"),
+            ("confidence: 0.9", "confidense: 0.9"),
+        ],
+    ),
+    "search": (
+        """
+study: one
+model: nguyen2024
+fixed: {steps: 9}
+search:
+  parameters: {separation_weight: {uniform: [0, 3]}}
+  objectives: {flock_radius: {minimize: mean}}
+  constraints: {speed: {at_most: 3}}
+  budget: 30
+  batch: 4
+  racing: {level: 0.05}
+  sampler: tpe
+  over: {n: [10, 20]}
+  held_out: {candidates: 2, replicates: 3}
+  references: {usual: {separation_weight: 1}}
+replicates: 4
+""",
+        [
+            ("minimize: mean", "minimize: men"),
+            ("speed: {at_most", "sped: {at_most"),
+            ("budget: 30", "budget: none"),
+            ("batch: 4", "batch: 0"),
+            ("{level: 0.05}", "{level: 2}"),
+            ("sampler: tpe", "sampler: tpee"),
+            ("[10, 20]", "[10, many]"),
+            ("candidates: 2", "candidates: 0"),
+            ("{separation_weight: 1}", "{separation_weight: far}"),
+        ],
+    ),
+    "replicates": (
+        """
+study: one
+model: nguyen2024
+fixed: {n: 12, steps: 9}
+sweep: {separation_weight: [0, 1, 2]}
+replicates:
+  until:
+    half_width: {speed: 0.1, dispersion: 5%}
+    confidence: 0.9
+  min: 5
+  max: 12
+record: {metrics: [speed, dispersion], every: 9}
+""",
+        [
+            ("speed: 0.1", "sped: 0.1"),
+            ("dispersion: 5%", "dispersion: -5"),
+            ("confidence: 0.9", "confidence: 2"),
+            ("min: 5", "min: 1"),
+            ("max: 12", "max: many"),
+        ],
+    ),
+    "failures": (
+        """
+study: one
+model: nguyen2024
+fixed: {n: 12, steps: 9}
+sweep: {separation_weight: [0, 1, 2]}
+replicates: 3
+on_error: retry
+retries: 3
+failure_budget: 3
+memory_limit: 2 GiB
+""",
+        [
+            ("on_error: retry", "on_error: stop"),
+            ("retries: 3", "retries: 0"),
+            ("failure_budget: 3", "failure_budget: few"),
+            ("memory_limit: 2 GiB", "memory_limit: 2"),
+        ],
+    ),
+    "record": (
+        """
+study: one
+model: nguyen2024
+fixed: {n: 12, steps: 9}
+sweep: {separation_weight: [0, 1, 2]}
+replicates: 3
+record:
+  metrics: [speed]
+  series: [dispersion]
+  every: 3
+  trajectories: true
+  derive: {twice: 2 * speed}
+""",
+        [
+            ("metrics: [speed]", "metrics: [sped]"),
+            ("series: [dispersion]", "series: [dispersed]"),
+            ("every: 3", "every: 0"),
+            ("trajectories: true", "trajectories: often"),
+            ("2 * speed", "2 * sped"),
+        ],
+    ),
+    "maps": (
+        """
+study: one
+model: nguyen2024
+fixed: {n: 12, steps: 9, map: mine}
+maps:
+  mine:
+    from: cafeteria
+    without: [1]
+    change: [{number: 5, to: {disc: {x: 100, y: 200, radius: 3}}}]
+    add: [{disc: {x: 100, y: 100, radius: 5}}]
+sweep: {separation_weight: [0, 1, 2]}
+replicates: 3
+""",
+        [
+            ("from: cafeteria", "from: cafetria"),
+            ("without: [1]", "without: [all]"),
+            ("number: 5", "number: 0"),
+            ("radius: 3", "radius: -3"),
+            ("radius: 5", "radius: wide"),
+        ],
+    ),
+}
+"""Specs of each section with several keys, and mistakes, each alone in its key."""
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_what_is_wrong_in_one_key_hides_nothing_in_another(section: str) -> None:
+    """Two mistakes together say what each of them says alone."""
+    spec, wrong = SECTIONS[section]
+    assert parse_spec(spec).name == "one"
+    alone = {}
+    for change in wrong:
+        assert change[0] in spec
+        alone[change] = set(mistakes(spec.replace(*change, 1)))
+    for one, other in combinations(wrong, 2):
+        both = mistakes(spec.replace(*one, 1).replace(*other, 1))
+        assert set(both) == alone[one] | alone[other], (one, other)

@@ -318,3 +318,38 @@ def test_a_stranger_s_texts_stay_texts(opened: Open, lab: Lab) -> None:
     assert notebook.page.locator(".jp-OutputArea td", has_text="onerror").count() > 0
     assert notebook.page.evaluate("window.hacked") is None
     assert notebook.page.locator('img[src="x"]').count() == 0
+
+
+def test_results_are_explored_in_a_cell_up_to_a_trial_that_plays(
+    opened: Open, lab: Lab
+) -> None:
+    study = launched(FLOWN.replace("small", "explored"), lab.folder / "explored")
+    call = "import sweep\nsweep.show('explored', 'explored')"
+    notebook = opened(call, "1 + 1")
+    address = notebook.page.url
+    (output,) = notebook.run(0)
+    with Image.open(io.BytesIO(base64.b64decode(output["data"]["image/png"]))) as image:
+        assert image.info["Study"] == study.name
+    frame = notebook.page.frame_locator("iframe[title='Results of boidsweep']")
+    frame.locator(".figure .uplot").first.wait_for()
+    frame.locator("[aria-label=points] tbody button").first.click()
+    frame.locator("[aria-label=trials] tbody button").first.click()
+    words = frame.locator(".player .record .exact")
+    words.wait_for()
+    assert words.inner_text() == "Every number equals the stored one, bit for bit."
+    before = notebook.cells
+    for key in ("d", "d", "x", "a", "b"):
+        notebook.page.keyboard.press(key)
+    assert notebook.cells == before
+    assert notebook.page.url == address
+    card = frame.locator(".card").first
+    notebook.use_theme("JupyterLab Dark")
+    frame.locator("[data-scheme=dark] .card, html[data-scheme=dark]").first.wait_for()
+    words.wait_for()
+    colour = "one => getComputedStyle(one).backgroundColor"
+    assert card.evaluate(colour) == "rgb(22, 28, 36)"
+    notebook.restart()
+    frame.get_by_text("gone with their kernel").first.wait_for()
+    notebook.until_idle()
+    notebook.run(0)
+    frame.locator(".figure .uplot").first.wait_for()

@@ -26,14 +26,14 @@ from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.errors import SpecError
 from sweep.trial.state import Taken
-from sweep.web import compiling, playing
-from sweep.web import server as serving
+from sweep.web import compiling, playing, rooms
 from sweep.web.encoding import HEAD
 from sweep.web.live import Live
 from sweep.web.outbox import MOST_WAITING, Outbox
 from sweep.web.playing import Player
 from sweep.web.protocol import Reply
-from sweep.web.server import REFUSED, TAKEN, PageServer
+from sweep.web.rooms import REFUSED, TAKEN
+from sweep.web.server import PageServer
 from sweep.web.state import begin
 from tests.studies import launched
 from tests.web.chromium import in_a_thread
@@ -67,7 +67,7 @@ def watched() -> Watched:
 @pytest.fixture(scope="module")
 def server() -> Iterator[PageServer]:
     with pytest.MonkeyPatch.context() as patch, in_a_thread(PageServer(watched)) as one:
-        patch.setattr(serving, "PATIENCE", DEADLINE)  # the first show loads the kernels
+        patch.setattr(rooms, "PATIENCE", DEADLINE)  # the first show loads the kernels
         yield one
 
 
@@ -164,7 +164,7 @@ def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(
 def test_who_waits_for_the_compiler_is_told(
     server: PageServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serving, "PATIENCE", 0.01)
+    monkeypatch.setattr(rooms, "PATIENCE", 0.01)
     told = threading.Event()
 
     def compiled() -> Live:
@@ -625,7 +625,7 @@ def test_it_listens_on_this_machine_only(server: PageServer) -> None:
 def test_sessions_are_few_and_the_one_left_first_makes_room(
     server: PageServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serving, "MOST_SESSIONS", 2)
+    monkeypatch.setattr(rooms, "MOST_SESSIONS", 2)
     for name in ("first", "second"):
         with Page(server, name) as page:
             page.wait("frame")
@@ -650,7 +650,7 @@ def test_sessions_that_nobody_comes_back_to_are_forgotten(
     with Page(server, "first") as page:
         page.wait("frame")
     until(lambda: server.rooms.players["first"].task is None)
-    monkeypatch.setattr(serving, "KEPT_SECONDS", 0)
+    monkeypatch.setattr(rooms, "KEPT_SECONDS", 0)
     with Page(server, "second") as page:
         page.wait("frame")
         assert set(server.rooms.players) == {"second"}

@@ -17,7 +17,8 @@ from sweep.explorer.watching import Watched
 from sweep.tables.stored_study import StoredStudy
 from sweep.web import messages
 from sweep.web.replaying import Replay
-from sweep.web.server import PageServer, Rooms
+from sweep.web.rooms import Rooms
+from sweep.web.server import PageServer
 from sweep.web.twin import Twin
 from tests import plotted
 from tests.web.chromium import in_a_thread

@@ -22,13 +22,17 @@ import pandas as pd
 import pyarrow as pa
 
 from sweep.analysis import Declared
-from sweep.errors import ChoiceError, StoreError
+from sweep.errors import ChoiceError, StoreError, UserError
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.objectives import Objective
 from sweep.spec.recorded import columns_of
 from sweep.spec.statistics import STATISTICS
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import Study
+from sweep.spec.study_folder import PLAN
 from sweep.store.locations import Location
-from sweep.store.origin import metadata
+from sweep.store.origin import metadata, plan_provenance
+from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 
 ABOUT = b"search"
@@ -74,6 +78,26 @@ class AskedTrials:
     table: pd.DataFrame
     about: dict[str, Any]
     distributions: Mapping[str, Declared]
+
+
+def stored_repetitions(study: Study, results: Location) -> int:
+    """How often the search that is stored of this very spec is repeated, so that the
+    same command goes on with it; 0 where another spec, or nothing that can be read, is
+    stored. Comments make no other spec.
+    """
+    store = Store(results / study.name, results)
+    try:
+        asked, plan = store.read_asked(), store.read_plan()
+        if asked is None:
+            return 0
+        about = metadata(asked.schema, ABOUT, SHAPE, store.asked, SEARCH_AGAIN)
+        spec = plan_provenance(plan, store.folder / PLAN)["spec"]
+        stored = parse_document(spec, study.path).value
+    except UserError:  # the launch says what is wrong, or writes it anew
+        return 0
+    given = parse_document(study.text, study.path).value
+    found = about.get("repetitions")
+    return found if stored == given and type(found) is int and found > 0 else 0
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:

@@ -1,0 +1,261 @@
+"""The explorer in a notebook: its page in a frame, whose questions and played trials go
+through the comm of the notebook's kernel. It needs no server and no port, so that it
+works wherever the kernel runs.
+
+What the page says, each message with an `id`, answered at once by heard: id
+
+    ask question query   query is a list of names with their values; answered by answer:
+                         id answer, or by refusal: id why
+    open line            a run that is to be played, by a name of the page's own
+    say line text        a message of that run's page, see sweep.web.protocol
+    close line
+
+and what it is told of a run: told line message, frame line with its bytes, and over
+line why.
+"""
+
+import asyncio
+import base64
+import io
+import logging
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from threading import Thread
+from typing import Any
+from urllib.parse import quote
+
+import traitlets
+from matplotlib import style as styles
+
+from sweep.errors import ChoiceError, SpecError, UserError
+from sweep.explorer.asking import AskFigure
+from sweep.explorer.drawn import drawn
+from sweep.explorer.frame import framed
+from sweep.explorer.site import site_of
+from sweep.explorer.watching import Watched
+from sweep.figures.saving import about_study
+from sweep.figures.style import STYLE
+from sweep.store.locations import Location, local_folder
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import installing
+from sweep.web.page import script
+from sweep.web.protocol import Reply
+from sweep.web.rooms import REFUSED, PageSite, Pairs, Rooms
+from sweep.web.show import Show
+
+try:
+    from anywidget import AnyWidget
+except ModuleNotFoundError as error:
+    raise ImportError(
+        f"the widget needs anywidget: {installing('notebook')}"
+    ) from error
+
+MOST_LINES = 64
+"""So many runs at most are open on the pages of a widget."""
+CLOSED = {REFUSED: "The kernel has no run for this page."}
+ELSEWHERE = "This run went on in another place."
+log = logging.getLogger("sweep")
+
+
+class Explored(AnyWidget):
+    """Stored studies in a notebook, to be explored.
+
+    Questions are answered in a thread, which starts with the first of them.
+    """
+
+    _esm = script("explored")
+    page = traitlets.Unicode().tag(sync=True)
+    begin = traitlets.Unicode().tag(sync=True)
+
+    def __init__(self, watched: Watched, study: str | None) -> None:
+        begin = f"#study={quote(study)}" if study else ""
+        super().__init__(page=framed(), begin=begin)
+        self.watched, self.study = watched, study
+        self._desk: _Desk | None = None
+        self.on_msg(lambda _widget, content, _buffers: self._hear(content))
+
+    def close(self) -> None:
+        """Remove it from the screen, and end its thread."""
+        if self._desk:
+            self._desk.stop()
+        super().close()
+
+    def _hear(self, message: object) -> None:
+        """Pass on what a page says. Without an id it is from no page of ours."""
+        if not isinstance(message, dict) or not isinstance(message.get("id"), str):
+            return
+        self.send({"type": "heard", "id": message["id"]})
+        if self._desk is None:
+            self._desk = _Desk(site_of(self.watched), self.send)
+            self._desk.start()
+        self._desk.put(message)
+
+    def _repr_mimebundle_(
+        self, **kwargs: Any
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        """The widget, and the first figure of the study for places without a front
+        end.
+        """
+        bundle = super()._repr_mimebundle_(**kwargs)
+        picture = self._picture() if self.study else b""
+        if bundle is None or not picture:
+            return bundle
+        data, about = bundle
+        return data | {"image/png": base64.b64encode(picture).decode()}, about
+
+    def _picture(self) -> bytes:
+        """A PNG of the figure with which the page begins; empty where none suits."""
+        assert self.study
+        study = self.watched.counted(self.study)[1]
+        file = io.BytesIO()
+        try:
+            asked = AskFigure(self.study, metric=tuple(study.metrics[:1]))
+            figure = drawn(self.watched, asked)
+            with styles.context(STYLE):
+                figure.savefig(file, format="png", metadata=about_study(study))
+        except UserError:
+            return b""
+        return file.getvalue()
+
+
+class _KernelLine:
+    """The way to one page of a run, see `sweep.web.outbox.Line`."""
+
+    def __init__(self, name: str, send: Callable[..., None]) -> None:
+        self.name, self.send = name, send
+        self.texts: asyncio.Queue[str | None] = asyncio.Queue()
+
+    async def hear(self) -> str:
+        text = await self.texts.get()
+        if text is None:
+            raise ConnectionError("the page is gone")
+        return text
+
+    async def tell(self, reply: Reply) -> None:
+        self.send({"type": "told", "line": self.name, "message": reply})
+
+    async def show(self, frame: bytes) -> None:
+        self.send({"type": "frame", "line": self.name}, buffers=[frame])
+
+
+class _Desk(Thread):
+    """A thread that answers the pages of a widget, and plays trials to them."""
+
+    def __init__(self, site: PageSite, send: Callable[..., None]) -> None:
+        super().__init__(name="boidsweep explorer", daemon=True)
+        self.site, self.send = site, send
+        self.loop = asyncio.new_event_loop()
+        self.messages: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
+        self.rooms = Rooms(_no_simulator, site.stored)
+        self.lines: dict[str, _KernelLine] = {}
+
+    def put(self, message: dict[str, Any] | None) -> None:
+        """Add a message of a page, which has an id; None is the last one."""
+        self.loop.call_soon_threadsafe(self.messages.put_nowait, message)
+
+    def stop(self) -> None:
+        """End the thread after its current work."""
+        if self.is_alive():
+            self.put(None)
+            self.join()
+
+    def run(self) -> None:
+        with asyncio.Runner(loop_factory=lambda: self.loop) as runner:
+            runner.run(self._serve())
+
+    async def _serve(self) -> None:
+        tasks = set[asyncio.Task[None]]()
+        while (message := await self.messages.get()) is not None:
+            if work := self._work(message):
+                task = asyncio.create_task(work)
+                tasks.add(task)
+                task.add_done_callback(tasks.discard)
+        for task in tasks:
+            task.cancel()
+
+    def _work(self, message: dict[str, Any]) -> Coroutine[Any, Any, None] | None:
+        """What a message makes to do, if that takes long."""
+        match message:
+            case {
+                "type": "ask",
+                "id": asked,
+                "question": str(name),
+                "query": query,
+            } if _is_query(query):
+                return self._answer(asked, name, [(one[0], one[1]) for one in query])
+            case {"type": "open", "line": str(name)} if len(self.lines) < MOST_LINES:
+                self.lines[name] = _KernelLine(name, self.send)
+                return self._play(self.lines[name])
+            case {"type": "say", "line": str(name), "text": str(text)}:
+                self._tell_line(name, text)
+            case {"type": "close", "line": str(name)}:
+                self._tell_line(name, None)
+            case _:
+                self._refuse(message["id"], "this is no message of the page")
+        return None
+
+    def _tell_line(self, name: str, text: str | None) -> None:
+        if line := self.lines.get(name):
+            line.texts.put_nowait(text)
+
+    def _refuse(self, asked: str, why: str) -> None:
+        self.send({"type": "refusal", "id": asked, "why": why})
+
+    async def _answer(self, asked: str, name: str, pairs: Pairs) -> None:
+        answer = self.site.answers.get(name)
+        try:
+            if answer is None:
+                raise ChoiceError("a notebook has no answer to this question", name)
+            said = await asyncio.to_thread(answer, pairs)
+            self.send({"type": "answer", "id": asked, "answer": said})
+        except UserError as error:
+            self._refuse(asked, str(error))
+        except Exception as error:
+            log.error("the explorer failed", exc_info=error)
+            self._refuse(asked, f"the explorer failed: {type(error).__name__}")
+
+    async def _play(self, line: _KernelLine) -> None:
+        try:
+            with suppress(ConnectionError):
+                code = await self.rooms.serve(line)
+                why = CLOSED.get(code, ELSEWHERE)
+                self.send({"type": "over", "line": line.name, "why": why})
+        finally:
+            if self.lines.get(line.name) is line:
+                del self.lines[line.name]
+
+
+def _is_query(query: object) -> bool:
+    return isinstance(query, list) and all(
+        isinstance(one, list) and [type(word) for word in one] == [str, str]
+        for one in query
+    )
+
+
+def _no_simulator() -> Show:
+    raise SpecError("a notebook plays stored trials here; sweep.view has the simulator")
+
+
+def explored(results: Location, study: str | None, *, trust: bool) -> Explored:
+    """The widget of a folder of results that begins with a study, or with the list of
+    all, which an object store has not. Raises StoreError where there is none.
+    """
+    watched = Watched(results, trust=trust)
+    if study is None:
+        local_folder(results, "to begin with the list of studies needs")
+    else:
+        watched.counted(study)
+    return Explored(watched, study)
+
+
+def explored_study(study: StoredStudy) -> Explored:
+    """The widget of a study that was loaded. Raises ChoiceError where `where` has
+    chosen among its trials: the page does that itself.
+    """
+    if study.restricted:
+        raise ChoiceError(
+            "the explorer shows the whole study; write what you want to see into its"
+            " field where",
+            study.name,
+        )
+    return explored(study.store.results, study.name, trust=study.trust)

@@ -1,0 +1,157 @@
+"""The sessions of pages, and what else pages ask for: of a server, or of a notebook."""
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+from sweep.errors import SpecError, UserError
+from sweep.web.launching import Launcher
+from sweep.web.messages import Hello
+from sweep.web.outbox import Line
+from sweep.web.playing import Player
+from sweep.web.protocol import MessageError, parse
+from sweep.web.show import RunShow, Show
+from sweep.web.twin import Twin
+
+MOST_SESSIONS = 16
+KEPT_SECONDS = 600
+"""How long a session waits for its page to come back."""
+PATIENCE = 1.0
+"""Seconds after which a page is told what it waits for."""
+TAKEN, REFUSED = 4001, 4002
+"""Codes with which the server closes a socket for good: another window took the session
+over, or there is no session for this page.
+"""
+
+Pairs = Sequence[tuple[str, str]]
+"""The names and values of a query, in their order; a name may stand several times."""
+
+
+def _nothing_stored(study: str, trial: str) -> RunShow:
+    raise SpecError(f"there is no stored trial {trial} of {study} on this page")
+
+
+class PageSite(NamedTuple):
+    """What a server has besides the page of the simulator.
+
+    home     the file that its address shows
+    answers  what it knows, by the names of questions: a function of the query of a GET,
+             which returns plain data; a UserError that it raises is the answer too
+    stored   the run of a stored trial, by its study and its id
+    launcher launches what a page proposes; None where pages only read
+    """
+
+    home: str = "index.html"
+    answers: Mapping[str, Callable[[Pairs], Any]] = {}
+    stored: Callable[[str, str], RunShow] = _nothing_stored
+    launcher: Launcher | None = None
+
+
+class Rooms:
+    """The sessions, by the names of their pages. If a page is gone, its session is kept
+    for some minutes.
+    """
+
+    def __init__(
+        self,
+        begin: Callable[[], Show],
+        stored: Callable[[str, str], RunShow] = _nothing_stored,
+    ) -> None:
+        self.begin, self.stored = begin, stored
+        self.players: dict[str, Player] = {}
+
+    async def player(self, hello: Hello, line: Line) -> Player:
+        """The player of this page; a new page gets a new one, with what it has kept.
+        Raises SpecError where there are too many.
+        """
+        page = hello.page
+        if page not in self.players:
+            self._make_room()
+            begin = partial(self._begin, hello)
+            making = asyncio.create_task(asyncio.to_thread(begin))
+            if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
+                await line.tell(
+                    {
+                        "type": "info",
+                        "message": (
+                            "compiling, which takes up to a minute the first time"
+                        ),
+                    }
+                )
+            show = await making
+            if hello.yaml or hello.kept_trial:
+                try:
+                    show = await asyncio.to_thread(_restored, show, hello)
+                except UserError as error:
+                    said = f"what this page has kept cannot be shown: {error}"
+                    await line.tell({"type": "error", "message": said})
+            self._make_room()
+            self.players.setdefault(page, Player(show))
+        return self.players[page]
+
+    async def serve(self, line: Line) -> int:
+        """Play to a page after its hello. Returns the code with which its socket is
+        closed.
+        """
+        try:
+            player = await self.player(await _hello(line), line)
+        except UserError as error:
+            await line.tell({"type": "error", "message": str(error)})
+            return REFUSED
+        taken = await player.play(line)
+        if not taken:
+            raise ConnectionError("the page is gone")
+        return TAKEN
+
+    def _begin(self, hello: Hello) -> Show:
+        if not hello.trial:
+            return self.begin()
+        run = self.stored(hello.study, hello.trial)
+        if not hello.beside:
+            return run
+        return Twin(run, self.stored(hello.study, hello.beside))
+
+    def _make_room(self) -> None:
+        """Forget the sessions whose pages did not come back in time. If there are still
+        too many, forget the one whose page left first.
+        """
+        empty = sorted(
+            (player.left, page)
+            for page, player in self.players.items()
+            if player.task is None
+        )
+        for left, page in empty:
+            if (
+                time.monotonic() - left > KEPT_SECONDS
+                or len(self.players) >= MOST_SESSIONS
+            ):
+                del self.players[page]
+        if len(self.players) >= MOST_SESSIONS:
+            raise SpecError(f"{MOST_SESSIONS} pages are open already; close one")
+
+
+def _restored(show: Show, hello: Hello) -> Show:
+    """The show of what a page has kept: one run, or two. Raises a UserError for what
+    cannot be shown.
+    """
+    show.restore(hello)
+    if not hello.yaml_beside:
+        return show
+    first = show.side(0)
+    second = first.beside("")
+    second.restore(hello.of_second)
+    return Twin(first, second)
+
+
+async def _hello(line: Line) -> Hello:
+    """The first message of the page."""
+    while True:
+        try:
+            message = parse(await line.hear())
+            if isinstance(message, Hello):
+                return message
+            raise MessageError("the first message of a page must be hello")
+        except MessageError as error:
+            await line.tell({"type": "error", "message": str(error)})
