@@ -101,7 +101,7 @@ def view(
         from sweep.explorer.watching import Watched
         from sweep.web.launching import Launcher
         from sweep.web.rooms import PageSite
-    from sweep.web.server import PageServer
+        from sweep.web.server import PageServer
     except ModuleNotFoundError as error:
         needed = f"the live simulator needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
