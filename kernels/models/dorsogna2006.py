@@ -140,9 +140,7 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
 
 
 @jit
-def _paced(
-    vx: float, vy: float, decay: float, brake: float
-) -> tuple[float, float]:
+def _paced(vx: float, vy: float, decay: float, brake: float) -> tuple[float, float]:
     """A velocity after its boid has propelled itself for a while.
 
     It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2), where
@@ -160,7 +158,7 @@ def advance(
     params: Params,
     work: Workspace,
     record: Record,
-    rng: Generator,
+    _rng: Generator,
     steps: int,
 ) -> bool:
     """Advance `flock` by `steps` updates; return False after the first step that is not
