@@ -27,7 +27,7 @@ def polarization(bodies: Vector) -> float:
 
 
 def angular_momentum(bodies: Vector) -> float:
-    """By complex numbers: the sine of the angle from bearing to heading."""
+    """By complex numbers: the sine of the angle from the bearing to the heading."""
     bearing = (bodies[0] - bodies[0].mean()) + 1j * (bodies[1] - bodies[1].mean())
     turned = np.conj(bearing) * (bodies[2] + 1j * bodies[3])
     return abs(np.mean(np.where(turned == 0, 0.0, np.sin(np.angle(turned)))))
