@@ -148,9 +148,7 @@ def patterns(studies: Studies) -> Figure:
     return figure
 
 
-def _draw_end(
-    axes: Axes, study: StoredStudy, settings: Mapping[str, float]
-) -> None:
+def _draw_end(axes: Axes, study: StoredStudy, settings: Mapping[str, float]) -> None:
     """The last frame of the first trial with such settings, about its centre."""
     trials = study.trials
     for name, value in settings.items():

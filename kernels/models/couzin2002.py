@@ -169,8 +169,8 @@ def _desired(
             crowd += 1.0
         elif along * abs(along) >= view:
             if square < orientation2:
-                j = work.near.boid[k]
-                x, y = direction(seen.vx[j], seen.vy[j], 0.0, 0.0)
+                vx, vy = seen.vx[work.near.boid[k]], seen.vy[work.near.boid[k]]
+                x, y = direction(vx, vy, 0.0, 0.0)
                 with_x += x
                 with_y += y
             else:

@@ -130,7 +130,7 @@ def advance(
     params: Params,
     work: Workspace,
     record: Record,
-    rng: Generator,
+    _rng: Generator,
     steps: int,
 ) -> bool:
     """Advance `flock` by `steps` updates; return False after the first step that is not

@@ -83,7 +83,10 @@ def test_the_fuller_zone_counts_more_with_plain_sums_alone() -> None:
     """
     places = [(0, 0), (0, 2), (1, 2), (-1, 2), (8, 0)]
     headings = [EAST, NORTH, NORTH, NORTH, NORTH]
-    for zone_sums, turn in (("plain_sums", math.atan(3)), ("unit_vectors", math.pi / 4)):
+    for zone_sums, turn in (
+        ("plain_sums", math.atan(3)),
+        ("unit_vectors", math.pi / 4),
+    ):
         found = turns(places, headings, zone_sums=zone_sums, **WIDE)[0]
         assert found == pytest.approx(turn, rel=1e-12)
 

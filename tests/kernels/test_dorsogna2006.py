@@ -136,7 +136,9 @@ def test_a_free_boid_comes_to_its_speed_as_the_equation_says(
     solves it: so its time makes no difference but for rounding.
     """
     steps = round(2 / dt)
-    end = flown(np.array([[1.0], [1], [0.6 * start], [0.8 * start]]), dt=dt, steps=steps)
+    end = flown(
+        np.array([[1.0], [1], [0.6 * start], [0.8 * start]]), dt=dt, steps=steps
+    )
     most = SPEED**2
     square = most / (1 + (most / start**2 - 1) * math.exp(-2 * 1.6 * 2))
     assert np.hypot(*end[2:])[0] == pytest.approx(math.sqrt(square), rel=1e-12)

@@ -56,8 +56,13 @@ EXPECTED = {
     "patel2023": ["repulsion_linear"],
     "rustamani2024": ["steer_to_avoid"],
     "vicsek1995": ["random_turn"],
+    "dorsogna2006": ["exp"],
+    "couzin2002": ["floor", "normal"],
+    "cucker_smale2007": ["pow"],
 }
-"""Each lane has other obstacles near it, and other random numbers."""
+"""Each lane has other obstacles near it, and other random numbers. Functions of the
+mathematics library take one number.
+"""
 
 
 @cache

@@ -18,7 +18,8 @@ def dorsogna2006(
 
     def slope(r: float) -> float:
         repulsion, attraction = (
-            s[f"{kind}_strength"] * math.exp(-r / s[f"{kind}_length"])
+            s[f"{kind}_strength"]
+            * math.exp(-r / s[f"{kind}_length"])
             / s[f"{kind}_length"]
             for kind in ("repulsion", "attraction")
         )
