@@ -151,11 +151,12 @@ def _noted_stamps() -> dict[str, str]:
 
 
 class ByClasses:
-    """The files of a function in numba's cache: one for what takes classes of its own
-    package and ours, and others for what takes those of other packages.
+    """The files of a function in numba's cache: one for each set of classes that its
+    arguments have.
 
-    The index in such a file names the classes. An own model may call functions of ours
-    with its own parameters: where its package is not at hand, they must not be met.
+    The index in such a file names the classes, and is loaded as a whole. An own model
+    may call functions of ours with its own parameters, and a later version of ours with
+    classes that this one lacks: where they are not at hand, they must not be met.
     """
 
     def __init__(self, function: Callable[..., Any], cache: Any) -> None:
@@ -217,8 +218,11 @@ class ByClasses:
         ]
 
     def _file(self, arguments: Any) -> Any:
-        packages = {one.__module__.partition(".")[0] for one in _classes(arguments)}
+        taken = {f"{one.__module__}.{one.__qualname__}" for one in _classes(arguments)}
+        packages = {name.partition(".")[0] for name in taken}
         held = [] if self._package == OUR_PACKAGE else [values(self._loaded())[:16]]
+        if taken:
+            held.append(hashlib.sha256(" ".join(sorted(taken)).encode()).hexdigest()[:8])
         name = "-".join([self._name, *held, *sorted(packages - self._ours)])
         made: Any = IndexDataCacheFile
         return made(self._folder, name, self._stamp)

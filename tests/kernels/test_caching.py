@@ -1,6 +1,7 @@
 """What becomes of compiled code that nobody uses any more."""
 
 import os
+import re
 import shutil
 import time
 from pathlib import Path
@@ -31,6 +32,13 @@ print(stamps.text_hash("kernels"))
 CALL = """
 from kernels.neighbours import square_range
 square_range(2.0, True)
+"""
+
+REMEMBER = """
+from kernels.state import Flock, empty_flock, remember
+{more}
+flock = empty_flock(2)
+remember({kind}(*flock), flock)
 """
 
 
@@ -177,3 +185,20 @@ def test_loading_notes_the_use_and_compiling_removes(tmp_path: Path) -> None:
     call(CALL.replace("square_range(2.0, True)", "square_range(2, True)"))
     assert index.exists()
     assert not list(folder.glob("gone.*"))
+
+
+def test_what_is_compiled_for_a_later_version_is_no_obstacle(tmp_path: Path) -> None:
+    """The later one has a class in a module that ours has not, and calls the same
+    function with it: ours must not be asked to load that class.
+    """
+    later, kept = tmp_path / "later", {"NUMBA_CACHE_DIR": str(tmp_path)}
+    shutil.copytree(ROOT / "kernels", later / "kernels")
+    flock = (later / "kernels" / "state.py").read_text()
+    [made] = re.findall(r"class Flock\(NamedTuple\):.*?\n\n\n", flock, re.DOTALL)
+    text = "from typing import Any, NamedTuple\nFloats = Any\n" + made
+    (later / "kernels" / "newer.py").write_text(text.replace("Flock", "Newer"))
+    more = "from kernels.newer import Newer"
+    for kind, added, folder in (("Newer", more, later), ("Flock", "", ROOT)):
+        python(REMEMBER.format(more=added, kind=kind), folder, **kept)
+    folder = tmp_path / "boidsweep" / "kernels"
+    assert len(list(folder.glob("*remember*.nbi"))) == 2
