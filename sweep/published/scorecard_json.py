@@ -124,10 +124,16 @@ def _behind(section: Section, claim: Claim) -> list[dict[str, Any]]:
         {
             "study": studies[one.spec].name,
             "column": one.column,
-            "settings": one.settings,
+            "settings": {name: _plain(one.settings[name]) for name in one.settings},
         }
         for one in trials_read(claim.measure, claim.spec)
     ]
+
+
+def _plain(value: object) -> object:
+    """A setting as JSON has it: an infinite number as the text inf."""
+    endless = isinstance(value, float) and math.isinf(value)
+    return str(value) if endless else value
 
 
 def _published(expect: Expectation | None) -> float | list[float] | None:

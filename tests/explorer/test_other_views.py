@@ -23,7 +23,7 @@ from sweep.workers.executors import Serial
 from tests import plotted
 from tests.commands import sweep
 from tests.explorer.test_answers import printed, told
-from tests.publications import experiments
+from tests.publications import PUBLISHED, SPEC, experiments
 from tests.studies import SMALL, launched
 
 SIDES = {
@@ -240,6 +240,25 @@ def test_a_claim_leads_to_its_figure_and_its_trials(judged: Path) -> None:
     assert base64.b64decode(shown["png"]) == stored.read_bytes()
     with pytest.raises(ChoiceError, match="no figure of claim"):
         told(judged, "picture", ("study", "tiny"), ("claim", untestable["id"]))
+
+
+def test_a_claim_about_an_infinite_setting_leads_to_its_trials(tmp_path: Path) -> None:
+    """JSON has no infinite number."""
+    experiments(
+        tmp_path,
+        spec=SPEC.replace(
+            "  separation_weight", "  obstacle_range: [10, .inf]\n  separation_weight"
+        ),
+        published=PUBLISHED.replace("for: {", "for: {obstacle_range: .inf, "),
+    )
+    publications = read_all(tmp_path / "experiments", quick=False, only=())
+    results = tmp_path / "results"
+    reproduce(publications, results, Serial(), ProgressBar)
+    first, _ = told(results, "scorecard")["rows"]
+    (side,) = first["behind"]
+    assert "obstacle_range=inf" in side["where"]
+    pairs = [("study", side["study"]), ("where", side["where"])]
+    assert told(results, "trials", *pairs)["total"] == first["trials"] == 8
 
 
 def _edited(judged: Path, folder: Path, **changes: object) -> Path:
