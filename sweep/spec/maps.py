@@ -394,7 +394,7 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
 
 
 def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
-    """What a form of a map gives, and defaults; what is wrong is noted."""
+    """What a part of a map gives, and defaults; what is wrong is noted."""
     with mistakes.noted():
         check_keys(entry, part)
     return read_values(part, entry, mistakes)
@@ -453,14 +453,23 @@ def _changed(
     changed, mistakes = dict[int, Obstacle](), Mistakes()
     for change in entry.items() if entry else []:
         with mistakes.noted():
-            one = read_section(ChangedObstacle, change)
-            if one.number in [*without, *changed]:
-                raise change.error(
-                    f"obstacle {one.number} is changed or left out twice"
-                )
-            changed[one.number] = _obstacle(one.to, size)
+            number, obstacle = _change(change, size)
+            if number in [*without, *changed]:
+                raise change.error(f"obstacle {number} is changed or left out twice")
+            changed[number] = obstacle
     mistakes.check()
     return changed
+
+
+def _change(entry: Entry, size: tuple[float, float] | None) -> tuple[int, Obstacle]:
+    """The number of an obstacle, and what stands in its place."""
+    entry.mapping()
+    mistakes = Mistakes()
+    given = _given(ChangedObstacle, entry, mistakes)
+    obstacle = mistakes.read(_obstacle, given["to"], size) if "to" in given else None
+    mistakes.check()
+    assert obstacle
+    return given["number"], obstacle
 
 
 def map_as_written(map_: OwnMap) -> dict[str, Any]:
