@@ -80,6 +80,12 @@ class MeasuredStudy:
         return json.dumps(asdict(self))
 
 
+CHAINED = (
+    "its trials are links of chains, whose ids cover what all links before them record:"
+    ' add the metrics under "record" of its spec, and launch that'
+)
+
+
 def measure(
     name: str,
     asked: Sequence[str],
@@ -107,6 +113,8 @@ def measure(
     found = StoredStudy(name, results, trust=trust)
     with custody(found.store) as lock:
         study = StoredStudy(name, results, trust=trust)  # from now on none changes it
+        if study.about.continued:
+            raise ChoiceError(CHAINED, name)
         measuring = _Measuring(study, FurtherMetrics(study, asked), executor, report)
         return measuring.run(lock)
 

@@ -77,9 +77,7 @@ class Replay(Live):
     def which(self) -> str:
         """The values of the trial in what varies in its study, and its replicate."""
         names = self.study.varied
-        values = [
-            f"{name.replace('_', ' ')} {self.job.settings[name]}" for name in names
-        ]
+        values = [f"{name.replace('_', ' ')} {self.stored.row[name]}" for name in names]
         number = f"replicate {self.job.replicate + 1:,} of {self.others.replicates:,}"
         return ", ".join([*values, number])
 

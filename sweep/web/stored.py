@@ -77,7 +77,7 @@ class TrialChoice:
             places[k] if 0 <= k < len(places) else None
             for k in (bisect_left(places, here) - 1, bisect_right(places, here))
         )
-        values = {name: job.settings[name] for name in self.columns}
+        values = {name: column.item(here[0]) for name, column in self.columns.items()}
         return placed(here, values, *neighbours)
 
     def trial(self, point: int, replicate: int) -> str:

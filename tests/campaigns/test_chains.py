@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from sweep.campaigns.launch import launch
+from sweep.campaigns.measure import measure
 from sweep.campaigns.progress import Progress
 from sweep.cli.listing import status_text
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs, LastFlock, SomeJobs, stream
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.replays.replay import replay
 from sweep.replays.verify import verify
 from sweep.sharing.content import content_hash
@@ -26,6 +27,7 @@ from sweep.tables.chains import cut_off
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.trial.simulation import Simulation
+from sweep.web.replaying import Replay
 from sweep.workers.executors import Loky, Serial
 from tests.object_stores import Memory
 from tests.searches import done, replace_trials
@@ -305,6 +307,22 @@ def test_the_turning_points_of_a_fold_are_exact(tmp_path: Path) -> None:
     up = stored.trials[stored.trials["direction"] == "up"]
     jumped = up[up["rightwards"] > 0]["field"].min()
     assert jumped - 0.1 < TURNING < jumped
+
+
+def test_the_page_replays_a_link(tmp_path: Path) -> None:
+    study = launched(CHAINED, tmp_path)
+    for job in jobs_of(CHAINED)[::5]:
+        page = Replay(study, job.trial_id)
+        assert page.differences == []
+        assert page.which.startswith(f"direction {job.direction}, separation weight ")
+        (placed,) = [one for one in page.greeting() if one.get("trial")]
+        assert placed["trial"]["values"]["direction"] == job.direction
+
+
+def test_further_metrics_of_chains_are_refused(tmp_path: Path) -> None:
+    launched(CHAINED, tmp_path)
+    with pytest.raises(ChoiceError, match='add the metrics under "record"'):
+        measure("small", ["dispersion"], tmp_path, Serial())
 
 
 REFUSED = [
