@@ -75,6 +75,21 @@ SPECS = {
 SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
     "refine: {metric: speed, at: 3, axes: [separation_weight], until: 0.5, budget: 9}\n"
 )
+SPECS["sized"] = """\
+study: sized
+model: vicsek1995
+fixed: {steps: 40, noise: 6}
+sizes: {n: [16, 36, 64]}
+sweep: {interaction_range: [0.4, 0.6, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6]}
+replicates: 3
+seed: 1
+record:
+  derive:
+    scaled: (interaction_range - 1) * width + 0 * polarization
+    order: (1 + scaled / 6 + scaled * scaled / 40 + polarization / 9) / sqrt(width)
+  series: [order]
+  every: 2
+"""
 SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))

@@ -8,8 +8,9 @@ themselves, so that `sweep --help` answers at once.
     engines          the options that say where trials run
     starting         init, new: a study, and code, of one's own
     running          launch, search, plan, reproduce
-    reading          status, table, power, boundary, plot, compare
+    reading          status, table, power, boundary, scaling, plot, compare
     boundary_text    a boundary as text and as JSON
+    scaling_text     finite-size scaling as text and as JSON
     power_text       needed replicates as text
     overview         list, columns: what there is
     measuring        measure: further metrics of what is stored

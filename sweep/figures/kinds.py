@@ -12,12 +12,14 @@ from typing import NamedTuple
 from kernels.registry import Registry
 from sweep.errors import ChoiceError
 from sweep.figures import (
+    collapse,
     coverage,
     curves,
     heatmap,
     parallel,
     pareto,
     phase,
+    scaling,
     scatter,
     search,
     search_repetitions,
@@ -38,6 +40,8 @@ KINDS = Registry(
         "scatter": scatter.KIND,
         "heatmap": heatmap.KIND,
         "phase": phase.KIND,
+        "scaling": scaling.KIND,
+        "collapse": collapse.KIND,
         "parallel": parallel.KIND,
         "pareto": pareto.KIND,
         "sensitivity": sensitivity.KIND,

@@ -29,6 +29,7 @@ copied_maps      what differs from a built-in map
 images           pixels as few rectangles
 replication      how many trials a point has
 refining         where the grid becomes finer
+sizes            flocks of several sizes
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give

@@ -20,6 +20,7 @@ comparison_facts  the same as plain data
 comparison_words  the same in words
 power             how many replicates a goal needs
 boundary          where a mean crosses a level, of a refined study
+scaling           what flocks of several sizes tell of a transition
 spec_difference   what a change of a spec does
 cleaning          room given back
 exporting         a table for other programs

@@ -20,6 +20,7 @@ READING: dict[str, tuple[str, ...]] = {
     "columns": ("STUDY",),
     "power": ("STUDY", "--half-width", "speed=1"),
     "boundary": ("STUDY",),
+    "scaling": ("STUDY",),
     "replay": ("STUDY", "05d7"),
     "verify": ("STUDY",),
     "measure": ("STUDY", "speed"),
