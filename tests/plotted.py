@@ -77,18 +77,17 @@ SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
 )
 SPECS["sized"] = """\
 study: sized
-model: vicsek1995
-fixed: {steps: 40, noise: 6}
+model: nguyen2024
+fixed: {steps: 20, map: empty}
 sizes: {n: [16, 36, 64]}
-sweep: {interaction_range: [0.4, 0.6, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6]}
+sweep: {separation_weight: [0.4, 0.6, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6]}
 replicates: 3
 seed: 1
 record:
   derive:
-    scaled: (interaction_range - 1) * width + 0 * polarization
-    order: (1 + scaled / 6 + scaled * scaled / 40 + polarization / 9) / sqrt(width)
+    scaled: (separation_weight - 1) * sqrt(n) / 2 + 0 * polarization
+    order: (1 + scaled / 6 + scaled * scaled / 40 + polarization / 99) / sqrt(sqrt(n))
   series: [order]
-  every: 2
 """
 SPECS |= {"searched": SEARCHED}
 
