@@ -87,6 +87,20 @@ SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
 SPECS["validated"] = SMALL.replace("study: small", "study: validated") + (
     "validate: {dt: [1/2], search: all_pairs, update: both}\n"
 )
+SPECS["sized"] = """\
+study: sized
+model: nguyen2024
+fixed: {steps: 20, map: empty}
+sizes: {n: [16, 36, 64]}
+sweep: {separation_weight: [0.4, 0.6, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6]}
+replicates: 3
+seed: 1
+record:
+  derive:
+    scaled: (separation_weight - 1) * sqrt(n) / 2 + 0 * polarization
+    order: (1 + scaled / 6 + scaled * scaled / 40 + polarization / 99) / sqrt(sqrt(n))
+  series: [order]
+"""
 SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))

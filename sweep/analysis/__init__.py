@@ -21,6 +21,9 @@ are counted.
     series        curves against time
     steady        means after the transient
     order         susceptibility and Binder cumulant
+    size_curves   where those of several sizes cross and peak
+    collapse      the exponents of finite-size scaling
+    coexistence   whether a transition jumps
     offered       all their names, which this package offers too
 
 A worker knows what metrics declare of their values, by `mean_bounds`, and analyses

@@ -214,7 +214,8 @@ def _residuals(exponents: Floats, data: Scaled) -> Floats:
     within = data.x.min() <= place <= data.x.max() and inverse_nu > 0.0
     if known.mean() < LEAST_OVERLAP or not within:
         return np.full(len(distances), APART)
-    return np.where(known, distances, 0.0) / np.sqrt(known.sum())
+    parts: Floats = np.where(known, distances, 0.0) / np.sqrt(known.sum())
+    return parts
 
 
 def _improved(data: Scaled, starts: list[Floats] | Floats) -> Floats:

@@ -275,12 +275,15 @@ def susceptibility_peak(
     ends = [best, int(before[-1]) + 1, int(after[0]) - 1]
     level, error = (float(one[best]) for one in fit.at(places))
     heights = np.exp(level + quantile * error * np.array([0.0, -1.0, 1.0]))
-    place, low, high = (curve.x[top] + places[ends]).tolist()
-    return SusceptibilityPeak(curve.n, place, low, high, *heights.tolist())
+    place, low, high = (float(curve.x[top] + places[end]) for end in ends)
+    height, least, most = heights.tolist()
+    return SusceptibilityPeak(curve.n, place, low, high, height, least, most)
 
 
 def _no_peak(curve: SizeCurve, why: str) -> SusceptibilityPeak:
-    return SusceptibilityPeak(curve.n, *[np.nan] * 6, why)
+    return SusceptibilityPeak(
+        curve.n, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, why
+    )
 
 
 def _about(values: Floats, top: int) -> NDArray[np.int64]:
@@ -323,8 +326,8 @@ def _fitted(x: Floats, points: Means) -> _Polynomial:
     logs = np.log(points.value)
     error = float(np.sqrt(np.mean((points.error / points.value) ** 2)))
     weighted = x[:, None] ** np.arange(degree + 1) / error
-    covariance = np.linalg.pinv(weighted.T @ weighted)
-    coefficients = covariance @ weighted.T @ (logs / error)
+    covariance = np.asarray(np.linalg.pinv(weighted.T @ weighted), np.float64)
+    coefficients = np.asarray(covariance @ weighted.T @ (logs / error), np.float64)
     squares = float(((logs / error - weighted @ coefficients) ** 2).sum())
     spare = len(x) - degree - 1
     if spare and chi2.sf(squares, spare) < FITS:

@@ -12,6 +12,7 @@ themselves, so that `sweep --help` answers at once.
                      compare, validity
     hysteresis_text  loops as text and as JSON
     boundary_text    a boundary as text and as JSON
+    scaling_text     finite-size scaling as text and as JSON
     validity_text    conclusions with other numerics, as text and as JSON
     power_text       needed replicates as text
     overview         list, columns: what there is

@@ -267,7 +267,7 @@ def scaling(
         str | None,
         typer.Option(
             "--by",
-            help="Setting against which it is seen; by default the only one that is left.",
+            help="Setting against which it is seen; by default the only one left.",
         ),
     ] = None,
     burn_in: Annotated[

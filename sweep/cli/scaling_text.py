@@ -7,14 +7,13 @@ from typing import Any
 
 from rich.table import Table
 
+from sweep.analysis.notation import with_interval
 from sweep.cli.terminal import console
 from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
-from sweep.tables.scaling import Scaling
+from sweep.tables.scaling import LENGTHS, Scaling
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
-
-LENGTHS = {"side": "L = sqrt(width height)", "n": "L = n"}
 
 
 def scaling_json(study: StoredStudy, found: Scaling) -> str:
@@ -68,12 +67,12 @@ def scaling_text(study: StoredStudy, found: Scaling) -> None:
 
 def _sizes(found: Scaling, title: str) -> Table:
     at = found.control
-    heads = ("n", "L", f"peak of susceptibility at {at}", "its height")
-    heads += ("least Binder cumulant", "its sign", "two peaks of the order")
+    heads = ["n", "L", f"peak of susceptibility at {at}", "its height"]
+    heads += ["least Binder cumulant", "its sign", "two peaks of the order"]
     table = Table(*heads, title=title)
     rows = zip(found.curves, found.peaks, found.minima, found.two_peaks, strict=True)
     for curve, peak, least, two in rows:
-        height = _interval(peak.height, peak.height_low, peak.height_high)
+        height = with_interval(peak.height, peak.height_low, peak.height_high)
         if not two.tested:
             shown = "too few trials"
         elif two.told(found.confidence):
@@ -83,9 +82,9 @@ def _sizes(found: Scaling, title: str) -> Table:
         table.add_row(
             f"{curve.n:,}",
             brief(curve.length),
-            peak.why or _interval(*peak[1:4]),
+            peak.why or with_interval(*peak[1:4]),
             "-" if peak.why else height,
-            f"{_interval(least.value, least.low, least.high)} at {brief(least.x)}",
+            f"{with_interval(least.value, least.low, least.high)} at {brief(least.x)}",
             least.sign,
             shown,
         )
@@ -97,19 +96,10 @@ def _crossings(found: Scaling) -> Table:
     for one in found.crossings:
         table.add_row(
             f"{one.n:,} and {one.other_n:,}",
-            _interval(one.x, one.low, one.high),
-            _interval(one.value, one.value_low, one.value_high),
+            with_interval(one.x, one.low, one.high),
+            with_interval(one.value, one.value_low, one.value_high),
         )
     return table
-
-
-def _interval(value: float, low: float, high: float) -> str:
-    """An estimate and its interval, with as many digits as the interval has."""
-    width = high - low
-    digits = 4
-    if math.isfinite(width) and width > 0.0:
-        digits = max(0, 1 - math.floor(math.log10(width)))
-    return f"{value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def _notes(found: Scaling) -> Iterator[str]:
@@ -139,7 +129,9 @@ def _collapse(found: Scaling) -> Iterator[str]:
         return
     names = (f"critical {found.control}", "1/nu", "beta/nu")
     values = (one.place, one.inverse_nu, one.beta_nu)
-    said = [f"{name} {_interval(*of)}" for name, of in zip(names, values, strict=True)]
+    said = [
+        f"{name} {with_interval(*of)}" for name, of in zip(names, values, strict=True)
+    ]
     yield f"collapse: {', '.join(said)}; quality S = {one.quality:.2g}"
     if one.quality > 2.0:
         yield (
@@ -159,7 +151,7 @@ def _states(found: Scaling) -> Iterator[str]:
     if flagged.empty:
         yield f"nothing speaks against a steady state of the {total}"
     if states["tau"].notna().any():
-        longest = states.loc[states["tau"].idxmax()]
+        longest = states.sort_values("tau").iloc[-1]
         yield (
             f"longest autocorrelation time: {longest['tau']:,.0f} steps, at n ="
             f" {longest['n']:,.0f}, {found.control} = {brief(longest[found.control])}"

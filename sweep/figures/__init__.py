@@ -24,6 +24,8 @@ published studies.
     hysteresis          way up, way down, and the loop between
     phase               where a mean crosses a level
     validity            what other numerics make of conclusions
+    scaling             curves of several sizes
+    collapse            the same, scaled to become one
     search              history and front of a search
     search_layout       what these show, drawn or as marks
     search_marks        these as marks
@@ -31,6 +33,7 @@ published studies.
 """
 
 from sweep.figures.ablation_effects import effects_figure, paired_effects
+from sweep.figures.collapse import collapse_figure
 from sweep.figures.coverage import coverage_figure
 from sweep.figures.curves import metric_curves
 from sweep.figures.drawing import (
@@ -52,6 +55,7 @@ from sweep.figures.pareto import pareto_figure
 from sweep.figures.phase import phase_figure
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import save, saved_about
+from sweep.figures.scaling import scaling_figure
 from sweep.figures.scatter import scatter_figure
 from sweep.figures.search import front_figure, history_figure
 from sweep.figures.search_repetitions import comparison_figure, hypervolume_figure
@@ -90,6 +94,7 @@ __all__ = [
     "Drawing",
     "FigureKind",
     "Planned",
+    "collapse_figure",
     "comparison_figure",
     "coverage_figure",
     "draw_flock",
@@ -113,6 +118,7 @@ __all__ = [
     "quantity",
     "save",
     "saved_about",
+    "scaling_figure",
     "scatter_figure",
     "sensitivity_figure",
     "trajectories_figure",

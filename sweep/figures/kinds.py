@@ -12,6 +12,7 @@ from typing import NamedTuple
 from kernels.registry import Registry
 from sweep.errors import ChoiceError
 from sweep.figures import (
+    collapse,
     coverage,
     curves,
     heatmap,
@@ -19,6 +20,7 @@ from sweep.figures import (
     parallel,
     pareto,
     phase,
+    scaling,
     scatter,
     search,
     search_repetitions,
@@ -42,6 +44,8 @@ KINDS = Registry(
         "phase": phase.KIND,
         "hysteresis": hysteresis.KIND,
         "validity": validity.KIND,
+        "scaling": scaling.KIND,
+        "collapse": collapse.KIND,
         "parallel": parallel.KIND,
         "pareto": pareto.KIND,
         "sensitivity": sensitivity.KIND,

@@ -33,6 +33,7 @@ continued_checks what such an axis needs
 refining         where the grid becomes finer
 validating       with which other numerics a study runs
 study_variants   a study with each of them
+sizes            flocks of several sizes
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give

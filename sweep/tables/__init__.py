@@ -23,6 +23,7 @@ chains            links that cannot run
 hysteresis        loops between way up and way down
 validity          conclusions with other numerics
 boundary          where a mean crosses a level, of a refined study
+scaling           what flocks of several sizes tell of a transition
 spec_difference   what a change of a spec does
 cleaning          room given back
 exporting         a table for other programs

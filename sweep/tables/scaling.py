@@ -37,6 +37,8 @@ from sweep.text import unknown
 Floats = NDArray[np.float64]
 
 NUMBER, SIDES = "n", ["width", "height"]
+LENGTHS = {"side": "L = sqrt(width height)", "n": "L = n"}
+"""What the length of a size is, in words."""
 FEWEST_TRIALS = 2
 CURVES = ("order", "susceptibility", "binder")
 DRIFTS, LATE = "its mean drifts", "its burn-in is longer than what is left out"
@@ -239,7 +241,7 @@ def _curves(
     for number, rows in points.groupby(NUMBER):
         if len(rows) < FEWEST_TRIALS:
             continue
-        n = int(number)  # type: ignore[call-overload]
+        n = int(np.float64(number))  # type: ignore[arg-type]
         length = float(np.sqrt(area[rows.index[0]])) if grows else float(n)
         x = rows[control].to_numpy(np.float64)
         curves.append(SizeCurve(n, length, x, tuple(samples[p] for p in rows.index)))

@@ -22,6 +22,7 @@ READING: dict[str, tuple[str, ...]] = {
     "boundary": ("STUDY",),
     "hysteresis": ("STUDY",),
     "validity": ("STUDY",),
+    "scaling": ("STUDY",),
     "replay": ("STUDY", "05d7"),
     "verify": ("STUDY",),
     "measure": ("STUDY", "speed"),

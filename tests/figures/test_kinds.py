@@ -156,6 +156,8 @@ def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(
         ("refined", "phase", {}),
         ("chained", "hysteresis", {}),
         ("validated", "validity", {}),
+        ("sized", "scaling", {}),
+        ("sized", "collapse", {}),
     ],
 )
 def test_a_repeat_has_the_same_bytes(
