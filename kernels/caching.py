@@ -222,7 +222,8 @@ class ByClasses:
         packages = {name.partition(".")[0] for name in taken}
         held = [] if self._package == OUR_PACKAGE else [values(self._loaded())[:16]]
         if taken:
-            held.append(hashlib.sha256(" ".join(sorted(taken)).encode()).hexdigest()[:8])
+            classes = " ".join(sorted(taken))
+            held.append(hashlib.sha256(classes.encode()).hexdigest()[:8])
         name = "-".join([self._name, *held, *sorted(packages - self._ours)])
         made: Any = IndexDataCacheFile
         return made(self._folder, name, self._stamp)
