@@ -35,7 +35,8 @@ def _rise(studies: Studies, spec: str, exponent: float) -> Floats:
     trial, as a share of the first one.
     """
     found = _flights(studies, spec, "velocity_diameter", exponent).to_numpy(np.float64)
-    rises: Floats = np.diff(found, axis=1).max(axis=1) / found[:, 0]
+    with np.errstate(invalid="ignore"):  # of a flight that diverged
+        rises: Floats = np.diff(found, axis=1).max(axis=1) / found[:, 0]
     return rises
 
 

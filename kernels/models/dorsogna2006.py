@@ -220,8 +220,8 @@ MODEL = Model(
     demands=(
         Demand(
             "propulsion * dt <= mass",
-            "the step is too long: dt must be at most mass / propulsion, the time in"
-            " which a boid gets up its speed",
+            "a boid gets up its speed in the time mass / propulsion, and dt must be no"
+            " longer",
         ),
     ),
     length="l",

@@ -455,8 +455,17 @@ def test_a_folder_without_publications_is_an_error(tmp_path: Path) -> None:
 @pytest.mark.parametrize("quick", [False, True])
 def test_what_the_documents_published_loads_at_both_scales(quick: bool) -> None:
     """Every claim has a measure and an expectation or a reason, of specs and figures
-    that exist.
+    that exist. What a document contradicts is known of those that somebody has read.
     """
     publications = read_all(ROOT / "experiments", quick=quick)
     assert {publication.name for publication in publications} == set(MODELS)
-    assert all(publication.contradictions for publication in publications)
+    read = [
+        publication
+        for publication in publications
+        if any(
+            claim.kind in ("number", "reading") and not claim.unverified
+            for claim in publication.claims
+        )
+    ]
+    assert len(read) > 5
+    assert all(publication.contradictions for publication in read)
