@@ -29,8 +29,7 @@ class RefineStrategy:
     that may lie on either side of the level, and for points that halve a cell through
     which the boundary goes.
 
-    Raises SpecError for a design that cannot be, and for a budget that its first points
-    exceed.
+    Raises SpecError for a design that cannot be.
     """
 
     grows = True
@@ -40,13 +39,6 @@ class RefineStrategy:
         self.looks_at = (rule.metric,)
         self.distribution = study.distribution(rule.metric)
         points = len(self.grid.first)
-        if points * rule.least > rule.budget:
-            raise study.document.error(
-                ("refine", "budget"),
-                f"a budget of {rule.budget:,} trials is less than what the first points"
-                f" take: {points:,} points with {rule.least:,} trials each, at least"
-                f" {points * rule.least:,}",
-            )
         self.progress = Progress(points, rule.budget, settled=0)
 
     def rounds(self, look: Look) -> Iterator[Round]:

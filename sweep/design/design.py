@@ -157,7 +157,7 @@ def _check_size(study: Study, n_points: int) -> None:
 
 def _check_trials(study: Study, points: Points) -> None:
     """Raise SpecError for a plan of too many trials or cells."""
-    trials, settings = points.count * study.trials_per_point, len(points.columns)
+    trials, settings = study.most_trials(points.count), len(points.columns)
     asked = f"the study has {trials:,} trials"
     place = ("replicates",) if study.seeds is None else ("seeds",)
     if trials > MOST_TRIALS:
@@ -165,6 +165,19 @@ def _check_trials(study: Study, points: Points) -> None:
     if trials * settings > MOST_CELLS:
         asked += f" with {settings} settings that vary, {trials * settings:,} cells"
         raise study.document.error(place, beyond(asked, MOST_CELLS))
+    _check_budget(study, points.count)
+
+
+def _check_budget(study: Study, points: int) -> None:
+    """Raise SpecError for a budget of `refine` that the first points exceed."""
+    rule = study.refine
+    if rule and points * rule.least > rule.budget:
+        raise study.document.error(
+            ("refine", "budget"),
+            f"a budget of {rule.budget:,} trials is less than what the first points"
+            f" take: {points:,} points with {rule.least:,} trials each, at least"
+            f" {points * rule.least:,}",
+        )
 
 
 def _multiplied(study: Study, points: Points, axis: Axis) -> Points:

@@ -11,6 +11,7 @@ from sweep.campaigns.launch import check_launches, launch
 from sweep.campaigns.loaded import LoadedStudy
 from sweep.campaigns.plan import plan_of
 from sweep.campaigns.progress import Progress
+from sweep.design.design import expand
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError
 from sweep.spec.study import parse_spec
@@ -202,6 +203,13 @@ def test_a_budget_that_the_first_points_exceed_is_refused() -> None:
     )
     with pytest.raises(SpecError, match=message):
         check_launches([parse_spec(LINE.replace("budget: 300", "budget: 8"))])
+    with pytest.raises(SpecError, match=message):  # as `sweep plan` says
+        expand(parse_spec(LINE.replace("budget: 300", "budget: 8")))
+
+
+def test_the_budget_limits_a_study_and_not_the_most_trials_of_each_point() -> None:
+    study = parse_spec(LINE.replace("max: 12", "max: 20000000"))
+    assert study.most_trials(expand(study).n_points) == 300
 
 
 def test_shares_are_refused() -> None:

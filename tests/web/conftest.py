@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
 from sweep.web.server import PageServer
-from tests.web.chromium import Opened, running_browser, running_server
+from tests.web.chromium import PATIENCE, Opened, running_browser, running_server
 
 
 @pytest.fixture(scope="session")
@@ -60,4 +60,20 @@ def opened(
     for one in used:
         if one not in shared:
             one.page.context.close()
+    assert complaints == []
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """A page of its own, for any address, in which nothing goes wrong."""
+    complaints: list[str] = []
+    page = browser.new_context(viewport={"width": 1300, "height": 900}).new_page()
+    page.set_default_timeout(1000 * PATIENCE)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on(
+        "console",
+        lambda said: complaints.append(said.text) if said.type == "error" else None,
+    )
+    yield page
+    page.context.close()
     assert complaints == []

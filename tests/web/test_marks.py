@@ -6,7 +6,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 
 from sweep.explorer.site import explorer
 from sweep.web.server import PageServer
@@ -24,22 +24,6 @@ def server() -> Iterator[PageServer]:
         results = plotted.study(name).store.folder.parent
     with in_a_thread(explorer(results, None)[0]) as server:
         yield server
-
-
-@pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """A page in which nothing goes wrong."""
-    complaints: list[str] = []
-    page = browser.new_context(viewport={"width": 1300, "height": 900}).new_page()
-    page.set_default_timeout(PATIENCE)
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on(
-        "console",
-        lambda said: complaints.append(said.text) if said.type == "error" else None,
-    )
-    yield page
-    page.context.close()
-    assert complaints == []
 
 
 def chosen(page: Page) -> list[str]:

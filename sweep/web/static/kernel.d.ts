@@ -1,5 +1,5 @@
-// What the explorer in a notebook and its kernel say to each other, as types. The module
-// sweep.explorer.widget has the same in Python.
+// What the explorer in a notebook and its kernel say to each other, as types: as the
+// module sweep.explorer.widget has it in Python.
 
 import type { Bytes, Reply } from "./protocol.d.ts";
 
