@@ -17,6 +17,7 @@ are counted.
     replication   how many values a goal needs
     sequential    the same while trials are added
     refinement    a grid that becomes finer where a mean crosses a level
+    steepest      the same where a mean changes most
     series        curves against time
     steady        means after the transient
     order         susceptibility and Binder cumulant

@@ -6,9 +6,9 @@ All functions raise SpecError, with file and line, for what is not allowed.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
-from sweep.analysis.refinement import RefinedAxis, Refinement
+from sweep.analysis.refinement import STEEPEST, RefinedAxis, Refinement
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
@@ -32,6 +32,25 @@ FINEST = 0.001
 NUMBERS = ("float", "int")
 
 
+@dataclass(frozen=True)
+class LevelOrSteepest(Number):
+    """A level, or the word for the place where a mean changes most."""
+
+    @property
+    def words(self) -> str:
+        return f"{super().words}, or {STEEPEST}"
+
+    def read(self, entry: Entry) -> Any:
+        if entry.value == STEEPEST:
+            return STEEPEST
+        if isinstance(entry.value, str):
+            raise entry.expected(self.words)
+        return super().read(entry)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [super().schema(), {"const": STEEPEST}]}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Refine:
     """The keys of the section; `Refinement` is what is made of them."""
@@ -45,10 +64,11 @@ class Refine:
         ),
     ]
     at: Annotated[
-        float,
+        float | str,
         Key(
-            Number(note="in the unit of the metric"),
-            "the level that its mean crosses",
+            LevelOrSteepest(note="in the unit of the metric"),
+            "the level that its mean crosses; or steepest, for the place along one axis"
+            " where its mean changes most",
             example="0.5",
         ),
     ]
@@ -123,6 +143,12 @@ def read_refine(
             if other := root.get(key):
                 raise other.error(f'a study with "refine" takes no "{key}"')
     scales = dict[str, RefinedAxis]()
+    with mistakes.noted():
+        if given.at == STEEPEST and len(given.axes) > 1:
+            raise entry.child("axes").error(
+                f"where a mean changes most is sought along one axis: at: {STEEPEST}"
+                " takes one; other axes of sweep become groups"
+            )
     for name, child in zip(given.axes, entry.child("axes").entries(), strict=True):
         with mistakes.noted():
             axis = _axis(child, name, axes)
@@ -146,7 +172,7 @@ def _check_metric(
 ) -> None:
     name = Column.read(given.metric).metric
     check_recorded(entry.child("metric"), given.metric, recorded, known.known.metrics)
-    if name not in known.known.metrics:
+    if name not in known.known.metrics or isinstance(given.at, str):
         return
     support = declaration_of(known.known.metrics[name]).support
     if not support.low < given.at < support.high:

@@ -50,7 +50,8 @@ ALONE = COMPUTED | {
     "designs": [[str]],
     "series": [str],
     "refine": {"metric": str, "min": int, "max": int, "budget": int}
-    | dict.fromkeys((*NUMBERS, "at", "until"), NUMBER)
+    | dict.fromkeys((*NUMBERS, "until"), NUMBER)
+    | {"at": NUMBER | str}
     | {"scales": {str: SCALE}},
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
