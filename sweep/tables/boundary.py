@@ -26,13 +26,14 @@ from sweep.errors import ChoiceError
 from sweep.tables.stored_study import StoredStudy
 
 STATES = ("above", "below", "outside", "boundary", "unresolved")
-BUDGET, FEW, MORE, NOISE, NO_POINTS, SEVERAL = (
+BUDGET, FEW, MORE, NOISE, NO_POINTS, SEVERAL, SLOPES = (
     "the budget is spent",
     "points have fewer than two values",
     "trials are missing",
     "max trials do not tell on which side the points are",
     "launch the study again; if it stays so, require leaves points out",
     "the mean changes most in several places, or changes too little to tell",
+    "max trials do not tell where the slope grows and falls",
 )
 """Why a cell is unresolved."""
 
@@ -298,7 +299,7 @@ def _unsettled(
     if one.several or one.rises is None:
         return SEVERAL
     left = rule.budget - int(trials.sum())
-    return BUDGET if left < rule.least * len(cells) else NOISE
+    return BUDGET if left < rule.least * len(cells) else SLOPES
 
 
 def _named(table: pd.DataFrame, where: dict[str, list[Any]]) -> pd.DataFrame:
