@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.analysis import steepest
 from sweep.analysis.mean_bounds import Distribution
 from sweep.analysis.refinement import (
     Place,
@@ -24,7 +25,7 @@ Draw = Callable[[tuple[float, ...], int], Sequence[float]]
 def rule(
     scales: Mapping[str, RefinedAxis],
     *,
-    at: float = 0.5,
+    at: float | str = 0.5,
     until: float = 0.02,
     least: int = 3,
     most: int = 30,
@@ -58,7 +59,8 @@ def refined(
         counts = np.array([*trials.values()], np.int64)
         flat = [value for place in trials for value in values[place]]
         seen = look(asked, counts, flat, of)
-        more = next_trials(asked, groups, trials, seen, lambda places: places)
+        following = steepest.next_trials if asked.steepest else next_trials
+        more = following(asked, groups, trials, seen, lambda places: places)
         if not more:
             return trials, seen
         for place, number in more.items():

@@ -41,6 +41,8 @@ DIGITS = 12
 """To which values between others are rounded, as those of a grid are."""
 MOST_HALVINGS = 20
 
+STEEPEST = "steepest"
+"""Stands in place of a level."""
 BELOW, UNKNOWN, ABOVE = -1, 0, 1
 """On which side of the level a mean lies. It is unknown where the interval includes the
 level, and where there are fewer than two values.
@@ -128,7 +130,7 @@ class RefinedAxis:
 @dataclass(frozen=True)
 class Refinement:
     """Points get trials, and cells are halved, where the mean of the column `metric`
-    crosses the level `at`.
+    crosses the level `at`, or, with STEEPEST in its place, where it changes most.
 
     Along each axis, by its name in `scales`, a cell is halved until it is at most the
     share `until` of the range. A point has `least` to `most` trials, and all points
@@ -137,7 +139,7 @@ class Refinement:
     """
 
     metric: str
-    at: float
+    at: float | str
     scales: Mapping[str, RefinedAxis]
     until: float
     least: int
@@ -159,9 +161,36 @@ class Refinement:
         grid, and two for each halving. Each errs on one side alone, so that it has
         twice its share.
         """
-        points = max(len(one.values) + 2 * one.halvings for one in self.scales.values())
-        missing = min(1.0, 2.0 / points) * (1.0 - self.confidence)
+        missing = self._share * (1.0 - self.confidence)
         return nominal_confidence(self.looks, 1.0 - missing)
+
+    @property
+    def _share(self) -> float:
+        """The share of a point of what may go wrong. Where the slope is looked at, a
+        point can err on both sides, and all points of the finest grid can be asked for.
+        """
+        scales = self.scales.values()
+        if self.steepest:
+            return 1.0 / max(one.last + 1 for one in scales)
+        points = max(len(one.values) + 2 * one.halvings for one in scales)
+        return min(1.0, 2.0 / points)
+
+    @property
+    def steepest(self) -> bool:
+        """Whether the place is sought where the mean changes most."""
+        return self.at == STEEPEST
+
+    @property
+    def level(self) -> float:
+        """The level that the mean crosses; NaN, on whose sides nothing lies, where no
+        level is sought.
+        """
+        return math.nan if isinstance(self.at, str) else self.at
+
+    @property
+    def where(self) -> str:
+        """What the mean does at the boundary, in words."""
+        return "changes most" if self.steepest else f"crosses {self.level:g}"
 
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec, and its scales."""
@@ -290,7 +319,8 @@ def look(
     mean: Floats = groups.mean().to_numpy(np.float64)
     low, high = group_bounds(groups, rule.nominal, distribution)
     sure = count > 1
-    side = np.select([sure & (low > rule.at), sure & (high < rule.at)], [ABOVE, BELOW])
+    above, below = sure & (low > rule.level), sure & (high < rule.level)
+    side = np.select([above, below], [ABOVE, BELOW])
     numbers = np.asarray(rule.looks)
     at = np.searchsorted(numbers, trials, side="right")
     following = numbers[np.minimum(at, len(numbers) - 1)]
@@ -452,7 +482,7 @@ def _estimate(
     values = np.array([scale.at(place) for place in at])
     x = np.log(values) if scale.geometric else values
     known = np.isfinite(means)
-    slope, offset = np.polyfit(x[known] - x[0], means[known] - rule.at, 1)
+    slope, offset = np.polyfit(x[known] - x[0], means[known] - rule.level, 1)
     found = x[0] - offset / slope if slope else x.mean()
     found = min(max(found, x[0]), x[-1])
     return float(np.exp(found) if scale.geometric else found)

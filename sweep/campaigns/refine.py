@@ -1,7 +1,8 @@
-"""Points where the mean of a metric crosses a level: the grid becomes finer there.
+"""Points where the mean of a metric crosses a level, or changes most: the grid becomes
+finer there.
 
 All points are looked at together, once the trials that were asked for before are
-stored: see `sweep.analysis.refinement`.
+stored: see `sweep.analysis.refinement` and `sweep.analysis.steepest`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import refinement
+from sweep.analysis import refinement, steepest
 from sweep.analysis.refinement import Place, Refinement
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
@@ -27,7 +28,7 @@ from sweep.spec.study import Study
 class RefineStrategy:
     """Asks for the points of the grid, then after each look for more trials of those
     that may lie on either side of the level, and for points that halve a cell through
-    which the boundary goes.
+    which the boundary goes; or for those about the place where the mean changes most.
 
     Raises SpecError for a design that cannot be.
     """
@@ -52,9 +53,8 @@ class RefineStrategy:
             yield self._round(trials, new)
             values = filled(new, look()[rule.metric].to_numpy(), values)
             seen = refinement.look(rule, counts, values, self.distribution)
-            further = refinement.next_trials(
-                rule, groups, trials, seen, self.grid.allowed
-            )
+            following = (steepest if rule.steepest else refinement).next_trials
+            further = following(rule, groups, trials, seen, self.grid.allowed)
             had, trials = trials, dict(sorted((trials | further).items()))
             self.progress.points = len(trials)
             self.progress.settled = len(trials) - len(further)

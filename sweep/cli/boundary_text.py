@@ -6,6 +6,7 @@ from typing import Any
 
 from rich.table import Table
 
+from sweep.analysis.refinement import Refinement
 from sweep.cli.listing import MOST_ROWS
 from sweep.cli.terminal import console
 from sweep.tables.boundary import Boundary
@@ -42,7 +43,7 @@ def boundary_text(study: StoredStudy, found: Boundary) -> None:
     rule, rows = found.rule, found.rows
     table = Table(
         *rows,
-        title=f"{study.name}: mean {rule.metric} = {rule.at:g}",
+        title=f"{study.name}: mean {rule.metric} {_sought(rule)}",
         caption="\n".join(_notes(study, found)),
     )
     for _, row in rows.head(MOST_ROWS).iterrows():
@@ -53,6 +54,10 @@ def boundary_text(study: StoredStudy, found: Boundary) -> None:
         out.print(f"{more:,} more rows: --csv and --json give all")
 
 
+def _sought(rule: Refinement) -> str:
+    return rule.where if rule.steepest else f"= {rule.level:g}"
+
+
 def _cell(value: Any) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else brief(value)
 
@@ -60,8 +65,9 @@ def _cell(value: Any) -> str:
 def _notes(study: StoredStudy, found: Boundary) -> Iterator[str]:
     rule = found.rule
     spent = so_many(study.plan.num_rows, "trial")
+    right = "the interval has the place" if rule.steepest else "all sides are right"
     yield (
-        f"along an axis all sides are right with {100.0 * rule.confidence:g} %;"
+        f"along an axis {right} with {100.0 * rule.confidence:g} %;"
         f" {spent} of {rule.budget:,}"
     )
     left = found.cells[found.cells["state"] == "unresolved"]

@@ -17,7 +17,8 @@ class Plan:
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
     are for the most of them. So they are where a rule refines the grid; `points` are
-    those at first. `probe_steps` is how many steps were run to estimate the
+    those at first, and `boundary` says what the mean does where it becomes finer.
+    `probe_steps` is how many steps were run to estimate the
     seconds, 0 where the cost of all code is known. Each of the `workers` runs a trial
     on so many `threads`, each on a core of its own. `compiling_seconds` come on top of
     the wall time, once: 0 where the model is compiled already. Of the `result_bytes`
@@ -43,6 +44,7 @@ class Plan:
     notes: tuple[str, ...]
     until: dict[str, Any] | None = None
     refine: dict[str, Any] | None = None
+    boundary: str = ""
     on_error: str = ""
     probe_steps: int = 0
     compiling_seconds: float = 0.0
@@ -100,7 +102,7 @@ class Plan:
             return (
                 f"{self.fewest_trials:,} to {self.trials:,} ({rule['min']:,} to"
                 f" {rule['max']:,} a point; cells are halved up to {halved} times where"
-                f" the mean of {rule['metric']} crosses {rule['at']:g})"
+                f" the mean of {rule['metric']} {self.boundary})"
             )
         if until is None:
             return f"{self.trials:,} ({self.trials_per_point:,} a point)"
@@ -143,6 +145,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         notes=tuple(note for axis in study.axes for note in axis.notes),
         until=study.until.as_json() if study.until else None,
         refine=study.refine.as_json() if study.refine else None,
+        boundary=study.refine.where if study.refine else "",
         on_error=study.policy.in_words(study.most_trials(design.n_points)),
         probe_steps=pace.steps,
     )

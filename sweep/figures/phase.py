@@ -137,7 +137,8 @@ def _curve(axes: Axes, layout: Phase, group: int) -> None:
         linewidth=0.8,
         elinewidth=0.8,
     )
-    axes.axhline(found.rule.at, color=GREY, linewidth=0.8, linestyle="--")
+    if not found.rule.steepest:
+        axes.axhline(found.rule.level, color=GREY, linewidth=0.8, linestyle="--")
     assert found.crossings is not None
     for _, one in found.crossings[found.crossings["group"] == group].iterrows():
         hatch = None if one["resolved"] else "////"
@@ -164,10 +165,10 @@ def _cells(axes: Axes, layout: Phase, group: int) -> None:
 
 def _legend(layout: Phase, metric: str) -> tuple[list[Artist], list[str]]:
     found = layout.found
-    level = f"{metric} = {found.rule.at:g}"
+    level = f"{metric} = {found.rule.level:g}"
     if found.crossings is None:
         states = {
-            "above": f"mean {metric} above {found.rule.at:g}",
+            "above": f"mean {metric} above {found.rule.level:g}",
             "below": "below",
             "boundary": "boundary",
             "unresolved": "unresolved",
@@ -179,6 +180,8 @@ def _legend(layout: Phase, metric: str) -> tuple[list[Artist], list[str]]:
         Line2D([], [], color=GREY, linewidth=0.8, linestyle="--"),
         Patch(facecolor=VERMILION, alpha=0.25),
     ]
+    if found.rule.steepest:
+        return handles[1:], ["where the mean changes most, with its interval"]
     return handles, [level, "crossing, with its interval"]
 
 
@@ -187,10 +190,14 @@ def _note(layout: Phase) -> str:
     counts = layout.study.plan["point"].value_counts().field("counts").to_pylist()
     left = found.cells[found.cells["state"] == "unresolved"]
     what = "a band" if found.crossings is not None else "the boundary"
+    said = (
+        "a band has the place with"
+        if rule.steepest
+        else f"{what} lies between points on either side of {rule.level:g} with"
+    )
     text = (
-        f"{len(found.points):,} points of {{n}} trials; {what} lies between points that"
-        f" are on either side of {rule.at:g} with {100.0 * rule.confidence:g} %,"
-        " all of them together"
+        f"{len(found.points):,} points of {{n}} trials; {said}"
+        f" {100.0 * rule.confidence:g} %, all of them together"
     )
     for why, cells in left.groupby("why"):
         text += f"; {len(cells):,} of {len(found.cells):,} cells unresolved: {why}"

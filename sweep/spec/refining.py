@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from sweep.analysis.refinement import RefinedAxis, Refinement
+from sweep.analysis.refinement import STEEPEST, RefinedAxis, Refinement
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
@@ -32,6 +32,25 @@ FINEST = 0.001
 NUMBERS = ("float", "int")
 
 
+@dataclass(frozen=True)
+class LevelOrSteepest(Number):
+    """A level, or the word for the place where a mean changes most."""
+
+    @property
+    def words(self) -> str:
+        return f"{super().words}, or {STEEPEST}"
+
+    def read(self, entry: Entry) -> Any:
+        if entry.value == STEEPEST:
+            return STEEPEST
+        if isinstance(entry.value, str):
+            raise entry.expected(self.words)
+        return super().read(entry)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [super().schema(), {"const": STEEPEST}]}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Refine:
     """The keys of the section; `Refinement` is what is made of them."""
@@ -45,10 +64,11 @@ class Refine:
         ),
     ]
     at: Annotated[
-        float,
+        float | str,
         Key(
-            Number(note="in the unit of the metric"),
-            "the level that its mean crosses",
+            LevelOrSteepest(note="in the unit of the metric"),
+            "the level that its mean crosses; or steepest, for the place along one axis"
+            " where its mean changes most",
             example="0.5",
         ),
     ]
@@ -132,6 +152,12 @@ def read_refine(root: Entry, around: Around) -> Refinement | None:
         for child in entry.child("axes").entries():
             with mistakes.noted():
                 axes.append(_axis(child, around))
+    with mistakes.noted():
+        if given.get("at") == STEEPEST and len(given.get("axes", ())) > 1:
+            raise entry.child("axes").error(
+                f"where a mean changes most is sought along one axis: at: {STEEPEST}"
+                " takes one; other axes of sweep become groups"
+            )
     mistakes.check()
     if around.axes is None or around.replication is None:
         return None
@@ -155,7 +181,7 @@ def _check_metric(entry: Entry, given: Mapping[str, Any], around: Around) -> Non
     column, metrics = given["metric"], around.known.known.metrics
     check_recorded(entry.child("metric"), column, around.recorded, metrics)
     name = Column.read(column).metric
-    if name not in metrics or "at" not in given:
+    if name not in metrics or given.get("at", STEEPEST) == STEEPEST:
         return
     support, at = declaration_of(metrics[name]).support, given["at"]
     if not support.low < at < support.high:

@@ -51,7 +51,8 @@ ALONE = COMPUTED | {
     "continued": {"axis": str, "directions": [str]},
     "series": [str],
     "refine": {"metric": str, "min": int, "max": int, "budget": int}
-    | dict.fromkeys((*NUMBERS, "at", "until"), NUMBER)
+    | dict.fromkeys((*NUMBERS, "until"), NUMBER)
+    | {"at": NUMBER | str}
     | {"scales": {str: SCALE}},
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],

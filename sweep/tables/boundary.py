@@ -1,13 +1,15 @@
-"""Where the mean of a metric crosses a level, in a stored study whose grid was refined
-there.
+"""Where the mean of a metric crosses a level, or changes most, in a stored study whose
+grid was refined there.
 """
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from sweep.analysis import steepest
 from sweep.analysis.refinement import (
     Cell,
     Counts,
@@ -23,13 +25,15 @@ from sweep.analysis.refinement import (
 from sweep.errors import ChoiceError
 from sweep.tables.stored_study import StoredStudy
 
-STATES = ("above", "below", "boundary", "unresolved")
-BUDGET, FEW, MORE, NOISE, NO_POINTS = (
+STATES = ("above", "below", "outside", "boundary", "unresolved")
+BUDGET, FEW, MORE, NOISE, NO_POINTS, SEVERAL, SLOPES = (
     "the budget is spent",
     "points have fewer than two values",
     "trials are missing",
     "max trials do not tell on which side the points are",
     "launch the study again; if it stays so, require leaves points out",
+    "the mean changes most in several places, or changes too little to tell",
+    "max trials do not tell where the slope grows and falls",
 )
 """Why a cell is unresolved."""
 
@@ -48,7 +52,9 @@ class Boundary(NamedTuple):
     crossings   of a rule with one axis, a row for each crossing of a group: between
                 `low` and `high`, the nearest points that surely lie on either side, at
                 about `estimate`; `direction` is up or down, and `resolved` says whether
-                all between is as fine as was asked for. None for several axes
+                all between is as fine as was asked for. None for several axes. Where
+                the place is sought at which the mean changes most, a row for each
+                group, whose `direction` is unknown where the ends do not differ
     """
 
     rule: Refinement
@@ -87,15 +93,24 @@ def boundary(study: StoredStudy) -> Boundary:
     groups, places = _places(study, rule)
     trials, values = _values(study, rule, list(places))
     seen = look(rule, trials, values, study.distributions[rule.metric])
-    where = {str(name): list(column) for name, column in groups.items()}
-    cells = _cells(study, rule, len(groups), [*places.values()], seen, trials)
-    found = _crossings(rule, [*places.values()], seen, cells) if _alone(rule) else None
+    where, at = _where(groups), [*places.values()]
+    found: pd.DataFrame | None
+    if rule.steepest:
+        cells, found = _steepest(study, rule, at, seen, trials)
+    else:
+        cells = _cells(study, rule, len(groups), at, seen, trials)
+        found = _crossings(rule, at, seen, cells) if _alone(rule) else None
     return Boundary(
         rule,
         _points(rule, groups, places, seen),
         _named(cells, where),
         None if found is None else _named(found, where),
     )
+
+
+def _where(groups: pd.DataFrame) -> dict[str, list[Any]]:
+    """The settings of each group."""
+    return {str(name): list(column) for name, column in groups.items()}
 
 
 def _alone(rule: Refinement) -> bool:
@@ -234,6 +249,57 @@ def _crossings(
         )
     columns = ["group", "estimate", "low", "high", "direction", "resolved"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def _steepest(
+    study: StoredStudy,
+    rule: Refinement,
+    places: list[Place],
+    seen: SeenPoints,
+    trials: Counts,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The cells between neighbouring points, and of each group the interval that has
+    the place where the mean changes most.
+    """
+    ((_, scale),) = rule.scales.items()
+    parts, rows = list[pd.DataFrame](), list[dict[str, Any]]()
+    for one in steepest.peaks(rule, places, seen):
+        line = sorted(place for place in places if place[0] == one.group)
+        cells = [Cell(*pair) for pair in pairwise(line)]
+        inside = [one.low <= cell.low[1] < one.high for cell in cells]
+        kept = [cell for cell, within in zip(cells, inside, strict=True) if within]
+        why = _unsettled(study, rule, one, kept, trials)
+        within = "unresolved" if why else "boundary"
+        columns = {"group": [one.group] * len(cells)} | _ends(rule, cells)
+        state = [within if one_is else "outside" for one_is in inside]
+        whys = [why if one_is else "" for one_is in inside]
+        parts.append(pd.DataFrame(columns).assign(state=state, why=whys))
+        direction = {True: "up", False: "down", None: "unknown"}[one.rises]
+        ends = {"low": scale.at(one.low), "high": scale.at(one.high)}
+        about = {"group": one.group, "estimate": one.estimate}
+        rows.append(about | ends | {"direction": direction, "resolved": not why})
+    columns_of = ["group", "estimate", "low", "high", "direction", "resolved"]
+    empty = pd.DataFrame({"group": [], **_ends(rule, []), "state": [], "why": []})
+    return pd.concat(parts) if parts else empty, pd.DataFrame(rows, columns=columns_of)
+
+
+def _unsettled(
+    study: StoredStudy,
+    rule: Refinement,
+    one: steepest.Peak,
+    cells: list[Cell],
+    trials: Counts,
+) -> str:
+    """Why the place is not known as well as it is asked for; "" where it is."""
+    whole = not any(cell.parts(rule) for cell in cells)
+    if whole and len(cells) <= steepest.WIDE and one.rises is not None:
+        return SEVERAL if one.several else ""
+    if study.missing:
+        return MORE
+    if one.several or one.rises is None:
+        return SEVERAL
+    left = rule.budget - int(trials.sum())
+    return BUDGET if left < rule.least * len(cells) else SLOPES
 
 
 def _named(table: pd.DataFrame, where: dict[str, list[Any]]) -> pd.DataFrame:

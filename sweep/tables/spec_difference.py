@@ -174,7 +174,7 @@ def _counted(study: Study) -> str:
     if study.refine:
         return (
             "its first trials are counted; it adds others where the mean of"
-            f" {study.refine.metric} crosses {study.refine.at:g}"
+            f" {study.refine.metric} {study.refine.where}"
         )
     if study.until:
         return (

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from sweep.analysis.refinement import MOST_HALVINGS
+from sweep.analysis.refinement import MOST_HALVINGS, STEEPEST
 from sweep.errors import SpecError, StoreError
 from sweep.spec.continuing import DIRECTION, WAYS
 from sweep.spec.document import Document, Entry
@@ -167,7 +167,15 @@ def _check_refine(rule: dict[str, Any], about: dict[str, Any]) -> None:
             )
         if not 0 <= scale["halvings"] <= MOST_HALVINGS:
             raise ValueError(f'axis "{name}" is halved {scale["halvings"]} times')
-    numbers = (rule["at"], rule["until"], rule["confidence"])
+    if rule["at"] == STEEPEST:
+        level = 0.0
+        if len(scales) > 1:
+            raise ValueError("it seeks the steepest place along several axes")
+    elif isinstance(rule["at"], str):
+        raise ValueError(f'it refines at "{shortened(rule["at"])}"')
+    else:
+        level = rule["at"]
+    numbers = (level, rule["until"], rule["confidence"])
     if not all(map(math.isfinite, numbers)) or not 0.0 < rule["until"] < 1.0:
         raise ValueError("the numbers of its refinement are not allowed")
     if not 2 <= rule["min"] <= rule["max"] or rule["budget"] > MOST_BEFORE:

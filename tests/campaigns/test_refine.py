@@ -59,6 +59,54 @@ def jobs(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
     return replace_trials(monkeypatch, beyond)
 
 
+STEEP = LINE.replace("at: 2", "at: steepest").replace("until: 0.02", "until: 0.1")
+
+
+def bent(job: Job) -> Result:
+    """A trial whose speed rises as a sigmoid about the edge, with little noise."""
+    rng = np.random.default_rng([int(job.point, 16), job.replicate])
+    far = float(job.settings["separation_weight"]) - edge_at(job.settings)
+    mean = 2.0 + np.tanh(8.0 * far)
+    return done(job, {"speed": mean + rng.normal(0.0, 0.002)})
+
+
+def test_trials_gather_where_the_mean_changes_most(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs = replace_trials(monkeypatch, bent)
+    study = launched(STEEP, tmp_path)
+    found = study.boundary()
+    assert found.crossings is not None
+    (row,) = found.crossings.to_dict("records")
+    edge = edge_at(jobs[0].settings)
+    assert row["low"] < edge < row["high"]
+    assert row["estimate"] == pytest.approx(edge, abs=0.2)
+    assert (row["direction"], row["resolved"]) == ("up", True)
+    assert {*found.cells["state"]} == {"outside", "boundary"}
+    plan = plan_of(parse_spec(STEEP), 1)
+    assert "where the mean of speed changes most" in plan.as_text()
+    again = len(jobs)
+    assert launched(STEEP, tmp_path).boundary().crossings.equals(found.crossings)
+    assert len(jobs) == again
+
+
+def test_what_trials_cannot_tell_of_a_slope_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def flat(job: Job) -> Result:
+        rng = np.random.default_rng([int(job.point, 16), job.replicate])
+        return done(job, {"speed": 2.0 + rng.normal(0.0, 0.1)})
+
+    replace_trials(monkeypatch, flat)
+    found = launched(STEEP, tmp_path).boundary()
+    assert found.crossings is not None
+    assert found.crossings["direction"].tolist() == ["unknown"]
+    assert found.crossings["resolved"].tolist() == [False]
+    assert {*found.cells["why"]} == {
+        "the mean changes most in several places, or changes too little to tell"
+    }
+
+
 def test_trials_gather_where_the_mean_crosses(tmp_path: Path, jobs: list[Job]) -> None:
     found = launched(LINE, tmp_path).boundary()
     assert found.crossings is not None

@@ -36,6 +36,15 @@ def test_a_rule_is_read() -> None:
     VALIDATOR.validate(content(PLANE))
 
 
+def test_the_steepest_place_is_sought_along_one_axis() -> None:
+    spec = changed("at: 2", "at: steepest")
+    refine = parse_spec(spec).refine
+    assert refine
+    assert refine.steepest
+    VALIDATOR.validate(content(spec))
+    assert not VALIDATOR.is_valid(content(changed("at: 2", "at: steep")))
+
+
 def test_a_study_without_the_section_has_no_rule() -> None:
     study = parse_spec(LINE[: LINE.index("refine:")])
     assert study.refine is None
@@ -73,7 +82,9 @@ SWEEP = "separation_weight: {linspace: [0, 1, 3]}"
             changed("at: 2", "at: -1"),
             "speed lies from 0, and its mean never crosses -1",
         ),
-        (changed("at: 2", "at: high"), '"at" must be a number'),
+        (changed("at: 2", "at: high"), '"at" must be a number, in the unit of the me'),
+        (changed("at: 2", "at: high"), "or steepest"),
+        (changed("at: 2", "at: steepest", PLANE), "at: steepest takes one"),
         (changed(AXES, "axes: [n]"), 'unknown axis "n"'),
         (changed(AXES, "axes: []"), '"axes" must be a list'),
         (changed("until: 0.02", "until: 2%"), '"until" must be a number'),
