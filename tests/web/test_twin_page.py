@@ -264,3 +264,23 @@ def test_a_drag_of_a_slider_is_one_edit(opened: Open, steps: int) -> None:
     page.until("!boidsweep.view.asked")
     assert page.ask("boidsweep.view.state.undo").startswith("cohesion weight")
     assert [edit.words for edit in edits.past][:-1][-1:] == before
+
+
+def test_two_runs_are_seen_at_400_percent(opened: Open) -> None:
+    """A window of 1280 x 1024 pixels has 320 x 256 then."""
+    page = opened(viewport={"width": 320, "height": 256})
+    page.send(type="beside", preset="as_written")
+    page.until("boidsweep.second?.stage.frame")
+    pictures = page.page.locator(".twins .picture")
+    for i in range(2):
+        seen = pictures.nth(i).evaluate(
+            """(picture) => {
+              picture.scrollIntoView({ block: "start" });
+              const { left, top, width } = picture.getBoundingClientRect();
+              const there = document.elementFromPoint(left + width / 2, top + 60);
+              return picture.contains(there);
+            }"""
+        )
+        assert seen
+    assert page.ask("document.querySelector('.twins').scrollWidth") <= 320
+    page.page.context.close()

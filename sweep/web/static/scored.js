@@ -165,7 +165,7 @@ export class ScorecardView {
   }
 
   /** @param {Claim} claim */
-  about({ id, where, says, reason, status, behind }) {
+  about({ id, where, says, reason, status, behind, trials }) {
     const links = behind.map((side) =>
       make("a", {
         href: `#${new URLSearchParams(chosen(side))}`,
@@ -180,7 +180,9 @@ export class ScorecardView {
       make("p", { textContent: `${says} (${where})` }),
       make("p", { className: "facts", textContent: reason }),
       ...links.map((link) => make("p", {}, link)),
-      links.length ? "" : make("p", { className: "facts", textContent: nothing }),
+      trials && !links.length
+        ? make("p", { className: "facts", textContent: nothing })
+        : "",
     ];
   }
 
