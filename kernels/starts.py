@@ -85,6 +85,22 @@ def start_portable(
     return flock
 
 
+def start_ordered(
+    n: int,
+    settings: StartSettings,
+    world: World,
+    contact: Reach,
+    rng: Generator,
+    seed: int,
+) -> Flock:
+    """The flock of `start_portable`, in which all boids have the velocity of the
+    first.
+    """
+    flock = start_portable(n, settings, world, contact, rng, seed)
+    flock.vx[:], flock.vy[:] = flock.vx[0], flock.vy[0]
+    return flock
+
+
 @jit
 def _draw_positions(
     flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
@@ -233,6 +249,11 @@ STARTS = Registry(
         "portable": Start(
             start_portable,
             "the same bits on all systems",
+            "boidsweep",
+        ),
+        "ordered": Start(
+            start_ordered,
+            "as portable, with one velocity for all boids",
             "boidsweep",
         ),
     },

@@ -291,7 +291,13 @@ def test_the_page_shows_a_new_start() -> None:
     controls, scene, _ = show.greeting()
     (group,) = (one for one in controls["groups"] if one["name"] == "start")
     (control,) = (one for one in group["fields"] if one["name"] == "start_draws")
-    assert control["choices"] == ["numpy", "python_random", "portable", "in_a_row"]
+    assert control["choices"] == [
+        "numpy",
+        "python_random",
+        "portable",
+        "ordered",
+        "in_a_row",
+    ]
     assert "side by side" in control["text"]
     assert (show.simulation.flock.y == scene["height"] / 2).all()
 

@@ -24,6 +24,7 @@ from sweep.figures import (
     draw_flock,
     draw_map,
     draw_values,
+    hysteresis_figure,
     legend,
     note,
 )
@@ -230,6 +231,11 @@ def _draw_distribution(
     )
 
 
+def hysteresis(studies: Studies) -> Figure:
+    """Order against vectorial noise that increases, and then decreases."""
+    return hysteresis_figure(studies["hysteresis"], "polarization", half=True)
+
+
 FIGURES = {
     "figure1": Drawing(
         figure1,
@@ -246,5 +252,10 @@ FIGURES = {
         transition,
         ("vectorial", "coexistence", "scalar", "vectorial_large"),
         "A jump with vectorial noise, and a gradual change with scalar noise.",
+    ),
+    "hysteresis": Drawing(
+        hysteresis,
+        ("hysteresis",),
+        "Order against vectorial noise on the way up and on the way down.",
     ),
 }

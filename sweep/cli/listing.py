@@ -191,7 +191,8 @@ def status_text(study: StoredStudy) -> str:
         else []
     )
     lines += [
-        f"cut off   {so_many(count, 'link')} of chains, not run: a link before {status}"
+        f"cut off   {so_many(count, 'trial')} of chains, not run: a link before"
+        f" {status}"
         for status, count in sorted(cut_off(study).items())
     ]
     lines += [f"settled   {_settled(study)}"] if study.about.until else []

@@ -149,8 +149,8 @@ class ProgressBar:
         trials = so_many(progress.trials, "trial")
         cut_off = ""
         if progress.left:
-            links = so_many(progress.left, "link")
-            cut_off = f"; {links} not run: a link before did not come to its end"
+            cut = so_many(progress.left, "trial")
+            cut_off = f"; {cut} not run: a link before did not come to its end"
         return f"{self.name}: {done}; {trials} in {folder}{settled}{cut_off}"
 
 

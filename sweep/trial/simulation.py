@@ -251,8 +251,11 @@ class Simulation:
         last, mean = (
             summaries(values, taken.steps, self.schedule.steps) if done else ({}, {})
         )
+        job = self.job
+        if job.begins is not None:  # nobody needs it any more
+            job = replace(job, begins=None)
         return Result(
-            replace(self.job, begins=None),  # nobody needs it any more
+            job,
             status,
             seconds,
             self.step,

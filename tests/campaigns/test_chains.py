@@ -228,7 +228,7 @@ def test_a_link_that_fails_ends_its_chain(
     assert len(given) == 14
     study = StoredStudy("small", tmp_path)
     assert cut_off(study) == {"failed": 4}
-    assert "cut off   4 links of chains, not run: a link before failed" in status_text(
+    assert "cut off   4 trials of chains, not run: a link before failed" in status_text(
         study
     )
     assert not relaunch(CHAINED + "on_error: record\n", tmp_path).statuses

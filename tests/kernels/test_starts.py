@@ -15,7 +15,7 @@ from kernels.settings import (
     INTEGER,
     StartSettings,
 )
-from kernels.starts import start_numpy, start_python_random
+from kernels.starts import STARTS, start_numpy, start_python_random
 from kernels.state import Flock
 from kernels.worlds import build_reach
 from sweep.trial.simulation import Simulation, run
@@ -213,3 +213,26 @@ def test_a_world_without_a_free_place_is_an_error_not_an_endless_search(
     )
     assert result.status == "failed"
     assert "no free place for a boid" in result.error
+
+
+@pytest.mark.parametrize("velocities", [HEADING, COMPONENTS])
+def test_an_ordered_start_has_one_velocity_at_the_places_of_another(
+    velocities: int,
+) -> None:
+    settings = StartSettings(CONTINUOUS, velocities, 2.0, 10.0, 0, 0, 0, True, 0)
+    flocks = [
+        STARTS[name].draw(
+            50,
+            settings,
+            WORLD,
+            build_reach(WORLD, 0.0),
+            np.random.default_rng(3),
+            0,
+        )
+        for name in ("ordered", "portable")
+    ]
+    ordered, portable = flocks
+    assert ordered.x.tolist() == portable.x.tolist()
+    assert ordered.y.tolist() == portable.y.tolist()
+    velocity = (portable.vx[0], portable.vy[0])
+    assert {*zip(ordered.vx, ordered.vy, strict=True)} == {velocity}

@@ -36,6 +36,7 @@ from sweep.workers.executors import Serial
 from sweep.workers.fingerprint import own_part
 from sweep.workers.worker import run_chunk
 from tests.builders import BORDERS, PRESETS, UPDATES, job, map_size, maps_of
+from tests.searches import edited
 from tests.studies import SMALL, launched, read, same
 
 FAST = "aziel_chen2025"
@@ -84,6 +85,39 @@ def are_equal(jobs: list[Job]) -> list[Result]:
         assert numbers(mine) == numbers(run(one))
         assert mine.job is one
     return together
+
+
+def test_last_flocks_are_the_same_together_and_alone() -> None:
+    """And so are the links that begin with them."""
+    chained = "{values: [0.5, 1], continue: up, hold: 40}"
+    text = edited(
+        SMALL,
+        ("n: 12, steps: 9", "n: 12"),
+        ("[0.5, 1]", chained),
+        ("replicates: 3", f"replicates: {WIDTH}"),
+    )
+    study = read(text)
+    links = Jobs(study, expand(study))[:]
+    jobs = [one for one in links if not one.parent]
+    assert all(one.record.last_flocks for one in jobs)
+    results = Trials(together=True).several(jobs)
+    flocks = {one.job.trial_id: one.last_flock for one in results}
+    later = [
+        replace(one, begins=flocks[one.parent]) for one in links if one.parent in flocks
+    ]
+    assert len(later) == WIDTH
+    for made, ran in (
+        (results, jobs),
+        (Trials(together=True).several(later), later),
+    ):
+        for one, flown in zip(made, ran, strict=True):
+            alone = run(flown)
+            assert one.last == alone.last
+            for name in ("bodies", "headings", "state"):
+                mine, theirs = (
+                    getattr(flock, name) for flock in (one.last_flock, alone.last_flock)
+                )
+                assert mine.tobytes() == theirs.tobytes()
 
 
 @pytest.fixture(autouse=True)
