@@ -54,7 +54,7 @@ DRIFTS, LATE, ENDLESS, FEW = (
     "no end of a burn-in was found",
     f"fewer than {FEWEST_FRAMES} frames count",
 )
-"""What speaks against a steady state, or leaves it open. Of ten trials or more the drift
+"""What speaks against a steady state, or leaves it open. Of ten trials or more drift
 alone tells whether there is no end of a burn-in.
 """
 

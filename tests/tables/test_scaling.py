@@ -82,7 +82,7 @@ def test_series_that_are_not_stationary_are_flagged(
     values = values + np.where((noise == 2) & (n == 16), share, 0.0)
     values = values + np.where((noise == 4) & (n == 16) & (share < 0.3), 1.0, 0.0)
     series["polarization"] = values
-    monkeypatch.setattr(LoadedStudy, "series", series)
+    monkeypatch.setitem(vars(study), "series", series)
     states = study.scaling(burn_in=20).states.set_index(["n", "noise"])
     assert DRIFTS in states.at[(16, 2.0), "problems"]
     assert LATE in states.at[(16, 4.0), "problems"]
