@@ -48,9 +48,8 @@ LENGTHS = {"side": "L = sqrt(width height)", "n": "L = n"}
 """What the length of a size is, in words."""
 FEWEST_TRIALS = 2
 CURVES = ("order", "susceptibility", "binder")
-DRIFTS, LATE, ENDLESS, FEW = (
+DRIFTS, ENDLESS, FEW = (
     "its mean drifts",
-    "its burn-in is longer than what is left out",
     "no end of a burn-in was found",
     f"fewer than {FEWEST_FRAMES} frames count",
 )
@@ -291,7 +290,6 @@ def _states(
                 "frames": count,
                 "tau": tau * steps,
                 "burn_in": start.frames * steps if enough and start.found else np.nan,
-                "late": start.frames > whole[point].shape[1] - count,
                 "endless": not start.found and len(samples) < ENOUGH_SERIES,
                 "drift_p": drift(samples).p if enough else np.nan,
             }
@@ -300,7 +298,6 @@ def _states(
     table["drift_p"] = holm(table["drift_p"].to_numpy(np.float64))
     problems = {
         DRIFTS: table["drift_p"] < DRIFT_LEVEL,
-        LATE: table.pop("late"),
         ENDLESS: table.pop("endless"),
         FEW: table["frames"] < FEWEST_FRAMES,
     }
