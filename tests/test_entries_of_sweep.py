@@ -143,6 +143,7 @@ WORDS = {
         "sweep/tables/means_text.py",
     },
     "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
+    "collapse": {"sweep/cli/scaling_text.py"},  # a key of its JSON
     "front": {
         "sweep/campaigns/search/report.py",  # a part of the report
         "sweep/figures/search_layout.py",  # in a legend

@@ -56,8 +56,8 @@ def draw_collapse(study: StoredStudy, found: Scaling) -> Figure:
                 **(looks(number) | {"linestyle": "none"}),  # type: ignore[arg-type]
             )
         control, order = found.control.replace("_", " "), quantity(study, found.metric)
-        axes.set_xlabel(rf"({control} - critical {control}) $L^{{1/\nu}}$")
-        axes.set_ylabel(rf"mean {order} $L^{{\beta/\nu}}$")
+        axes.set_xlabel(f"({control} - critical {control}) L^(1/nu)")
+        axes.set_ylabel(f"mean {order} L^(beta/nu)")
         legend(figure, axes)
         note(figure, _note(study, found))
     return figure

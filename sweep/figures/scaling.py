@@ -17,8 +17,8 @@ from sweep.tables.stored_study import StoredStudy
 
 WORDS = {
     "order": "mean {}",
-    "susceptibility": r"susceptibility $n(\langle m^2\rangle - \langle m\rangle^2)$",
-    "binder": r"Binder's cumulant $1 - \langle m^4\rangle/3\langle m^2\rangle^2$",
+    "susceptibility": "susceptibility",
+    "binder": "Binder's cumulant",
 }
 
 
@@ -100,8 +100,9 @@ def _note(study: StoredStudy, found: Scaling) -> str:
     )
     text = (
         f"{len(found.states):,} points of {{n}} trials, of which {left} not count;"
-        f" 95 % intervals; m: {quantity(study, found.metric)}; crosses: where the"
-        f" susceptibility peaks; bands: where cumulants cross; transition:"
+        " 95 % intervals; susceptibility: n (<m²> - <m>²), cumulant: 1 - <m⁴> / 3<m²>²"
+        f" of m = {found.metric.replace('_', ' ')}; crosses: where the susceptibility"
+        " peaks; bands: where cumulants cross; transition:"
         f" {found.order.order} ({found.order.why})"
     )
     if not found.stationary:

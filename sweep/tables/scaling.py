@@ -20,7 +20,14 @@ from sweep.analysis.coexistence import (
 from sweep.analysis.collapse import Collapse, collapse
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.order import order_samples
-from sweep.analysis.series import FEWEST_FRAMES, burn_in, drift, integrated_time
+from sweep.analysis.series import (
+    ENOUGH_SERIES,
+    FEWEST_FRAMES,
+    BurnIn,
+    burn_in,
+    drift,
+    integrated_time,
+)
 from sweep.analysis.simultaneous import holm
 from sweep.analysis.size_curves import (
     BinderCrossing,
@@ -41,7 +48,14 @@ LENGTHS = {"side": "L = sqrt(width height)", "n": "L = n"}
 """What the length of a size is, in words."""
 FEWEST_TRIALS = 2
 CURVES = ("order", "susceptibility", "binder")
-DRIFTS, LATE = "its mean drifts", "its burn-in is longer than what is left out"
+DRIFTS, ENDLESS, FEW = (
+    "its mean drifts",
+    "no end of a burn-in was found",
+    f"fewer than {FEWEST_FRAMES} frames count",
+)
+"""What speaks against a steady state, or leaves it open. Of ten trials or more drift
+alone tells whether there is no end of a burn-in.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +67,8 @@ class Scaling:
     `length`: `side`, the root of width times height, or `n` where worlds do not grow.
     `burn_in` is in steps, None for the first half of each trial. `states` has a row for
     each point: n, the control, trials, frames and `tau` (both of the part that counts,
-    tau in steps), `burn_in` (steps, as MSER-5 finds it in the whole series, missing for
-    fewer than 20 frames), `drift_p` (adjusted for all points) and `problems`, in words.
+    tau in steps), `burn_in` (steps, as MSER-5 finds it in the whole series), `drift_p`
+    (adjusted for all points) and `problems`, in words; fewer than 20 frames tell none.
     `left_out` counts trials that are not done or lack a value, and points of fewer than
     two trials.
     """
@@ -264,31 +278,31 @@ def _states(
     steps = int(frames[1] - frames[0]) if len(frames) > 1 else 1
     rows = []
     for point, samples in used.items():
-        several = samples.shape[1] > 1
-        tau = integrated_time(samples).tau * steps if several else np.nan
-        skipped = whole[point].shape[1] - samples.shape[1]
-        found = (
-            burn_in(whole[point]).frames
-            if whole[point].shape[1] >= FEWEST_FRAMES
-            else np.nan
-        )
+        count = samples.shape[1]
+        enough = count >= FEWEST_FRAMES
+        start = burn_in(whole[point]) if enough else BurnIn(0, True)
+        tau = integrated_time(samples).tau if enough else np.nan
         rows.append(
             {
                 NUMBER: points.at[point, NUMBER],
                 control: points.at[point, control],
                 "trials": len(samples),
-                "frames": samples.shape[1],
-                "tau": tau,
-                "burn_in": found * steps,
-                "late": found > skipped,
-                "drift_p": drift(samples).p if several else np.nan,
+                "frames": count,
+                "tau": tau * steps,
+                "burn_in": start.frames * steps if enough and start.found else np.nan,
+                "endless": not start.found and len(samples) < ENOUGH_SERIES,
+                "drift_p": drift(samples).p if enough else np.nan,
             }
         )
     table = pd.DataFrame(rows)
     table["drift_p"] = holm(table["drift_p"].to_numpy(np.float64))
-    drifts, late = table["drift_p"] < DRIFT_LEVEL, table.pop("late")
+    problems = {
+        DRIFTS: table["drift_p"] < DRIFT_LEVEL,
+        ENDLESS: table.pop("endless"),
+        FEW: table["frames"] < FEWEST_FRAMES,
+    }
     table["problems"] = [
-        "; ".join(text for text, is_so in ((DRIFTS, one), (LATE, other)) if is_so)
-        for one, other in zip(drifts, late, strict=True)
+        "; ".join(text for text, is_so in zip(problems, row, strict=True) if is_so)
+        for row in zip(*problems.values(), strict=True)
     ]
     return table
