@@ -90,9 +90,8 @@ SYNCHRONOUSLY = {"update": UPDATE.choices[SYNCHRONOUS]}
 """With it a model with the setting UPDATE updates all boids at once."""
 METRIC, NEAREST, VORONOI = 0, 1, 2
 NEIGHBOURS = About(
-    "with whom of those that it sees a boid interacts. metric: with all; nearest: with"
-    " the nearest ones, as many as the setting of this name says; voronoi: with those"
-    " whose Voronoi cells among them share a side with its own",
+    "who counts of those in sight. metric: all; nearest: the nearest ones; voronoi: the"
+    " ones whose Voronoi cells share a side with its own",
     choices=("metric", "nearest", "voronoi"),
 )
 ALL_IN_SIGHT = NEIGHBOURS.choices[METRIC]
@@ -156,7 +155,7 @@ class Sensing(NamedTuple):
     nearest: Annotated[
         int,
         About(
-            "with so many boids at most one interacts where neighbours is nearest",
+            "how many of those in sight count at most where neighbours is nearest",
             "boids",
             low=1,
             high=10_000_000,

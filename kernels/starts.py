@@ -236,7 +236,7 @@ STARTS = Registry(
         "numpy": Start(start_numpy, "NumPy's generator", "boidsweep"),
         "python_random": Start(
             start_python_random,
-            "Python's random.Random in the order of aziel_chen2025",
+            "random.Random, as in aziel_chen2025",
             "aziel_chen2025, its program",
             (
                 Demand(
@@ -248,12 +248,12 @@ STARTS = Registry(
         ),
         "portable": Start(
             start_portable,
-            "the same bits on all systems",
+            "the same bits everywhere",
             "boidsweep",
         ),
         "ordered": Start(
             start_ordered,
-            "as portable, with one velocity for all boids",
+            "portable, of one velocity",
             "boidsweep",
         ),
     },

@@ -18,9 +18,9 @@ class Plan:
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
     are for the most of them. So they are where a rule refines the grid; `points` are
     those at first, and `boundary` says what the mean does where it becomes finer.
-    `probe_steps` is how many steps were run to estimate the
-    seconds, 0 where the cost of all code is known. Each of the `workers` runs a trial
-    on so many `threads`, each on a core of its own. `compiling_seconds` come on top of
+    `probe_steps` is how many steps were run to estimate the seconds, 0 where the cost
+    of all code is known. Each of the `workers` runs a trial on so many `threads`, each
+    on a core of its own. `compiling_seconds` come on top of
     the wall time, once: 0 where the model is compiled already. Of the `result_bytes`
     so many are `last_state_bytes`. `continued` trials go on from last states that are
     stored, whose steps are `steps_saved` together.

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import Catalogue
+from kernels.settings import Sensing
 from sweep.design.design import expand
 from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import ChoiceError, SpecError, StoreError
@@ -19,6 +20,9 @@ from sweep.spec.setting_values import read_fixed
 from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
+
+LATER = Sensing._fields
+"""Settings that trials of versions before 0.15 lack. They are those of the preset."""
 
 
 def check_recorded(
@@ -84,7 +88,11 @@ def _accepted(
         cell("error").text()
     spec = _spec(cell) | {"record": record}
     study = read_study(Entry(document, (), spec), known)
-    values = {name: row.get(name) for name in settings_of(study.model, known)}
+    values = {
+        name: row.get(name)
+        for name in settings_of(study.model, known)
+        if row.get(name) is not None or name not in LATER
+    }
     settings = settings_of_study(study.model, known, maps)
     fixed = read_fixed(Entry(document, (), values), settings)
     study = replace(study, maps=dict(maps), fixed=fixed)

@@ -37,6 +37,7 @@ WRITERS = {
 """What can write to a path, or make a file."""
 
 INTO_A_FILE = {
+    "sweep/explorer/widget.py savefig": "into memory",
     "sweep/figures/saving.py savefig": "into a file of `unfinished`",
     "sweep/replays/animation.py save": "into a file of `unfinished`",
     "sweep/sharing/packed_file.py open": "a member of a file of `unfinished`",

@@ -21,6 +21,7 @@ import pytest
 
 import sweep
 from sweep.spec.study import Study
+from sweep.tables.stored_spec import LATER
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.commands import sweep as command
@@ -133,8 +134,13 @@ def long(study: StoredStudy, table: str) -> pd.DataFrame:
 
 
 def equal(frame: pd.DataFrame, columns: dict[str, list[str]]) -> None:
-    """Assert that a table has the values of an exported one, to the last bit."""
-    assert set(frame.columns) == set(columns)
+    """Assert that a table has the values of an exported one, to the last bit, and none
+    for settings that came later.
+    """
+    later = set(frame.columns) - set(columns)
+    assert later <= set(LATER)
+    assert frame[[*later]].isna().all(axis=None)
+    assert set(columns) <= set(frame.columns)
     for name, texts in columns.items():
         value = VALUES.get(frame[name].dtype.kind, str)
         then = np.array([value(text) for text in texts])

@@ -26,7 +26,7 @@ def large(model: str) -> Job:
     reach = {
         name: side / 30.0
         for name, setting in settings_of(model, BUILT_IN).items()
-        if name.endswith("_range") and setting.unit == unit
+        if name.endswith(("_range", "_width")) and setting.unit == unit
     }
     world = {"width": side, "height": side, "map": "empty"}
     return job(model, every=30, n=60, steps=30, **{**reach, **world})
