@@ -248,7 +248,7 @@ STARTS = Registry(
         ),
         "portable": Start(
             start_portable,
-            "the same bits everywhere",
+            "same bits everywhere",
             "boidsweep",
         ),
         "ordered": Start(

@@ -199,7 +199,8 @@ def stability(studies: Studies) -> Figure:
 
 
 def _growth_row(studies: Studies, strength: float, length: float) -> dict[str, float]:
-    interval = mean_interval(area_growth(studies, strength, length))
+    growths = area_growth(studies, strength, length)
+    interval = mean_interval(growths, distribution="normal")
     place = strength * length**2
     return {
         "place": place,
