@@ -103,7 +103,8 @@ def without_stamp(entry: Any) -> list[str]:
     return [
         field
         for field, value in entry._asdict().items()
-        if callable(value) and not isinstance(value, type) and not at_the_top(value)
+        for one in (value if isinstance(value, tuple) else (value,))
+        if callable(one) and not isinstance(one, type) and not at_the_top(one)
     ]
 
 
@@ -158,7 +159,11 @@ def _map_stamp(drawn: Map | None) -> str:
 
 
 def _start_stamp(start: Start | None) -> str:
-    return "" if start is None else stamp(start.draw)
+    if start is None:
+        return ""
+    if start.by_replicate:
+        return _hash([stamp(draw) for draw in start.by_replicate])
+    return stamp(start.draw)
 
 
 def _shape(group: type[Any]) -> list[Any]:

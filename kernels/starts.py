@@ -7,7 +7,7 @@ place is inside an obstacle. It raises RuntimeError where it finds no free place
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from random import Random
 from typing import NamedTuple
@@ -26,15 +26,36 @@ MOST_DRAWS = 100_000
 """After so many draws of one position we conclude that the world has no free place."""
 
 
+Draw = Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
+
+
 class Start(NamedTuple):
     """A way to draw the initial flock: its function, what it is and where it comes
     from, and what it demands of the other settings.
+
+    Where each replicate has a function of its own, these are `by_replicate`, and `draw`
+    is the first of them.
     """
 
-    draw: Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
+    draw: Draw
     text: str
     source: str
     demands: tuple[Demand, ...] = ()
+    by_replicate: tuple[Draw, ...] = ()
+
+    def of_replicate(self, replicate: int) -> Draw:
+        """The function that draws the flock of a replicate, counted from 0.
+
+        Raises RuntimeError for a replicate that has none.
+        """
+        if not self.by_replicate:
+            return self.draw
+        if replicate >= len(self.by_replicate):
+            raise RuntimeError(
+                f"{self.source} has the flocks of {len(self.by_replicate)} replicates,"
+                f" and this trial is of replicate {replicate}, counted from 0"
+            )
+        return self.by_replicate[replicate]
 
 
 def start_numpy(
@@ -219,13 +240,34 @@ def start_given(
     return flock
 
 
-def given_start(places: Places, source: str) -> Start:
-    """The start with the boids of a list."""
-    asked = Demand(
-        f"n == {len(places)}", f"{source} has the places of {len(places)} boids"
-    )
+def given_start(flocks: Sequence[Places], source: str) -> Start:
+    """The start with the boids of a list, or of one list for each replicate. All have
+    the same number of boids.
+    """
+    draws = tuple(partial(start_given, places) for places in flocks)
     return Start(
-        partial(start_given, places), "places given one by one", source, (asked,)
+        draws[0],
+        "places given one by one",
+        source,
+        (
+            Demand(
+                f"n == {len(flocks[0])}",
+                f"{source} has the places of {len(flocks[0])} boids",
+            ),
+            _inside(flocks, source),
+        ),
+        draws if len(draws) > 1 else (),
+    )
+
+
+def _inside(flocks: Sequence[Places], source: str) -> Demand:
+    """That all given places lie in the world, where its borders keep boids in it."""
+    x, y = ([place[axis] for flock in flocks for place in flock] for axis in (0, 1))
+    return Demand(
+        f"borders == 'open' or 0 <= {min(x)} and {max(x)} <= width"
+        f" and 0 <= {min(y)} and {max(y)} <= height",
+        f"{source} has boids from ({min(x):g}, {min(y):g}) to ({max(x):g},"
+        f" {max(y):g}), which lie outside the world",
     )
 
 

@@ -17,7 +17,8 @@ themselves, so that `sweep --help` answers at once.
     power_text       needed replicates as text
     overview         list, columns: what there is
     measuring        measure: further metrics of what is stored
-    maintenance      replay, verify, diff, gc, rename, rm, export
+    maintenance      replay, verify, diff, gc, rename, rm, export,
+                     flocks
     sharing          pack, load, cite, odd: a study for others
     own_code         code: that of a stored study
     viewing          view: the live simulator

@@ -21,6 +21,7 @@ from sweep.cli.app import (
     app,
     stop,
 )
+from sweep.cli.reading import Where
 
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")]
@@ -283,3 +284,27 @@ def export(
         file=sys.stderr,
     )
     print(f"{done.sha256}  {to}")
+
+
+@app.command()
+def flocks(
+    study: StudyName,
+    to: Annotated[Path, typer.Option("--to", help="A .csv file.")],
+    where: Where = None,
+    force: Force = False,
+    results: Results = Path("results"),
+) -> None:
+    """Write where the boids of each trial of a point are at the end, as a table from
+    which the replicates of another study start: `start_draws: ./FILE.csv`.
+
+    The study keeps them with record: {last_flocks: true}, or with an axis that is
+    continued.
+    """
+    from sweep.tables.last_flocks import write_last_flocks
+    from sweep.tables.stored_study import StoredStudy
+
+    chosen = StoredStudy(study, results).where(*(where or ()))
+    done = write_last_flocks(chosen, to, force=force)
+    print(
+        f"{done.replicates:,} flocks of {done.boids:,} boids in {to}", file=sys.stderr
+    )

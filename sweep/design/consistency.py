@@ -40,8 +40,8 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError for the first point whose settings do not go together, or whose
-    boids cannot be divided among threads.
+    """Raise SpecError for the first point whose settings do not go together, whose
+    boids cannot be divided among threads, or whose replicates have no flock.
     """
     for demand in dict.fromkeys(_demands(study)):
         condition = parse(demand.condition, study.settings)
@@ -56,6 +56,7 @@ def check_consistency(study: Study, points: Points) -> None:
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
     _check_threads(study, points)
+    _check_flocks(study, points)
 
 
 def _check_threads(study: Study, points: Points) -> None:
@@ -83,6 +84,29 @@ def _check_threads(study: Study, points: Points) -> None:
                 f"{asked} needs all boids updated at once: {study.model} does that with"
                 f" `{name}: {value}`, and here are trials{where} (preset"
                 f" {study.preset}); set it, or leave threads out",
+            )
+
+
+def _check_flocks(study: Study, points: Points) -> None:
+    """Raise SpecError where each replicate is to have a flock of its own, and some have
+    none.
+    """
+    for name, start in study.known.starts.items():
+        if not start.by_replicate:
+            continue
+        place = study.place_of("start_draws") or ("model",)
+        condition = parse(f"start_draws != '{name}'", study.settings)
+        if points.evaluate(study, condition, place).all():
+            continue
+        found = f"{start.source} has the flocks of {len(start.by_replicate)} replicates"
+        if study.seeds or study.search:
+            raise study.document.error(
+                place, f"{found}: it is for a sweep with `replicates`, and no `seeds`"
+            )
+        if study.trials_per_point > len(start.by_replicate):
+            raise study.document.error(
+                ("replicates",),
+                f"{found}, and a point may have {study.trials_per_point}",
             )
 
 

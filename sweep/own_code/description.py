@@ -25,7 +25,7 @@ def description(own: Offered) -> dict[str, Any]:
         "models": {name: _of_model(model) for name, model in own.models.items()},
         "metrics": {name: _plain(one) for name, one in own.metrics.items()},
         "maps": {name: _plain(one) for name, one in own.maps.items()},
-        "starts": {name: _plain(one) for name, one in own.starts.items()},
+        "starts": {name: _of_start(one) for name, one in own.starts.items()},
     }
 
 
@@ -40,6 +40,12 @@ def _of_model(model: Model) -> dict[str, Any]:
         "state": {name: _plain(about) for name, about in model.state.items()},
         POTENTIAL: model.pair_potential is not None,
     }
+
+
+def _of_start(start: Start) -> dict[str, Any]:
+    about = _plain(start)
+    del about["by_replicate"]  # functions
+    return about
 
 
 def _plain(entry: Any) -> dict[str, Any]:

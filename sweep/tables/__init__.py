@@ -26,6 +26,7 @@ boundary          where a mean crosses a level, of a refined study
 scaling           what flocks of several sizes tell of a transition
 spec_difference   what a change of a spec does
 cleaning          room given back
+last_flocks       flocks from which another study starts
 exporting         a table for other programs
 netcdf            the same as arrays by trial
 arrays            arrays by axis and replicate, for xarray

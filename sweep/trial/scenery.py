@@ -9,22 +9,22 @@ scenery. Only trials that fly together share the pixels, which have maps of thei
 for visits (kernels.lanes.marks); a copy for each would take 5 % of a short trial.
 """
 
-from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.random import Generator, SeedSequence
+from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, build_coverage, unvisited
 from kernels.flight import Scenery, build_scenery
 from kernels.model import OccupancySettings
 from kernels.settings import Observation, StartSettings, WorldSettings
-from kernels.state import Flock, World
-from kernels.worlds import Map, Reach
+from kernels.starts import Draw
+from kernels.state import Flock
+from kernels.worlds import Map
 from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.copied_maps import Obstacles
 from sweep.spec.settings import settings_of, settings_tuple
@@ -189,14 +189,13 @@ def flock_drawn_now(job: Job) -> Flock:
     return flock
 
 
-Draw = Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
 Given = tuple[Draw, int, StartSettings, Landscape, Address, int]
 
 
 def _given(job: Job, landscape: Landscape, settings: StartSettings) -> Given:
     """All that the flock of a job at its start depends on."""
     return (
-        job.known.starts[str(job.settings["start_draws"])].draw,
+        job.known.starts[str(job.settings["start_draws"])].of_replicate(job.replicate),
         int(job.settings["n"]),
         settings,
         landscape,

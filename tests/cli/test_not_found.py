@@ -30,6 +30,7 @@ READING: dict[str, tuple[str, ...]] = {
     "rename": ("STUDY", "other"),
     "rm": ("STUDY", "--dry-run"),
     "export": ("STUDY", "--to", "file.csv"),
+    "flocks": ("STUDY", "--to", "file.csv"),
     "pack": ("STUDY",),
     "cite": ("STUDY",),
     "odd": ("STUDY",),

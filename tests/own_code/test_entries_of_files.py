@@ -137,6 +137,83 @@ def test_velocities_may_be_given_too(folder: Path) -> None:
     )
 
 
+def flocks(replicates: int) -> str:
+    """A table with a flock for each replicate, those of the last one first."""
+    rows = [
+        f"{k},{100 * i},{50.0 + k},{0.5 * k},-1"
+        for k in reversed(range(replicates))
+        for i in range(1, 4)
+    ]
+    return "\n".join(["replicate,x,y,vx,vy", *rows]) + "\n"
+
+
+def test_each_replicate_may_have_a_flock_of_its_own(folder: Path) -> None:
+    (folder / "flock.csv").write_text(flocks(3))  # more than are needed
+    results = launched(folder)
+    study = StoredStudy("mine", results)
+    assert len(study.trials) == 6
+    for trial, k in study.trials[["trial_id", "replicate"]].itertuples(index=False):
+        _, bodies = study.trajectory(trial)
+        expected = [[100, 200, 300], [50 + k] * 3, [0.5 * k] * 3, [-1] * 3]
+        np.testing.assert_array_equal(bodies[0], expected)
+    done = sweep(folder, "verify", "mine", "--fraction", "1")
+    assert done.returncode == 0, done.stderr
+    # Also without its code, and after one flock has changed.
+    assert sweep(folder, "table", "mine").returncode == 0
+    (folder / "flock.csv").write_text(flocks(3).replace("0,100,50.0", "0,100,51.0"))
+    assert "6 new trials" in sweep(folder, "launch", "spec.yaml").stderr
+
+
+@pytest.mark.parametrize(
+    ("table", "change", "message"),
+    [
+        (flocks(1), ("", ""), None),
+        (flocks(2), ("", ""), None),
+        (
+            flocks(2),
+            ("replicates: 2", "replicates: 5"),
+            "9: flock.csv has the flocks of 2 replicates, and a point may have 5",
+        ),
+        (
+            flocks(2),
+            ("replicates: 2", "seeds: [1, 2]"),
+            "5: flock.csv has the flocks of 2 replicates: it is for a sweep with",
+        ),
+        (flocks(3).replace("\n0,", "\n4,"), ("", ""), "5: flock.csv has no boid of"),
+        (
+            flocks(2) + "1,1,1,1,1\n",
+            ("", ""),
+            "5: flock.csv has 3 boids of replicate 0, and 4 of replicate 1: all must",
+        ),
+        (flocks(2) + "-1,1,1,1,1\n", ("", ""), '5: flock.csv, line 8: replicate "-1"'),
+        (flocks(2) + "0,1,1,1\n", ("", ""), "5: flock.csv, line 8: 0, 1, 1, 1: not 5"),
+    ],
+)
+def test_flocks_of_replicates_must_be_whole(
+    table: str, change: tuple[str, str], message: str | None, folder: Path
+) -> None:
+    (folder / "flock.csv").write_text(table)
+    path = with_text(folder, *change)
+    if message is None:
+        assert expand(load_spec(path)).n_points == 3
+        return
+    with pytest.raises(SpecError) as caught:
+        expand(load_spec(path))
+    assert str(caught.value).startswith(f"spec.yaml:{message}")
+
+
+@pytest.mark.parametrize("x", [-0.5, 1e6])
+def test_boids_outside_the_world_are_for_open_borders(x: float, folder: Path) -> None:
+    (folder / "flock.csv").write_text(FLOCK.replace("100,200", f"{x},200"))
+    plain = with_text(folder, "map: ./entries.py:pillar", "borders: torus")
+    with pytest.raises(
+        SpecError, match=r"5: flock\.csv has boids from .* outside the w"
+    ):
+        expand(load_spec(plain))
+    plain.write_text(plain.read_text().replace("borders: torus", "borders: open"))
+    assert expand(load_spec(plain)).n_points == 3
+
+
 def test_another_place_makes_other_trials_and_the_same_points(folder: Path) -> None:
     first = StoredStudy("mine", launched(folder)).trials
     (folder / "flock.csv").write_text(FLOCK.replace("50.5", "51.5"))
@@ -269,6 +346,7 @@ def test_other_keys_name_the_entries_of_files_plainly(folder: Path) -> None:
 
 
 def test_a_map_of_a_file_has_its_size(folder: Path) -> None:
+    (folder / "flock.csv").write_text("x,y,heading\n1,2,0\n20,30,0\n30,5,0\n")
     study = load_spec(with_text(folder, ":pillar", ":hall"))
     settings = expand(study).settings(0)
     assert (settings["width"], settings["height"]) == (90.0, 60.0)

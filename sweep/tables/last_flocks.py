@@ -1,0 +1,101 @@
+"""The flocks with which the trials of a point have ended, as a table of places from
+which the replicates of another study start (`start_draws: ./FILE.csv`).
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+
+from sweep.design.jobs import LastFlock
+from sweep.errors import ChoiceError
+from sweep.spec.study import LAST_FLOCKS
+from sweep.store.last_flocks import last_flocks
+from sweep.store.rows import FLIGHT
+from sweep.tables.choosing import Refusals
+from sweep.tables.outputs import check_output, unfinished
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import so_many
+
+ENDING = ".csv"
+REPLICATE = "replicate"
+
+
+class Written(NamedTuple):
+    """How many replicates a table has, and how many boids each of them."""
+
+    replicates: int
+    boids: int
+
+
+def write_last_flocks(
+    study: StoredStudy, path: Path, *, force: bool = False
+) -> Written:
+    """Write where the boids of each replicate of the one point of `study` are at the
+    end: its number, counted from 0, x, y, vx and vy, with all digits.
+
+    Raises OutputError for another ending than .csv, and for a file that exists without
+    `force`; ChoiceError, with all reasons, where the study has several points, where
+    trials are not done, keep no last flocks, or have boids with a state, which such a
+    table does not hold. Raises StoreError for what no launch writes.
+    """
+    check_output(path, [ENDING], force=force)
+    trials = _trials(study)
+    flocks = last_flocks(study.store, trials["trial_id"], [])
+    if without := [one for one in trials["trial_id"] if one not in flocks]:
+        raise ChoiceError(
+            f"{so_many(len(without), 'trial')} of it left no {LAST_FLOCKS}; with"
+            f" record: {{{LAST_FLOCKS}: true}} in the spec a launch keeps them",
+            study.name,
+        )
+    with unfinished(path) as file:
+        file.write(f"{','.join((REPLICATE, *FLIGHT))}\n".encode())
+        for number, one in enumerate(trials["trial_id"]):
+            file.write(_rows(number, flocks[one]).encode())
+    boids = flocks[trials["trial_id"].iloc[0]].bodies.shape[1]
+    return Written(len(trials), boids)
+
+
+def _trials(study: StoredStudy) -> pd.DataFrame:
+    """The trials of the one point, replicate by replicate. Raises ChoiceError."""
+    refusals, trials = Refusals(), study.trials.sort_values(REPLICATE)
+    with refusals.noted():
+        _check_point(study)
+    undone = trials[trials["status"] != "done"]
+    left = study.plan.num_rows - len(trials) + len(undone)
+    with refusals.noted():
+        if left:
+            why = f": {undone['error'].iloc[0]}" if len(undone) else ""
+            raise ChoiceError(
+                f"{so_many(left, 'trial')} of {study.plan.num_rows:,} not done{why}",
+                study.name,
+            )
+    with refusals.noted():
+        for name in trials["model"].unique():
+            if state := [*study.known.models[name].state]:
+                raise ChoiceError(
+                    f"boids of {name} have a state ({', '.join(state)}), which no table"
+                    " of places holds; an axis with `continue` hands it on",
+                    study.name,
+                )
+    refusals.check()
+    return trials
+
+
+def _check_point(study: StoredStudy) -> None:
+    """Raise ChoiceError for a study of several points."""
+    points = study.points
+    if len(points) == 1:
+        return
+    names = [name for name in points.columns if points[name].nunique() > 1]
+    example = f"{names[0]}={points[names[0]].iloc[0]}"
+    raise ChoiceError(
+        f"has {len(points):,} points, which differ in {', '.join(names)}; choose one,"
+        f" as with --where {example}",
+        study.name,
+    )
+
+
+def _rows(replicate: int, flock: LastFlock) -> str:
+    bodies = flock.bodies.T.tolist()
+    return "".join(f"{replicate},{','.join(map(repr, one))}\n" for one in bodies)
