@@ -186,6 +186,7 @@ METRICS = Registry(
             distribution="skewed",
             pairwise=True,
             low=0.0,
+            cubic=True,
         ),
         "potential": Metric(
             energy.potential,

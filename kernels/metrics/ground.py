@@ -37,7 +37,8 @@ class Metric(NamedTuple):
     to 100. Its mean then has the interval that holds for these. No value is below `low`
     or above `high`, in the unit of the metric, so no interval reaches there; what
     follows from the distribution need not be said again. `pairwise` says that it
-    compares boids with each other, which takes longer. `covers`, `counts` and `pairs`
+    compares boids with each other, which takes longer, and `cubic` that the time of a
+    frame grows with the cube of the number of boids. `covers`, `counts` and `pairs`
     say that it needs, instead of the bodies: the visited pixels; escapes, collisions
     and arrivals; contacts between boids. `potential` says that it needs a model with a
     pair potential; `state` and `kinds`, that it needs one whose rows of state, and
@@ -67,6 +68,7 @@ class Metric(NamedTuple):
     per_step: bool = False
     low: float = -math.inf
     high: float = math.inf
+    cubic: bool = False
 
     @property
     def looks(self) -> bool:

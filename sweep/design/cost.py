@@ -30,6 +30,7 @@ counted: measured where a boid-step took about as long as here.
 CANDIDATE_SECONDS = 6e-9
 METRIC_SECONDS = 15e-9
 PAIR_METRIC_SECONDS = 250e-9
+CUBIC_METRIC_SECONDS = 0.5e-9
 ROW_BYTES = 120.0
 NUMBER_BYTES = 7.0
 TRAJECTORY_NUMBER_BYTES = 7.0
@@ -95,7 +96,9 @@ def trial_seconds(
     boid_step = once + (boid_step - once) / threads
     boid_step += PAIR_METRIC_SECONDS * any(metric.pairs for metric in measured)
     pairing = sum(metric.pairwise for metric in measured)
-    metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
+    cubic = n**2 * sum(metric.cubic for metric in measured)
+    of_a_boid = METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing
+    metrics = n * frames * (of_a_boid + CUBIC_METRIC_SECONDS * cubic)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
 
 

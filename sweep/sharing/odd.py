@@ -50,6 +50,8 @@ class StudyFacts:
     seeds       in words, where their random numbers come from
     streams     by purpose, whether points have random numbers in common
     searches    whether it is a search, which decides as it runs which points it has
+    continued   the axis along which trials are links of chains, "" without one
+    directions  those of its chains, one after the other
     code        whether the functions of the model are at hand
     """
 
@@ -66,6 +68,8 @@ class StudyFacts:
     streams: Mapping[str, str]
     spec: str
     searches: bool
+    continued: str
+    directions: Sequence[str]
     code: bool
 
     @property
@@ -89,6 +93,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         name: [SEARCHED] for name in values if _is_searched(study, name)
     }
     most = "at most " if study.until or study.refine else ""
+    axis = study.continued
     return StudyFacts(
         name=study.name,
         known=study.known,
@@ -105,6 +110,8 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         streams={key.field: getattr(study.streams, key.field) for key in STREAMS},
         spec=study.text,
         searches=study.search is not None,
+        continued=axis.name if axis else "",
+        directions=axis.continued.directions if axis and axis.continued else (),
         code=True,
     )
 
@@ -123,6 +130,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
     counts = trials.groupby("point").size()
     listed = sorted(trials["seed"].unique().tolist())
     words = [word.partition("=")[::2] for word in str(first["streams"]).split()]
+    chained = study.about.continued or {}
     return StudyFacts(
         name=study.name,
         known=known,
@@ -143,6 +151,8 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         streams=dict(words),
         spec=study.spec,
         searches=study.store.asked.exists(),
+        continued=chained.get("axis", ""),
+        directions=chained.get("directions", ()),
         code=code,
     )
 
@@ -426,6 +436,13 @@ def _experiment(page: _Page) -> None:
         page.table(
             ("setting that varies", "values"),
             [(name, _values(about, name)) for name in varied],
+        )
+    if about.continued:
+        page.say(
+            f"Trials along {about.continued} are links of chains, a chain a replicate,"
+            f" {' and then '.join(about.directions)}: the first link begins as stated"
+            " under Initialization, each other one with the last positions, velocities"
+            " and states of the link before it."
         )
     page.say("The spec:")
     spec = "\n".join(about.document.for_readers).strip()

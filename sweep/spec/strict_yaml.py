@@ -182,6 +182,9 @@ class _YamlReader:
             raise self.document.error_in_line(line, f"tag {node.tag} is not allowed")
         try:
             return convert(node.value)
+        except OverflowError:
+            words = f"{node.value[:40]} is too large: whole numbers are below 2^63"
+            raise self.document.error_in_line(line, words) from None
         except (ValueError, KeyError):
             kind = str(node.tag).removeprefix(TAG)
             raise self.document.error_in_line(
@@ -193,7 +196,7 @@ def _integer(text: str) -> int:
     """010 is ten, as YAML 1.2 has it."""
     value = int(text, 0) if "0o" in text or "0x" in text or "0b" in text else int(text)
     if abs(value) >= INTEGER_BOUND:
-        raise ValueError("too large")
+        raise OverflowError
     return value
 
 

@@ -110,9 +110,14 @@ def telling(settings: pd.DataFrame) -> list[str]:
 
 
 def _settings(one: Side, other: Side) -> list[str]:
-    """The settings of both sides, varied ones first, in the order of the specs."""
+    """The settings of both sides, varied ones first, in the order of the specs. What
+    keeps points of the same settings apart, the direction of chains, is as one of them.
+    """
     names = dict.fromkeys([*one.study.varied, *other.study.varied, *one.study.settings])
-    known = [set(side.study.settings) & set(side.trials) for side in (one, other)]
+    known = [
+        {*side.study.settings, *side.study.kept_apart} & set(side.trials)
+        for side in (one, other)
+    ]
     return [name for name in names if name in known[0] & known[1]]
 
 

@@ -24,6 +24,8 @@ from sweep.store.last_flocks import chains, with_beginning
 from sweep.store.locations import ObjectPath, ObjectServer
 from sweep.store.shares import Share
 from sweep.tables.chains import cut_off
+from sweep.tables.comparison_sides import side_of
+from sweep.tables.matched_points import Matching, match
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.trial.simulation import Simulation
@@ -259,6 +261,20 @@ def test_a_link_that_is_tried_again_goes_on_with_its_chain(
         "done": 18
     }
     assert len(given) == 19
+
+
+def test_a_comparison_tells_directions_apart(tmp_path: Path) -> None:
+    study = launched(CHAINED, tmp_path)
+
+    def matching(one: str, other: str) -> Matching:
+        return match(*(side_of(f"{study.name}:{at}", study) for at in (one, other)))
+
+    ways = matching("direction=up", "direction=down")
+    assert ways.differ == {"direction": (["up"], ["down"])}
+    assert ways.names == ["separation_weight"]
+    values = matching("separation_weight=0.5", "separation_weight=1")
+    assert values.differ == {"separation_weight": ([0.5], [1.0])}
+    assert values.settings["direction"].tolist() == ["up", "down"]
 
 
 def test_a_share_has_whole_chains(tmp_path: Path) -> None:

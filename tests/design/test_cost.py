@@ -43,6 +43,16 @@ def test_metrics_and_frames_cost_time_and_space() -> None:
     assert trial_bytes(settings, flown) > 200 * 4 * 6 * 5
 
 
+def test_a_metric_of_cubic_time_is_known_to_be_slow() -> None:
+    settings = MODELS["nguyen2024"].presets["as_run"]
+    record = RecordSpec(("algebraic_connectivity",), ("algebraic_connectivity",))
+    small, large = (
+        trial_seconds("nguyen2024", BUILT_IN, settings | {"n": n}, record)
+        for n in (1_000, 10_000)
+    )
+    assert large > 900 * small
+
+
 def test_a_study_costs_the_sum_of_its_trials() -> None:
     study = parse_spec(
         SMALL.replace("separation_weight: [0.5, 1]", "n: [10, 1000]").replace(

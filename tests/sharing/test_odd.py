@@ -18,6 +18,7 @@ from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
+from tests.campaigns.test_chains import CHAINED
 from tests.commands import sweep
 from tests.plotted import SEARCHED as SEARCHED_SPEC
 from tests.searches import asked_by
@@ -106,10 +107,21 @@ def test_the_order_of_updates_is_told_where_a_setting_or_the_model_says_it() -> 
 
 
 @pytest.mark.parametrize(
-    "spec", [SMALL, OWN_SMALL, DERIVING], ids=["ours", "own", "derived"]
+    "spec",
+    [SMALL, OWN_SMALL, DERIVING, CHAINED],
+    ids=["ours", "own", "derived", "chains"],
 )
 def test_a_stored_study_is_described_as_its_spec(spec: str, tmp_path: Path) -> None:
     assert odd(of_stored(launched(spec, tmp_path))) == odd(of_text(spec))
+
+
+def test_chains_are_described() -> None:
+    said = " ".join(odd(of_text(CHAINED)).split())
+    assert (
+        "Trials along separation_weight are links of chains, a chain a replicate,"
+        " up and then down: the first link begins as stated"
+    ) in said
+    assert "links of chains" not in odd(of_text(SMALL))
 
 
 def test_the_experiment_is_that_of_the_spec() -> None:

@@ -268,7 +268,7 @@ MISTAKES = [
     ),
     (
         ["fixed: {n: 99999999999999999999}"],
-        '6: cannot read "99999999999999999999" as int',
+        "6: 99999999999999999999 is too large: whole numbers are below 2^63",
     ),
     (
         ["sweep:", "  n: []"],
