@@ -17,6 +17,7 @@ published studies.
     scatter             a metric against each setting
     parallel            all settings of the best
     pareto              two metrics, and their front
+    narrowing           half widths of intervals
     coverage            where boids were
     trajectories        the ways of boids
     ablation_effects    what each changed detail does
@@ -50,6 +51,7 @@ from sweep.figures.drawing import (
 from sweep.figures.heatmap import heatmap_figure
 from sweep.figures.hysteresis import hysteresis_figure
 from sweep.figures.kinds import KINDS
+from sweep.figures.narrowing import narrowing_figure
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
 from sweep.figures.phase import phase_figure
@@ -112,6 +114,7 @@ __all__ = [
     "name_rows",
     "note",
     "paired_effects",
+    "narrowing_figure",
     "parallel_figure",
     "pareto_figure",
     "phase_figure",

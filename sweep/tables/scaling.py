@@ -161,7 +161,7 @@ def scaling(
     """
     metric = _metric(study, metric)
     points = study.points
-    if points[NUMBER].nunique() < 2:
+    if NUMBER not in points or points[NUMBER].nunique() < 2:
         raise ChoiceError(
             'has flocks of one size; "sizes" in its spec gives several', study.name
         )
