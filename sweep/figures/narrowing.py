@@ -135,7 +135,8 @@ def _looks(most: int) -> list[int]:
 
 def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
     """What has a place on a logarithmic axis."""
-    return widths[np.isfinite(widths["half"]) & (widths["half"] > 0.0)]
+    known = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
+    return widths.loc[known]
 
 
 def _reference(drawn: pd.DataFrame) -> MarkedLine:
@@ -147,7 +148,7 @@ def _reference(drawn: pd.DataFrame) -> MarkedLine:
     counts = drawn.groupby("n")["half"].agg(["size", "median"])
     common = counts[counts["size"] >= drawn["point"].nunique() / 2.0]
     n = float(common.index.max() if len(common) else counts.index.max())
-    half = float(counts.loc[int(n), "median"])
+    half = float(counts["median"][n])
     ends = (float(counts.index.min()), float(counts.index.max()))
     y = [half * float(np.sqrt(n / end)) for end in ends]
     return MarkedLine(ends, y, "slope \N{MINUS SIGN}1/2")

@@ -265,7 +265,7 @@ def test_a_new_kind_is_one_entry(
             "grid",
             ["curves"],
             {"x": "borders"},
-            "study grid: x is for scatter, heatmap, not for curves",
+            "study grid: x is for scatter, heatmap, scaling, collapse, not for curves",
         ),
         (
             "small",

@@ -34,7 +34,8 @@ def test_each_width_is_that_of_the_first_replicates() -> None:
     found, points = widths(part), study("repeated").points.index
     assert found.keys() == {(point, n) for point in points for n in (3, 4, 6, 8, 9)}
     for (point, n), half in found.items():
-        values = study("repeated").trials.query("point == @point")["speed"][:n]
+        trials = study("repeated").trials
+        values = trials.loc[trials["point"] == point, "speed"][:n]
         of = part.distributions["speed"]
         _, low, high, _ = mean_interval(values, distribution=of)
         assert half == pytest.approx((high - low) / 2.0, rel=1e-9)  # sums, reordered

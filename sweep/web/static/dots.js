@@ -70,8 +70,12 @@ export class Dots extends Board {
     }
   }
 
-  // The marks of one point.
-  /** @param {CanvasRenderingContext2D} context @param {Dot[]} path @param {string} ink */
+  // Draws a line through the marks of one point.
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Dot[]} path
+   * @param {string} ink
+   */
   join(context, path, ink) {
     context.strokeStyle = shade(this.colours[path[0].colour], ink);
     const places = path.map((dot) => this.placeOf(dot)).filter((at) => at !== null);
