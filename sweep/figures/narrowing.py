@@ -136,7 +136,8 @@ def _looks(most: int) -> list[int]:
 def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
     """What has a place on a logarithmic axis."""
     known = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
-    return widths.loc[known]
+    drawn: pd.DataFrame = widths[known]
+    return drawn
 
 
 def _reference(drawn: pd.DataFrame) -> MarkedLine:
