@@ -87,6 +87,13 @@ SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
 SPECS["validated"] = SMALL.replace("study: small", "study: validated") + (
     "validate: {dt: [1/2], search: all_pairs, update: both}\n"
 )
+SPECS["repeated"] = edited(
+    SMALL,
+    ("study: small", "study: repeated"),
+    ("separation_weight: [0.5, 1]", "borders: [torus, bounded]"),
+    ("replicates: 3", "replicates: 9"),
+    ("series: [speed], every: 2", "metrics: [speed, dispersion]"),
+)
 SPECS["sized"] = """\
 study: sized
 model: nguyen2024

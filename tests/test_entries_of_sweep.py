@@ -668,9 +668,13 @@ def test_a_new_kind_of_figure_goes_through_sweep_plot(tmp_path: Path) -> None:
     wrong = sweep(tmp_path, "plot", "short", "cont")
     assert (wrong.returncode, 'did you mean "count"?' in wrong.stderr) == (2, True)
     taken = sweep(tmp_path, "plot", "short", "parallel", "--x", "separation_weight")
-    assert "x is for scatter, heatmap, count, not for parallel" in taken.stderr
-    assert "sensitivity, coverage, trajectories, count; of a search" in " ".join(
-        re.sub("[^a-z,;]", " ", commanded(tmp_path, "plot", "--help")).split()
+    kinds = "scatter, heatmap, scaling, collapse, count"
+    assert f"x is for {kinds}, not for parallel" in taken.stderr
+    assert (
+        "sensitivity, narrowing, coverage, trajectories, count; of a search"
+        in " ".join(
+            re.sub("[^a-z,;]", " ", commanded(tmp_path, "plot", "--help")).split()
+        )
     )
 
 

@@ -118,10 +118,11 @@ def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
 
 def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
     """The kind that suits: the first of those of a search, else the one with as many
-    axes of settings as there are settings with a scale and more than a few values.
-    Raises ChoiceError where none suits.
+    axes of settings as there are settings with a scale and more than a few values. It
+    shows numbers, not how well they are known. Raises ChoiceError where none suits.
     """
-    suiting = [name for name, why in reasons.items() if not why]
+    numbers = [name for name in reasons if not KINDS[name].of_precision]
+    suiting = [name for name in numbers if not reasons[name]]
     if not suiting:
         why = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
         raise ChoiceError(f"no figure suits it: {why}", study.name)

@@ -202,7 +202,7 @@ class _Desk(Thread):
         self.send({"type": "refusal", "id": asked, "why": why})
 
     async def _answer(self, asked: str, name: str, pairs: Pairs) -> None:
-        answer = self.site.answers.get(name)
+        answer = self.site.questions.get(name)
         try:
             if answer is None:
                 raise ChoiceError("a notebook has no answer to this question", name)

@@ -17,6 +17,7 @@ published studies.
     scatter             a metric against each setting
     parallel            all settings of the best
     pareto              two metrics, and their front
+    narrowing           half widths of intervals
     coverage            where boids were
     trajectories        the ways of boids
     ablation_effects    what each changed detail does
@@ -50,6 +51,7 @@ from sweep.figures.drawing import (
 from sweep.figures.heatmap import heatmap_figure
 from sweep.figures.hysteresis import hysteresis_figure
 from sweep.figures.kinds import KINDS
+from sweep.figures.narrowing import narrowing_figure
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
 from sweep.figures.phase import phase_figure
@@ -110,6 +112,7 @@ __all__ = [
     "legend",
     "metric_curves",
     "name_rows",
+    "narrowing_figure",
     "note",
     "paired_effects",
     "parallel_figure",

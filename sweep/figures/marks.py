@@ -61,6 +61,7 @@ class FigureMarks(NamedTuple):
     `form` says what a row of `marks` is, by its columns.
 
         lines   x, y, low, high, n: a place on the line of its `colour`, with a band
+        paths   the same; the places of one point are joined, in their order
         points  the same; x_low and x_high where x is a mean too; best where it lies on
                 a front
         cells   column, row, y, half, n: half the width of the interval; points, how

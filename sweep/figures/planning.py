@@ -64,7 +64,8 @@ class FigureKind(NamedTuple):
     `plan` draws nothing and raises ChoiceError where the kind does not suit the study.
     `marks` has the same figure of one metric, or of two, as plain data, if it can.
     `of_search` says that it shows a whole search, `of_several` that it can show several
-    studies together, see `sweep.tables.joined`.
+    studies together, see `sweep.tables.joined`, and `of_precision` that it shows how
+    well numbers are known in place of the numbers.
     """
 
     text: str
@@ -73,6 +74,7 @@ class FigureKind(NamedTuple):
     of_search: bool = False
     of_several: bool = False
     marks: Callable[[StoredStudy, Choices], FigureMarks] | None = None
+    of_precision: bool = False
 
     def figures(self, study: StoredStudy, choices: Choices) -> list[Planned]:
         """Its figures of a study, or of several joined. Raises ChoiceError where the

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from sweep.errors import SpecError, UserError
-from sweep.web.launching import Launcher
+from sweep.web.launching import Launcher, state_of
 from sweep.web.messages import Hello
 from sweep.web.outbox import Line
 from sweep.web.playing import Player
@@ -47,6 +47,11 @@ class PageSite(NamedTuple):
     answers: Mapping[str, Callable[[Pairs], Any]] = {}
     stored: Callable[[str, str], RunShow] = _nothing_stored
     launcher: Launcher | None = None
+
+    @property
+    def questions(self) -> Mapping[str, Callable[[Pairs], Any]]:
+        """All that is answered: also what was launched from its pages, if anything."""
+        return {**self.answers, "launch": lambda _: state_of(self.launcher)}
 
 
 class Rooms:

@@ -26,7 +26,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from sweep.errors import SpecError, UserError
 from sweep.store.user_key import own_key
 from sweep.web.demo import DEMOS, moving
-from sweep.web.launching import actions, state_of
+from sweep.web.launching import actions
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, write
 from sweep.web.rooms import PageSite, Rooms
 from sweep.web.show import Show
@@ -92,9 +92,8 @@ class PageServer:
     ) -> None:
         self.site = site or PageSite()
         self.rooms = Rooms(begin, self.site.stored)
-        launcher = self.site.launcher
-        self.answers = {**self.site.answers, "launch": lambda _: state_of(launcher)}
-        self.actions = actions(launcher)
+        self.answers = self.site.questions
+        self.actions = actions(self.site.launcher)
         self.token = _token(port)
         self.socket = _bound(port)
         self.url = f"http://{HERE}:{self.socket.getsockname()[1]}/{self.token}/"

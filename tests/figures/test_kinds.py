@@ -73,6 +73,7 @@ def names(paths: list[Path]) -> list[str]:
         ("covering", ["curves", "scatter", "pareto", "coverage"]),
         ("flying", ["curves", "scatter", "trajectories"]),
         ("ablated", ["scatter"]),
+        ("repeated", ["scatter", "narrowing"]),
         (
             "searched",
             [
@@ -158,6 +159,7 @@ def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(
         ("validated", "validity", {}),
         ("sized", "scaling", {}),
         ("sized", "collapse", {}),
+        ("repeated", "narrowing", {"metrics": ("speed",)}),
     ],
 )
 def test_a_repeat_has_the_same_bytes(
@@ -263,7 +265,7 @@ def test_a_new_kind_is_one_entry(
             "grid",
             ["curves"],
             {"x": "borders"},
-            "study grid: x is for scatter, heatmap, not for curves",
+            "study grid: x is for scatter, heatmap, scaling, collapse, not for curves",
         ),
         (
             "small",

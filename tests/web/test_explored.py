@@ -92,12 +92,13 @@ def test_it_answers_what_the_server_of_sweep_show_answers(
     results: Path, begun: Begun
 ) -> None:
     page = begun(sweep.show("small", results))
-    served = site_of(Watched(results)).answers
+    served = site_of(Watched(results)).questions
     for question, query in (
         ("studies", []),
         ("state", [["study", "small"]]),
         ("figure", [["study", "grid"], ["metric", "speed"]]),
         ("points", [["study", "small"], ["where", "separation_weight=1"]]),
+        ("launch", []),
     ):
         said = page.answer(question, *query)
         pairs = [(name, value) for name, value in query]
@@ -301,6 +302,8 @@ def test_a_tour_from_the_figure_to_a_trial_that_plays(
     assert "#" not in cell.page.url
     assert inner.url.startswith("about:srcdoc#study=small&point=")
     assert not cell.frame.get_by_role("link", name="in the simulator").is_visible()
+    cell.frame.locator("summary", has_text="Refine here").click()
+    cell.seen(".refine .primary:disabled")
     cell.frame.get_by_role("link", name="Studies", exact=True).click()
     cell.seen("[aria-label=studies] tbody button")
     assert "about:srcdoc" in inner.url

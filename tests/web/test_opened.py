@@ -11,7 +11,7 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from sweep.design.design import expand
-from sweep.design.jobs import Jobs
+from sweep.design.jobs import Jobs, directed
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec, study_with
 from sweep.spec.study import Study, parse_spec
@@ -62,13 +62,15 @@ def is_in(state: ViewState, study: Study) -> bool:
     "path", SPECS, ids=lambda path: f"{path.parent.name}-{path.stem}"
 )
 def test_what_was_not_touched_comes_out_byte_by_byte_at_any_trial(path: Path) -> None:
+    """A link of a chain is shown as a trial that begins as its settings say."""
     spec, drawn = spec_of(path), random.Random(str(path.name))
     point = drawn.randrange(spec.design.n_points)
     replicate = drawn.randrange(spec.replicates)
     state = from_opened(spec.at(point, replicate))
     assert state.as_text() == spec.study.text
     job = Jobs(spec.study, spec.design)[point * spec.replicates + replicate]
-    for same in ("point", "seed", "literal", "settings", "streams", "obstacles"):
+    assert directed(state.job.point, job.direction) == job.point
+    for same in ("seed", "literal", "settings", "streams", "obstacles"):
         assert getattr(state.job, same) == getattr(job, same), same
     assert state.job.literal or state.job.replicate == job.replicate
 

@@ -85,7 +85,7 @@ def test_a_plot_seen_closer_says_what_its_metric_is(opened: Open) -> None:
     page.page.mouse.click(*point(page, "dialog[open] canvas", 0.25))
     page.until("boidsweep.view.stage.frame.step === 15")
     page.page.keyboard.press("Escape")
-    assert page.ask("boidsweep.view.charts.closer.of") is None
+    page.until("boidsweep.view.charts.closer.of === null")
 
 
 def test_values_of_a_plot_are_saved_with_all_digits(opened: Open) -> None:

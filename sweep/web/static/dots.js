@@ -21,6 +21,9 @@ export class Dots extends Board {
   constructor(figure, panel, over, choose) {
     super(panel, over, choose);
     this.colours = figure.colours;
+    this.paths = figure.form === "paths"
+      ? Map.groupBy(this.dots, (dot) => dot.point).values().toArray()
+      : [];
   }
 
   /** @override @param {Dot} dot @param {number} value @param {string} ink */
@@ -37,6 +40,8 @@ export class Dots extends Board {
     const { line } = this.panel;
     Object.assign(context, { strokeStyle: ink, lineWidth: 1 });
     stroke(context, line.x.map((value, i) => [x.pixel(value), y.pixel(line.y[i])]));
+    Object.assign(context, { lineWidth: few ? 1.2 : 0.6 });
+    for (const path of this.paths) this.join(context, path, ink);
     for (const dot of dots) {
       if (dot.x === null || dot.y === null) continue;
       const at = { x: x.pixel(dot.x), y: y.pixel(dot.y) };
@@ -63,6 +68,18 @@ export class Dots extends Board {
       if (dot.best) ring(context, at, 6, colour);
       if (this.isChosen(dot)) ring(context, at, 9, ink);
     }
+  }
+
+  // Draws a line through the marks of one point.
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Dot[]} path
+   * @param {string} ink
+   */
+  join(context, path, ink) {
+    context.strokeStyle = shade(this.colours[path[0].colour], ink);
+    const places = path.map((dot) => this.placeOf(dot)).filter((at) => at !== null);
+    stroke(context, places.map(({ x, y }) => [x, y]));
   }
 }
 

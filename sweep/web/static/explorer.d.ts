@@ -107,7 +107,7 @@ export interface Panel {
   marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
 }
 
-export type Form = "lines" | "points" | "cells";
+export type Form = "lines" | "paths" | "points" | "cells";
 
 export interface Figure {
   kind: string;

@@ -141,7 +141,8 @@ export class FigurePanel {
     if (!figure || !shown || shown === this.told) return;
     this.told = shown;
     const { metrics, panels, form } = figure;
-    if (metrics.length !== 1 || panels[0].x.name === "frame") return;
+    const ofTime = panels[0].x.name === "frame";
+    if (metrics.length !== 1 || ofTime || form === "paths") return;
     const { study, half } = this.asked;
     /** @type {{ published: Published[] }} */
     const answer = await ask("published", { study, half, metric: metrics[0] });
@@ -242,7 +243,6 @@ export class FigurePanel {
 
   /** @param {Figure} figure */
   colours({ by, values, colours, panels }) {
-    if (!by) return make("p", { className: "legend" });
     const line = panels[0]?.line.text ?? "";
     const beyond = panels.some(({ y }) =>
       typeof y.low === "number" || typeof y.high === "number"
@@ -256,7 +256,7 @@ export class FigurePanel {
     return make(
       "p",
       { className: "legend" },
-      make("span", { textContent: `${spaced(by)}:` }),
+      by && make("span", { textContent: `${spaced(by)}:` }),
       ...swatches,
       line && make("span", { textContent: `line: ${line}` }),
       beyond ? make("span", { textContent: "triangle: beyond the edge" }) : "",

@@ -109,6 +109,11 @@ export function ask(question, words) {
   return /** @type {Promise<T>} */ (kernel.ask(question, query));
 }
 
+// A notebook launches nothing: that is a cell of its own, with sweep.run.
+/** @returns {Promise<never>} */
+export const act = () =>
+  Promise.reject(new Refused("A notebook launches nothing from this page."));
+
 // A line to a run of the kernel, as a transport.
 export class Socket {
   // The view sets these, to listen.

@@ -1,0 +1,250 @@
+"""How intervals narrow: half the width of the interval of each point against the number
+of its trials.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from sweep.analysis import by_point
+from sweep.errors import ChoiceError
+from sweep.figures.drawing import legend_of, note, quantity, words
+from sweep.figures.marks import (
+    FigureMarks,
+    MarkedAxis,
+    MarkedLine,
+    MarkedPanel,
+    colours_of,
+    legend_of_marks,
+)
+from sweep.figures.planning import Choices, FigureKind, Planned
+from sweep.figures.selection import Selection, recorded, select
+from sweep.figures.style import COLOURS, GREY, STYLE
+from sweep.spec.recorded import Column
+from sweep.tables.stored_study import StoredStudy
+
+FEWEST = 6
+"""With fewer trials a point has no more than three half widths, which tell no slope."""
+MOST_PLAIN = 60
+"""So many lines are drawn in full; more are pale."""
+
+
+class Narrowing(NamedTuple):
+    """What a figure of half widths shows: a metric, and the setting `by` whose values
+    are colours.
+    """
+
+    selection: Selection
+    metric: str
+    by: str | None
+
+
+def narrowing_figure(
+    study: StoredStudy, metric: str, *, by: str | None = None
+) -> Figure:
+    """Half the width of the interval of the mean of `metric` against the number of
+    trials that it is of, a line a point, both on logarithmic scales.
+
+    The intervals are those of the first 3, 4, 6, 8, 12, ... done trials of a point
+    that have a value, by the number of their replicate, and of all of them: the last
+    one is that of `study.means`. The dashed line has the slope -1/2 of independent
+    values whose standard deviation is known. With few trials Student's factor makes
+    intervals wider than that. Raises ChoiceError for names that the study does not
+    have, and where no point has `FEWEST` trials.
+    """
+    return draw_narrowing(narrowing_layout(study, metric, by=by))
+
+
+def narrowing_layout(study: StoredStudy, metric: str, *, by: str | None) -> Narrowing:
+    """What `narrowing_figure` will show. Raises ChoiceError as it does."""
+    selection = select(study)
+    recorded(study, metric)
+    if (most := int(selection.trials["replicate"].max()) + 1) < FEWEST:
+        raise ChoiceError(
+            f"needs {FEWEST} trials of a point, and there are {most}",
+            study.name,
+            "narrowing",
+        )
+    return Narrowing(
+        selection, metric, selection.colour(by, selection.apart([]), shown=[])
+    )
+
+
+def draw_narrowing(layout: Narrowing) -> Figure:
+    """The figure of a layout."""
+    widths = half_widths(layout)
+    drawn = _drawn(widths)
+    with style.context(STYLE):
+        figure = Figure(figsize=(4.8, 3.9))
+        axes = figure.subplots()
+        _lines(axes, layout, drawn)
+        line = _reference(drawn)
+        axes.plot(line.x, line.y, color=GREY, linestyle="--", linewidth=1.0)
+        axes.set(xscale="log", yscale="log")
+        ticks = _looks(int(drawn["n"].max()) if len(drawn) else FEWEST)
+        axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xlabel("trials")
+        axes.set_ylabel(_label(layout))
+        _legend(figure, layout)
+        note(figure, _note(layout, widths))
+    return figure
+
+
+def half_widths(layout: Narrowing) -> pd.DataFrame:
+    """A row a point and number of trials: `point`, `n`, and `half`, half the width of
+    the interval of the first `n` trials.
+    """
+    selection, metric, _ = layout
+    trials = selection.trials
+    known = trials[(trials["status"] == "done") & trials[metric].notna()]
+    known = known.sort_values("replicate", kind="stable")
+    number = known.groupby("point", sort=False).cumcount() + 1
+    most = int(number.max()) if len(known) else 0
+    looks = _looks(most)
+    parts = []
+    for look in [*looks, *({most} - set(looks))]:
+        means = by_point(
+            known[number <= look],
+            ["point"],
+            [metric],
+            repeated=selection.study.repeated,
+            distributions=selection.study.distributions,
+        )
+        n = means[f"{metric}_n"]
+        shown = (n == look) | ((look == most) & ~n.isin(looks))
+        half = (means[f"{metric}_high"] - means[f"{metric}_low"]) / 2.0
+        part = {"point": means["point"], "n": n, "half": half}
+        parts.append(pd.DataFrame(part)[shown])
+    return pd.concat(parts, ignore_index=True)
+
+
+def _looks(most: int) -> list[int]:
+    """3, 4, 6, 8, 12, ... up to `most`."""
+    powers = [2**k for k in range(1, most.bit_length())]
+    return sorted(n for k in powers for n in (k, k * 3 // 2) if 2 < n <= most)
+
+
+def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
+    """What has a place on a logarithmic axis."""
+    known = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
+    drawn: pd.DataFrame = widths[known]
+    return drawn
+
+
+def _reference(drawn: pd.DataFrame) -> MarkedLine:
+    """The line of slope -1/2 through the median half width at the largest number of
+    trials that half of the points have.
+    """
+    if drawn.empty:
+        return MarkedLine()
+    counts = drawn.groupby("n")["half"].agg(["size", "median"])
+    common = counts[counts["size"] >= drawn["point"].nunique() / 2.0]
+    n = float(common.index.max() if len(common) else counts.index.max())
+    half = float(counts["median"][n])
+    ends = (float(counts.index.min()), float(counts.index.max()))
+    y = [half * float(np.sqrt(n / end)) for end in ends]
+    return MarkedLine(ends, y, "slope \N{MINUS SIGN}1/2")
+
+
+def _lines(axes: Axes, layout: Narrowing, drawn: pd.DataFrame) -> None:
+    selection, by = layout.selection, layout.by
+    colours = colours_of(selection, by, selection.points)
+    groups = drawn.sort_values("n", kind="stable").groupby("point", sort=False)
+    lines = {point: one[["n", "half"]].to_numpy(float) for point, one in groups}
+    many = len(lines) > MOST_PLAIN
+    collection = LineCollection(
+        [*lines.values()],
+        colors=[COLOURS[colours[point]] for point in lines],
+        linewidths=0.6 if many else 1.2,
+        alpha=0.3 if many else 1.0,
+        rasterized=many,
+    )
+    axes.add_collection(collection)
+    axes.autoscale()
+
+
+def _legend(figure: Figure, layout: Narrowing) -> None:
+    selection, by = layout.selection, layout.by
+    values = selection.values(by) if by else []
+    handles = [Line2D([], [], color=COLOURS[place]) for place in range(len(values))]
+    reference = Line2D([], [], color=GREY, linestyle="--", linewidth=1.0)
+    legend_of(
+        figure,
+        [*handles, reference],
+        [*map(words, values), "slope \N{MINUS SIGN}1/2"],
+        quantity(selection.study, by) if by else None,
+    )
+
+
+def _label(layout: Narrowing) -> str:
+    study, metric = layout.selection.study, layout.metric
+    return f"half width of {quantity(study, metric)}"
+
+
+def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
+    selection, metric, _ = layout
+    counts = widths.groupby("point")["n"].max()
+    without = widths["point"].nunique() - _drawn(widths)["point"].nunique()
+    said = selection.about(
+        f"{len(counts):,} points, {{n}} trials a point, the first ones by replicate",
+        counts,
+        "half the 95 % interval of their mean",
+        [metric],
+    )
+    return f"{said}\n{without:,} points have no width above 0" if without else said
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    names = choices.plain(study)
+    layouts = [narrowing_layout(study, name, by=choices.by) for name in names]
+    return [
+        Planned(name, partial(draw_narrowing, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
+
+
+def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+    """The figure of the first metric as marks."""
+    metric = choices.plain(study)[0]
+    layout = narrowing_layout(study, metric, by=choices.by)
+    widths, selection = half_widths(layout), layout.selection
+    drawn = _drawn(widths)
+    colours = colours_of(selection, layout.by, selection.points)
+    columns = {
+        "x": drawn["n"],
+        "y": drawn["half"],
+        "low": np.nan,
+        "high": np.nan,
+        "n": drawn["n"],
+        "colour": drawn["point"].map(colours).astype(int),
+        "point": drawn["point"],
+    }
+    panel = MarkedPanel(
+        "",
+        MarkedAxis("trials", "trials", logarithmic=True),
+        MarkedAxis("half_width", _label(layout), logarithmic=True),
+        pd.DataFrame(columns),
+        line=_reference(drawn),
+    )
+    shown = (Column.read(metric).metric,)
+    legend = legend_of_marks(selection, layout.by)
+    return FigureMarks("paths", shown, [panel], _note(layout, widths), *legend)
+
+
+KIND = FigureKind(
+    "half the width of each interval against the number of trials",
+    ("by",),
+    plan,
+    marks=marks,
+    of_precision=True,
+)

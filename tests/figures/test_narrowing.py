@@ -1,0 +1,86 @@
+"""The figure of half widths against the number of trials."""
+
+import copy
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sweep.analysis import mean_interval
+from sweep.errors import ChoiceError
+from sweep.figures import narrowing_figure
+from sweep.figures.narrowing import half_widths, narrowing_layout
+from sweep.figures.narrowing import marks as marks_of
+from sweep.figures.planning import Choices
+from sweep.tables.stored_study import StoredStudy
+from tests.plotted import legend_texts, shown, study
+
+
+def having(change: Callable[[pd.DataFrame], pd.DataFrame]) -> StoredStudy:
+    """The study of nine trials a point with other trials."""
+    part = copy.copy(study("repeated"))
+    part.trials = change(part.trials.copy())
+    return part
+
+
+def widths(part: StoredStudy) -> dict[tuple[str, int], float]:
+    table = half_widths(narrowing_layout(part, "speed", by=None))
+    return {(point, n): half for point, n, half in table.to_numpy()}
+
+
+def test_each_width_is_that_of_the_first_replicates() -> None:
+    part = having(lambda trials: trials.sort_values("speed"))
+    found, points = widths(part), study("repeated").points.index
+    assert found.keys() == {(point, n) for point in points for n in (3, 4, 6, 8, 9)}
+    for (point, n), half in found.items():
+        trials = study("repeated").trials
+        values = trials.loc[trials["point"] == point, "speed"][:n]
+        of = part.distributions["speed"]
+        _, low, high, _ = mean_interval(values, distribution=of)
+        assert half == pytest.approx((high - low) / 2.0, rel=1e-9)  # sums, reordered
+
+
+def test_trials_without_a_value_do_not_count() -> None:
+    def change(trials: pd.DataFrame) -> pd.DataFrame:
+        trials.loc[0, "status"] = "failed"
+        trials.loc[1, "speed"] = np.nan
+        return trials
+
+    first, second = study("repeated").points.index
+    found = widths(having(change))
+    assert [n for point, n in found if point == first] == [3, 4, 6, 7]
+    assert [n for point, n in found if point == second] == [3, 4, 6, 8, 9]
+
+
+def test_the_line_has_the_slope_of_independent_values() -> None:
+    """It goes through the median of the largest number of trials."""
+    shown = marks_of(study("repeated"), Choices(("speed",))).panels[0]
+    x, y = np.array(shown.line.x), np.array(shown.line.y)
+    assert np.diff(np.log(y)) / np.diff(np.log(x)) == pytest.approx(-0.5)
+    assert (x[0], x[-1]) == (3, 9)
+    assert y[-1] == pytest.approx(shown.marks.query("x == 9")["y"].median())
+
+
+def test_what_the_figure_says() -> None:
+    figure = narrowing_figure(study("repeated"), "speed")
+    (axes,) = figure.axes
+    assert axes.get_ylabel() == "half width of speed (px/step)"
+    assert legend_texts(figure) == ["torus", "bounded", "slope \N{MINUS SIGN}1/2"]
+    assert "2 points, 9 trials a point" in shown(figure)
+    (lines,) = axes.collections
+    assert len(lines.get_segments()) == 2
+
+
+@pytest.mark.parametrize("value", [1.0, np.nan])
+def test_points_without_a_width_are_counted(value: float) -> None:
+    """All their values are equal, or there is none."""
+    part = having(lambda trials: trials.assign(speed=value))
+    figure = narrowing_figure(part, "speed")
+    assert ("2 points have no width above 0" in shown(figure)) is (value == 1.0)
+    assert marks_of(part, Choices(("speed",))).panels[0].marks.empty
+
+
+def test_of_few_trials_there_is_none() -> None:
+    with pytest.raises(ChoiceError, match="needs 6 trials of a point, and there are 3"):
+        narrowing_layout(study("small"), "speed", by=None)
