@@ -19,8 +19,10 @@ from sweep.figures import (
     VERMILION,
     Drawing,
     draw_flock,
+    hysteresis_figure,
     note,
 )
+from sweep.tables.hysteresis import hysteresis
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -80,6 +82,12 @@ def loosely_parallel(
     """100 for each trial that flies one way without being in full order, else 0."""
     found = order(studies, zone_sums, orientation_width)
     return np.where((found > 0.65) & (found < 0.98), 100.0, 0.0)
+
+
+def memory_area(studies: Studies) -> Floats:
+    """The area between the order on the way down and on the way up, by chain."""
+    (one,) = hysteresis(studies["memory"], "polarization", half=True)
+    return np.trapezoid(one.down - one.up, one.values, axis=1)
 
 
 def states(studies: Studies) -> Figure:
@@ -181,6 +189,11 @@ def pictures(studies: Studies) -> Figure:
     return figure
 
 
+def memory(studies: Studies) -> Figure:
+    """Order against a zone of orientation that widens, and then narrows."""
+    return hysteresis_figure(studies["memory"], "polarization", half=True)
+
+
 FIGURES = {
     "states": Drawing(
         states,
@@ -188,4 +201,9 @@ FIGURES = {
         "Order and angular momentum by the width of the zone of orientation.",
     ),
     "pictures": Drawing(pictures, ("states",), "A trial of each of the four states."),
+    "memory": Drawing(
+        memory,
+        ("memory",),
+        "Order by the width of the zone of orientation on the way up and down.",
+    ),
 }
