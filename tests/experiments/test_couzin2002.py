@@ -4,15 +4,18 @@ claims.
 
 import csv
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from experiments.couzin2002 import figures
 from experiments.couzin2002.figures import (
     PROGRAMS,
     loosely_parallel,
+    memory_area,
     momentum,
     order,
 )
@@ -102,3 +105,11 @@ def test_measures_are_of_the_last_fifth() -> None:
     assert momentum(made, "plain_sums", 5.0).tolist() == [0.1, 0.2]
     assert order(made, "unit_vectors", 5.0).size == 0
     assert loosely_parallel(made, "plain_sums", 5.0).tolist() == [100.0, 0.0]
+
+
+def test_the_memory_is_down_less_up_by_chain(monkeypatch: pytest.MonkeyPatch) -> None:
+    up, down = np.zeros((2, 3)), np.array([[1.0, 1.0, 1.0], [0.0, 2.0, 0.0]])
+    loop = SimpleNamespace(values=np.array([2.0, 3.0, 5.0]), up=up, down=down)
+    monkeypatch.setattr(figures, "hysteresis", lambda *_, **__: [loop])
+    made: Any = {"memory": None}
+    assert memory_area(made).tolist() == [3.0, 3.0]
