@@ -46,7 +46,6 @@ INTO_A_FILE = {
     "sweep/store/parquet.py ParquetWriter": "into a file of `create` or `unfinished`",
     "sweep/web/export.py save": "into memory",
     "sweep/web/export.py savefig": "into memory",
-    "sweep/explorer/widget.py savefig": "into memory",
     "sweep/web/replayed_page.py save": "our own, which is by `unfinished`",
     "sweep/published/drawings.py save": "our own, in sweep/figures/saving.py",
     "sweep/figures/kinds.py save": "our own, in sweep/figures/saving.py",
