@@ -54,7 +54,7 @@ BOMBS = {
     "python object": ("a: !!python/object/apply:os.system [touch pwned]\n", "tag"),
     "python name": ("study: !!python/name:os.system\n", "tag"),
     "long integer": (short(f"time_limit: {'9' * 100_000}"), "cannot read"),
-    "hexadecimal": (short(f"time_limit: 0x{'f' * 100_000}"), "cannot read"),
+    "hexadecimal": (short(f"time_limit: 0x{'f' * 100_000}"), "is too large"),
     "size": ("a" * 1_000_001, "larger than 1,000,000 bytes"),
     "long name": (
         short("record: {metrics: [" + "x" * 500_000 + "]}"),

@@ -27,6 +27,8 @@ from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, D
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
+TINY = 1e-300
+
 
 class Params(NamedTuple):
     """The constants of Eqs. (1) to (3)."""
@@ -145,9 +147,10 @@ def _paced(vx: float, vy: float, decay: float, brake: float) -> tuple[float, flo
 
     It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2), where
     after the time t `decay` D is exp(-2 alpha t / m), and `brake` B is
-    beta (1 - D) / alpha. The speed sqrt(alpha / beta) stays what it is.
+    beta (1 - D) / alpha. The speed sqrt(alpha / beta) stays what it is. D is at least
+    TINY, so that boids at rest stay so after any time.
     """
-    share = 1.0 / math.sqrt(decay + brake * (vx * vx + vy * vy))
+    share = 1.0 / math.sqrt(max(decay, TINY) + brake * (vx * vx + vy * vy))
     return share * vx, share * vy
 
 

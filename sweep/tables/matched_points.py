@@ -111,14 +111,27 @@ def telling(settings: pd.DataFrame) -> list[str]:
 
 def _settings(one: Side, other: Side) -> list[str]:
     """The settings of both sides, varied ones first, in the order of the specs. What
-    keeps points of the same settings apart, the direction of chains, is as one of them.
+    keeps points of the same settings apart is as one of them, as the direction of
+    chains, where both sides have all of the same values or none.
     """
     names = dict.fromkeys([*one.study.varied, *other.study.varied, *one.study.settings])
     known = [
         {*side.study.settings, *side.study.kept_apart} & set(side.trials)
         for side in (one, other)
     ]
-    return [name for name in names if name in known[0] & known[1]]
+    shared = [name for name in names if name in known[0] & known[1]]
+    apart = {*one.study.kept_apart, *other.study.kept_apart}
+    return [
+        name
+        for name in shared
+        if name not in apart or not _overlap(one.trials[name], other.trials[name])
+    ]
+
+
+def _overlap(one: "pd.Series[Any]", other: "pd.Series[Any]") -> bool:
+    """Whether columns have some values in common, and others not."""
+    values, others = set(one), set(other)
+    return values != others and not values.isdisjoint(others)
 
 
 def _points(side: Side, alike: bool) -> pd.DataFrame:

@@ -32,7 +32,7 @@ OVERFLOWS = {
     "patel2023": {"dt": 1e308},
     "vicsek1995": {"max_speed": 1e150, "dt": 1e200},
     "nanobot": {"dt": 1e308},
-    "dorsogna2006": {"dt": 1e308},
+    "dorsogna2006": {"dt": 1e308, "repulsion_strength": 1e308},
     "cucker_smale2007": {"dt": 1e308},
     "couzin2002": {"max_speed": 1e150, "dt": 1e200},
     "rustamani2024": (

@@ -2,7 +2,6 @@
 
 import { button, make } from "./dom.js";
 import { act, ask, Refused } from "./ask.js";
-import { download } from "./files.js";
 
 /** @import { Launches, Proposal } from "./explorer.d.ts" */
 
@@ -160,8 +159,10 @@ export class LaunchCard {
     this.timer = setTimeout(again, LOOK_AGAIN);
   }
 
-  save() {
-    if (this.proposal) download("spec.yaml", "text/yaml", this.proposal.text);
+  async save() {
+    if (!this.proposal) return;
+    const { download } = await import("./files.js");
+    download("spec.yaml", "text/yaml", this.proposal.text);
   }
 }
 

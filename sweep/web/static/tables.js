@@ -2,7 +2,6 @@
 
 import { make } from "./dom.js";
 import { ask } from "./ask.js";
-import { download } from "./files.js";
 import { PagedTable } from "./rows.js";
 
 /** @import { Choice, Points } from "./explorer.d.ts" */
@@ -116,6 +115,7 @@ export class PointTable {
     /** @type {{ csv: string }} */
     const { csv } = await ask("points", { ...this.asked, csv: "yes" });
     const name = `${this.asked.study.replaceAll("/", "-")}.csv`;
+    const { download } = await import("./files.js");
     download(name, "text/csv", new TextEncoder().encode(csv));
   }
 }
