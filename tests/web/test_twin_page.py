@@ -248,13 +248,14 @@ def test_a_stray_drag_edits_nothing_and_undo_gives_the_map_its_name_again(
 def test_a_drag_of_a_slider_is_one_edit(opened: Open, steps: int) -> None:
     page = opened()
     slider = page.page.get_by_label("cohesion weight, slider")
-    slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
-    assert box is not None
     edits = page.show.edits  # type: ignore[attr-defined]
     before = [edit.words for edit in edits.past][-1:]
+    page.until("!boidsweep.view.asked")
     said = page.ask("boidsweep.view.state.undo")
     at = page.ask("boidsweep.view.groups.fields.get('cohesion_weight').slider.value")
+    slider.hover()  # which waits until the panel has found its place
+    box = slider.bounding_box()
+    assert box is not None
     here = box["x"] + 7 + (box["width"] - 14) * float(at) / 1000
     page.page.mouse.move(here, box["y"] + box["height"] / 2)
     page.page.mouse.down()
