@@ -170,11 +170,11 @@ def stability(studies: Studies) -> Figure:
         figure = Figure(figsize=(5.6, 3.6))
         axes = figure.subplots()
         axes.axvline(1.0, color=GREY, lw=0.8)
-        looks = zip(pairs.groupby("repulsion_length"), (BLUE, VERMILION), strict=True)
-        for (length, rows), colour in looks:
+        lengths = np.unique(pairs["repulsion_length"]).tolist()
+        for length, colour in zip(lengths, (BLUE, VERMILION), strict=True):
+            strengths = pairs["repulsion_strength"][pairs["repulsion_length"] == length]
             found = pd.DataFrame(
-                _growth_row(studies, strength, float(np.float64(length)))  # type: ignore[arg-type]
-                for strength in sorted(rows["repulsion_strength"])
+                [_growth_row(studies, one, length) for one in sorted(strengths)]
             )
             axes.errorbar(
                 found["place"],

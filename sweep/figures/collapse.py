@@ -53,7 +53,7 @@ def draw_collapse(study: StoredStudy, found: Scaling) -> Figure:
                 curve.order.value * factor,
                 (high - low) / 2.0 * factor,
                 label=f"n = {curve.n:,}",
-                **(looks(number) | {"linestyle": "none"}),  # type: ignore[arg-type]
+                **(looks(number) | {"linestyle": "none"}),
             )
         control, order = found.control.replace("_", " "), quantity(study, found.metric)
         axes.set_xlabel(f"({control} - critical {control}) L^(1/nu)")

@@ -3,6 +3,7 @@ Binder's cumulant, with what these tell of a transition.
 """
 
 from functools import partial
+from typing import Any
 
 from matplotlib import style
 from matplotlib.axes import Axes
@@ -50,7 +51,7 @@ def draw_scaling(study: StoredStudy, found: Scaling) -> Figure:
     return figure
 
 
-def looks(number: int) -> dict[str, object]:
+def looks(number: int) -> dict[str, Any]:
     """How the line of a size is drawn."""
     return {
         "color": COLOURS[number % len(COLOURS)],
@@ -65,8 +66,8 @@ def _curves(axes: Axes, found: Scaling, name: str) -> None:
     for number, one in enumerate(found.curves):
         means, look = getattr(one, name), looks(number)
         low, high = means.bounds(found.confidence)
-        axes.fill_between(one.x, low, high, color=str(look["color"]), alpha=0.2, lw=0)
-        axes.plot(one.x, means.value, label=f"n = {one.n:,}", **look)  # type: ignore[arg-type]
+        axes.fill_between(one.x, low, high, color=look["color"], alpha=0.2, lw=0)
+        axes.plot(one.x, means.value, label=f"n = {one.n:,}", **look)
 
 
 def _peaks(axes: Axes, found: Scaling) -> None:
@@ -79,7 +80,7 @@ def _peaks(axes: Axes, found: Scaling) -> None:
             peak.height,
             xerr=[[peak.x - peak.low], [peak.high - peak.x]],
             yerr=[[peak.height - peak.height_low], [peak.height_high - peak.height]],
-            color=str(looks(number)["color"]),
+            color=looks(number)["color"],
             linewidth=2.2,
             zorder=4,
         )
