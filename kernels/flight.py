@@ -26,7 +26,8 @@ from kernels.recording import (
     build_frames,
     keep_frame,
 )
-from kernels.settings import Observation, Schedule, Sensing, WorldSettings
+from kernels.robots.robots import Keys, build_robots
+from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
 from kernels.workspace import Workspace, build_workspace
@@ -113,21 +114,22 @@ def begin(
     model: Model,
     params: Any,
     schedule: Schedule,
-    sensing: Sensing,
+    robots: RobotSettings,
     observation: Observation,
     scenery: Scenery,
     flock: Flock,
     memory: Memory,
     coverage: Coverage,
     rng: Generator,
+    keys: Keys,
 ) -> Flight:
     """A flight at its start, which is its first frame.
 
     `coverage` is that of the world with nothing visited, see kernels.coverage, and
     without pixels where `memory` is not covering. `flock` and `coverage` become the
-    flight's own. `rng` has drawn the flock, and draws the state that boids begin with.
-    Raises RuntimeError where the model's kinds are not those of so many boids, or this
-    state is not finite.
+    flight's own. `rng` has drawn the flock, and draws the state that boids begin with;
+    `keys` are for what is random about the `robots`. Raises RuntimeError
+    where the model's kinds are not those of so many boids, or this state is not finite.
     """
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
     flock = laid_out(flock)
@@ -137,11 +139,12 @@ def begin(
         flock,
         scenery.world,
         model.sight(params).range,
-        topology_of(sensing, schedule.n, scenery.world),
+        topology_of(robots.sensing, schedule.n, scenery.world),
         scenery.reach,
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
         kind,
+        build_robots(keys),
     )
     flight = Flight(
         model,
@@ -289,6 +292,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     for mine, theirs in (*zip(flight.flock, earlier.flock, strict=True), *watches):
         if isinstance(mine, np.ndarray):
             mine[:] = theirs
+    flight.work.robots.clock[:] = earlier.work.robots.clock
     flight.work.heading_x[:] = earlier.work.heading_x
     flight.work.heading_y[:] = earlier.work.heading_y
     if list(flight.model.state) == list(earlier.model.state):

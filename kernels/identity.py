@@ -20,8 +20,8 @@ from kernels.model import Model
 from kernels.settings import (
     About,
     Observation,
+    RobotSettings,
     Schedule,
-    Sensing,
     StartSettings,
     WorldSettings,
 )
@@ -126,7 +126,13 @@ def package_sha(*places: Path) -> str:
 
 @cache
 def _flight_stamp() -> str:
-    groups = (Schedule, WorldSettings, Sensing, StartSettings, Observation)
+    groups = (
+        Schedule,
+        WorldSettings,
+        *get_type_hints(RobotSettings).values(),
+        StartSettings,
+        Observation,
+    )
     return _hash([[stamp(one) for one in FLIGHT], [_shape(group) for group in groups]])
 
 

@@ -10,7 +10,9 @@ import numpy as np
 from kernels.settings import (
     UNITS,
     About,
+    Actuation,
     Demand,
+    Failures,
     Observation,
     Schedule,
     Sensing,
@@ -251,6 +253,8 @@ def _flaws_of_state(model: Model) -> Iterator[str]:
         Schedule,
         WorldSettings,
         Sensing,
+        Actuation,
+        Failures,
         StartSettings,
         Observation,
     )

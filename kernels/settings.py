@@ -2,9 +2,10 @@
 or its choices; and what they must fulfil together.
 
 Every model has its own `Params`; the groups here are common to all: Schedule,
-WorldSettings, Sensing, StartSettings and Observation. A setting with `choices` is
-stored in these tuples as the index of its choice. Units are written with the words
-length and time, which a model gives their meaning: px and step, or m and s.
+WorldSettings, Sensing, Actuation, Failures, StartSettings and Observation. A setting
+with `choices` is stored in these tuples as the index of its choice. Units are written
+with the words length and time, which a model gives their meaning: px and step, or m and
+s.
 """
 
 import math
@@ -20,6 +21,7 @@ Unit = Literal[
     "1/time",
     "1/time^2",
     "degrees",
+    "degrees/time",
     "radians",
     "pixels",
     "boids",
@@ -148,8 +150,16 @@ class WorldSettings(NamedTuple):
     goal_y: Annotated[float, About("where boids are to go", "length")]
 
 
+OWN_NOISES = ("none", "shared", "independent")
+NOISE_FORMS = ("independent", "coupled")
+OCCLUSION = ("none", "obstacles", "boids", "both")
+FAILURES = ("stop", "drift", "silent", "blind")
+
+
 class Sensing(NamedTuple):
-    """With whom of those that it sees a boid interacts; see kernels.topology."""
+    """With whom of those that it sees a boid interacts, see kernels.topology; and what
+    it knows of them and of itself, see kernels.robots.sensing.
+    """
 
     neighbours: Annotated[int, NEIGHBOURS]
     nearest: Annotated[
@@ -161,6 +171,149 @@ class Sensing(NamedTuple):
             high=10_000_000,
         ),
     ]
+    position_noise: Annotated[
+        float,
+        About(
+            "standard deviation of the error of each coordinate of a measured place",
+            "length",
+            low=0,
+        ),
+    ]
+    velocity_noise: Annotated[
+        float,
+        About(
+            "standard deviation of the error of each component of a measured velocity",
+            "length/time",
+            low=0,
+        ),
+    ]
+    noise_time: Annotated[
+        float,
+        About(
+            "time in which an error of measurement falls to 1/e of itself in the mean;"
+            " 0: errors of different samples are independent",
+            "time",
+            low=0,
+        ),
+    ]
+    noise_form: Annotated[
+        int,
+        About(
+            "independent: those of place and velocity; coupled: the error of the place"
+            " is the integral of that of the velocity, held by a spring",
+            choices=NOISE_FORMS,
+        ),
+    ]
+    own_noise: Annotated[
+        int,
+        About(
+            "errors of what a boid knows of itself. none: it has no error; shared: the"
+            " errors that others see; independent: others of the same size",
+            choices=OWN_NOISES,
+        ),
+    ]
+    sensing_delay: Annotated[
+        float,
+        About("age of what a boid knows of others", "time", low=0),
+    ]
+    sensing_period: Annotated[
+        float,
+        About(
+            "time between two samples of what a boid knows of others; 0: each step",
+            "time",
+            low=0,
+        ),
+    ]
+    radio_range: Annotated[
+        float, About("distance up to which a boid hears of others", "length", low=0)
+    ]
+    packet_loss: Annotated[
+        float,
+        About(
+            "probability that a boid does not hear of one at packet_loss_range in a"
+            " sample; at other distances it goes as their square, up to 1",
+            low=0,
+            high=1,
+        ),
+    ]
+    packet_loss_range: Annotated[
+        float,
+        About(
+            "distance at which packet_loss holds; infinite: it holds at any distance",
+            "length",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    occlusion: Annotated[
+        int,
+        About("what hides those behind it from a boid", choices=OCCLUSION),
+    ]
+    body_radius: Annotated[
+        float, About("radius of a boid that hides others", "length", low=0)
+    ]
+
+
+class Actuation(NamedTuple):
+    """How a boid follows the velocity that its model wants; see
+    kernels.robots.actuation.
+    """
+
+    motor_lag: Annotated[
+        float,
+        About(
+            "time in which the difference from the wanted velocity falls to 1/e",
+            "time",
+            low=0,
+        ),
+    ]
+    motor_acceleration: Annotated[
+        float, About("greatest change of the velocity", "length/time^2", low=0)
+    ]
+    motor_turn_rate: Annotated[
+        float, About("greatest change of the heading", "degrees/time", low=0)
+    ]
+    motor_min_speed: Annotated[
+        float, About("lower limit of the speed", "length/time", low=0)
+    ]
+    motor_max_speed: Annotated[
+        float, About("upper limit of the speed", "length/time", low=0)
+    ]
+    motor_noise: Annotated[
+        float,
+        About(
+            "standard deviation of what noise adds to each component of the velocity"
+            " in one unit of time",
+            "length/time",
+            low=0,
+        ),
+    ]
+    wheels: Annotated[
+        bool, About("a boid moves only where it heads, and turns to change that")
+    ]
+
+
+class Failures(NamedTuple):
+    """Which boids fail, when and how; see kernels.robots.failures."""
+
+    failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
+    failing_time: Annotated[float, About("when they fail", "time", low=0)]
+    failing_how: Annotated[
+        int,
+        About(
+            "stop: they stand; drift: they fly straight on; silent: nobody sees them;"
+            " blind: they see nobody",
+            choices=FAILURES,
+        ),
+    ]
+
+
+class RobotSettings(NamedTuple):
+    """In what boids differ from ideal ones, group by group."""
+
+    sensing: Sensing
+    actuation: Actuation
+    failures: Failures
 
 
 class StartSettings(NamedTuple):
@@ -264,6 +417,28 @@ COMMON: dict[str, Any] = {
     "goal_y": 0.0,
     "neighbours": ALL_IN_SIGHT,
     "nearest": 7,
+    "position_noise": 0.0,
+    "velocity_noise": 0.0,
+    "noise_time": 0.0,
+    "noise_form": NOISE_FORMS[0],
+    "own_noise": OWN_NOISES[0],
+    "sensing_delay": 0.0,
+    "sensing_period": 0.0,
+    "radio_range": math.inf,
+    "packet_loss": 0.0,
+    "packet_loss_range": math.inf,
+    "occlusion": OCCLUSION[0],
+    "body_radius": 0.0,
+    "motor_lag": 0.0,
+    "motor_acceleration": math.inf,
+    "motor_turn_rate": math.inf,
+    "motor_min_speed": 0.0,
+    "motor_max_speed": math.inf,
+    "motor_noise": 0.0,
+    "wheels": False,
+    "failing_share": 0.0,
+    "failing_time": 0.0,
+    "failing_how": FAILURES[0],
     "start_positions": "continuous",
     "start_velocities": "heading",
     "start_margin": 0.0,

@@ -10,6 +10,7 @@ import numpy as np
 from kernels.near import Near, Topology, build_near
 from kernels.neighbours import Grid, build_grid
 from kernels.occupancy import Occupancy
+from kernels.robots.robots import Robots
 from kernels.state import Floats, Flock, Kinds, World, empty_flock, laid_out
 from kernels.worlds import Reach
 
@@ -24,7 +25,7 @@ class Workspace(NamedTuple):
     `state` (S, N) has the rows of the model's state in their order, and `state_before`
     what they were before the step, which `observe` keeps; both are (0, N) for a model
     without. `kind` (N,) has for each boid the index of its kind, 0 where there are
-    none.
+    none. `robots` are the layers between the model and its boids.
     """
 
     grid: Grid
@@ -37,6 +38,7 @@ class Workspace(NamedTuple):
     state: Floats
     state_before: Floats
     kind: Kinds
+    robots: Robots
 
 
 def build_workspace(
@@ -48,9 +50,10 @@ def build_workspace(
     occupancy: Occupancy,
     state: Floats,
     kind: Kinds,
+    robots: Robots,
 ) -> Workspace:
     """The workspace of `flock`, whose model searches neighbours up to `search_range`.
-    `state` and `kind` become its own.
+    `state`, `kind` and `robots` become its own.
     """
     n = flock.x.size
     grid = build_grid(flock, world, min(search_range, topology.around))
@@ -68,4 +71,5 @@ def build_workspace(
         state,
         state.copy(),
         kind,
+        robots,
     )

@@ -20,7 +20,9 @@ from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.chance import Key
 from kernels.identity import Code
+from kernels.robots.robots import Keys
 from sweep.design.chains import FIRST, Links
 from sweep.design.code import study_code
 from sweep.design.design import Design
@@ -38,7 +40,9 @@ from sweep.spec.validating import ALL_PAIRS
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Purpose = Literal["start", "world", "noise"]
+Purpose = Literal["start", "world", "noise", "made", "flown"]
+KIND = {"made": "start", "flown": "noise"}
+"""Who is made how is as common as the start, what happens to robots as the noise."""
 Counts = NDArray[np.int64]
 
 SCENE = ("map", "start_draws")
@@ -114,7 +118,7 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
     at all points, a lasting one at all that differ in `steps` alone.
     """
     replicate = 0 if job.literal else job.replicate
-    kind: Stream = getattr(job.streams, purpose)
+    kind: Stream = getattr(job.streams, KIND.get(purpose, purpose))
     point: tuple[int, ...] = ()
     if kind == "independent":
         point = point_numbers(job.point)
@@ -128,6 +132,15 @@ def _point_of_any_steps(job: Job) -> str:
     usual = preset_settings(job.model, job.preset, job.known)
     settings = job.settings | {STEPS: usual[STEPS]}
     return directed(point_id(job.model, job.preset, settings, usual), job.direction)
+
+
+def keys_of(job: Job) -> Keys:
+    """The keys of what is random about the robots of a trial."""
+    return Keys(*(_key(stream(job, purpose)) for purpose in ("made", "flown")))
+
+
+def _key(seed: SeedSequence) -> Key:
+    return Key(*map(int, seed.generate_state(2)))
 
 
 def literal_seed(job: Job, purpose: Purpose) -> int:

@@ -31,7 +31,9 @@ GROUPS = {
     "parameters": "Settings of the model",
     "schedule": "Extent",
     "world": "World",
-    "sensing": "With whom boids interact",
+    "sensing": "With whom boids interact, and what they know",
+    "actuation": "How boids follow their model",
+    "failures": "Which boids fail",
     "start": "Start",
     "observation": "Observation",
 }

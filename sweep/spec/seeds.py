@@ -6,7 +6,15 @@ import hashlib
 
 from numpy.random import SeedSequence
 
-CODES = {"design": 0, "start": 1, "world": 2, "noise": 3, "search": 4}
+CODES = {
+    "design": 0,
+    "start": 1,
+    "world": 2,
+    "noise": 3,
+    "search": 4,
+    "made": 5,
+    "flown": 6,
+}
 """What a stream is for. A number is never given to another purpose, or old studies
 would change.
 """

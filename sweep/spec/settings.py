@@ -16,7 +16,9 @@ from kernels.catalogue import Catalogue
 from kernels.model import Model
 from kernels.settings import (
     About,
+    Actuation,
     EachStep,
+    Failures,
     InParts,
     Observation,
     Schedule,
@@ -163,6 +165,8 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
     ("schedule", Schedule),
     ("world", WorldSettings),
     ("sensing", Sensing),
+    ("actuation", Actuation),
+    ("failures", Failures),
     ("start", StartSettings),
     ("observation", Observation),
 )
@@ -208,7 +212,7 @@ def _setting(
 @lru_cache(maxsize=256)
 def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
     """Every setting of the model of this name: its own parameters first, then schedule,
-    world, sensing, start and observation.
+    world, sensing, actuation, failures, start and observation.
     """
     about = known.models[model]
     groups = (("parameters", about.params), *GROUPS)

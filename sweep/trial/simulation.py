@@ -31,7 +31,10 @@ from kernels.model import Model
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
+    Actuation,
+    Failures,
     Observation,
+    RobotSettings,
     Schedule,
     Sensing,
     StartSettings,
@@ -39,7 +42,7 @@ from kernels.settings import (
 )
 from kernels.state import Flock, World
 from kernels.threads.flying import in_threads, is_kept_for_threads
-from sweep.design.jobs import Job, stream
+from sweep.design.jobs import Job, keys_of, stream
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
@@ -299,13 +302,14 @@ def _flight(job: Job, together: bool) -> Flight:
             starting(in_threads(model, job.threads), job.begins),
             params,
             schedule,
-            group(Sensing),
+            RobotSettings(group(Sensing), group(Actuation), group(Failures)),
             observation,
             landscape.scenery,
             flock,
             memory,
             coverage,
             rng,
+            keys_of(job),
         )
     place(flight, job.begins)
     return flight

@@ -1,0 +1,36 @@
+"""What the layers between a model and its boids share."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.chance import NO_KEY, Key
+
+
+class Keys(NamedTuple):
+    """Of the random numbers of a trial's robots: of who is made how, and of what
+    happens to them under way.
+    """
+
+    made: Key
+    flown: Key
+
+
+NO_KEYS = Keys(NO_KEY, NO_KEY)
+
+
+class Robots(NamedTuple):
+    """The layers of one flight.
+
+    `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
+    address that begins with it, so that none depends on those before.
+    """
+
+    clock: NDArray[np.int64]
+    keys: Keys
+
+
+def build_robots(keys: Keys) -> Robots:
+    """The layers at the start of a flight."""
+    return Robots(np.zeros(1, np.int64), keys)
