@@ -26,18 +26,18 @@ UNIT, UPPER = 2.0**-53, 2.0**26
 CENTRE, TAIL = 0.425, 5.0
 
 
-class Key(NamedTuple):
+class ChanceKey(NamedTuple):
     """Two numbers below 2^32, which tell trials apart."""
 
     first: int
     second: int
 
 
-NO_KEY = Key(0, 0)
+NO_KEY = ChanceKey(0, 0)
 
 
 @jit
-def words(key: Key, a: int, b: int, c: int, d: int) -> tuple[Any, Any, Any, Any]:
+def words(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[Any, Any, Any, Any]:
     """Four random words of 32 bits, as unsigned numbers of 64, at the address (a, b, c,
     d) of four numbers below 2^32.
     """
@@ -60,14 +60,14 @@ def uniform(one: Any, other: Any) -> float:
 
 
 @jit
-def chance(key: Key, a: int, b: int, c: int, d: int) -> float:
+def chance(key: ChanceKey, a: int, b: int, c: int, d: int) -> float:
     """A uniform number in (0, 1) at an address."""
     w, x, _, _ = words(key, a, b, c, d)
     return uniform(w, x)
 
 
 @jit
-def normals(key: Key, a: int, b: int, c: int, d: int) -> tuple[float, float]:
+def normals(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[float, float]:
     """Two independent standard normal numbers at an address."""
     w, x, y, z = words(key, a, b, c, d)
     return quantile(uniform(w, x)), quantile(uniform(y, z))

@@ -26,7 +26,7 @@ from kernels.recording import (
     build_frames,
     keep_frame,
 )
-from kernels.robots.robots import Keys, build_robots
+from kernels.robots.robots import ChanceKeys, build_robots
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
@@ -121,7 +121,7 @@ def begin(
     memory: Memory,
     coverage: Coverage,
     rng: Generator,
-    keys: Keys,
+    keys: ChanceKeys,
 ) -> Flight:
     """A flight at its start, which is its first frame.
 

@@ -5,19 +5,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.chance import NO_KEY, Key
+from kernels.chance import NO_KEY, ChanceKey
 
 
-class Keys(NamedTuple):
+class ChanceKeys(NamedTuple):
     """Of the random numbers of a trial's robots: of who is made how, and of what
     happens to them under way.
     """
 
-    made: Key
-    flown: Key
+    made: ChanceKey
+    flown: ChanceKey
 
 
-NO_KEYS = Keys(NO_KEY, NO_KEY)
+NO_KEYS = ChanceKeys(NO_KEY, NO_KEY)
 
 
 class Robots(NamedTuple):
@@ -28,9 +28,9 @@ class Robots(NamedTuple):
     """
 
     clock: NDArray[np.int64]
-    keys: Keys
+    keys: ChanceKeys
 
 
-def build_robots(keys: Keys) -> Robots:
+def build_robots(keys: ChanceKeys) -> Robots:
     """The layers at the start of a flight."""
     return Robots(np.zeros(1, np.int64), keys)

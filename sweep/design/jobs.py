@@ -20,9 +20,7 @@ from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
 from kernels.catalogue import BUILT_IN, Catalogue
-from kernels.chance import Key
 from kernels.identity import Code
-from kernels.robots.robots import Keys
 from sweep.design.chains import FIRST, Links
 from sweep.design.code import study_code
 from sweep.design.design import Design
@@ -132,15 +130,6 @@ def _point_of_any_steps(job: Job) -> str:
     usual = preset_settings(job.model, job.preset, job.known)
     settings = job.settings | {STEPS: usual[STEPS]}
     return directed(point_id(job.model, job.preset, settings, usual), job.direction)
-
-
-def keys_of(job: Job) -> Keys:
-    """The keys of what is random about the robots of a trial."""
-    return Keys(*(_key(stream(job, purpose)) for purpose in ("made", "flown")))
-
-
-def _key(seed: SeedSequence) -> Key:
-    return Key(*map(int, seed.generate_state(2)))
 
 
 def literal_seed(job: Job, purpose: Purpose) -> int:

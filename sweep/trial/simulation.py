@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.caching import is_kept
+from kernels.chance import ChanceKey
 from kernels.coverage import heatmap, no_coverage
 from kernels.flight import (
     Flight,
@@ -30,6 +31,7 @@ from kernels.metrics import Metric
 from kernels.model import Model
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
+from kernels.robots.robots import ChanceKeys
 from kernels.settings import (
     Actuation,
     Failures,
@@ -42,7 +44,7 @@ from kernels.settings import (
 )
 from kernels.state import Flock, World
 from kernels.threads.flying import in_threads, is_kept_for_threads
-from sweep.design.jobs import Job, keys_of, stream
+from sweep.design.jobs import Job, stream
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
@@ -313,6 +315,14 @@ def _flight(job: Job, together: bool) -> Flight:
         )
     place(flight, job.begins)
     return flight
+
+
+def keys_of(job: Job) -> ChanceKeys:
+    """The keys of what is random about the robots of a trial."""
+    made, flown = (stream(job, purpose) for purpose in ("made", "flown"))
+    return ChanceKeys(
+        *(ChanceKey(*map(int, one.generate_state(2))) for one in (made, flown))
+    )
 
 
 def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
