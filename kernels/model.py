@@ -11,8 +11,8 @@ from kernels.settings import (
     UNITS,
     About,
     Actuation,
+    Breakdowns,
     Demand,
-    Failures,
     Observation,
     Schedule,
     Sensing,
@@ -254,7 +254,7 @@ def _flaws_of_state(model: Model) -> Iterator[str]:
         WorldSettings,
         Sensing,
         Actuation,
-        Failures,
+        Breakdowns,
         StartSettings,
         Observation,
     )

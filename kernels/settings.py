@@ -2,7 +2,7 @@
 or its choices; and what they must fulfil together.
 
 Every model has its own `Params`; the groups here are common to all: Schedule,
-WorldSettings, Sensing, Actuation, Failures, StartSettings and Observation. A setting
+WorldSettings, Sensing, Actuation, Breakdowns, StartSettings and Observation. A setting
 with `choices` is stored in these tuples as the index of its choice. Units are written
 with the words length and time, which a model gives their meaning: px and step, or m and
 s.
@@ -293,7 +293,7 @@ class Actuation(NamedTuple):
     ]
 
 
-class Failures(NamedTuple):
+class Breakdowns(NamedTuple):
     """Which boids fail, when and how; see kernels.robots.failures."""
 
     failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
@@ -313,7 +313,7 @@ class RobotSettings(NamedTuple):
 
     sensing: Sensing
     actuation: Actuation
-    failures: Failures
+    failures: Breakdowns
 
 
 class StartSettings(NamedTuple):

@@ -17,8 +17,8 @@ from kernels.model import Model
 from kernels.settings import (
     About,
     Actuation,
+    Breakdowns,
     EachStep,
-    Failures,
     InParts,
     Observation,
     Schedule,
@@ -166,7 +166,7 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
     ("world", WorldSettings),
     ("sensing", Sensing),
     ("actuation", Actuation),
-    ("failures", Failures),
+    ("failures", Breakdowns),
     ("start", StartSettings),
     ("observation", Observation),
 )

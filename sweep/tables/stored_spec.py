@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from kernels.settings import Actuation, Failures, Sensing
+from kernels.settings import Actuation, Breakdowns, Sensing
 from sweep.design.design import expand
 from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import ChoiceError, SpecError, StoreError
@@ -21,7 +21,7 @@ from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
 
-LATER = Sensing._fields + Actuation._fields + Failures._fields
+LATER = Sensing._fields + Actuation._fields + Breakdowns._fields
 """Settings that trials of versions before 0.16 lack. They are those of the preset."""
 
 

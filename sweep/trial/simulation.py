@@ -34,7 +34,7 @@ from kernels.recording import FIRST_STATE
 from kernels.robots.robots import ChanceKeys
 from kernels.settings import (
     Actuation,
-    Failures,
+    Breakdowns,
     Observation,
     RobotSettings,
     Schedule,
@@ -304,7 +304,7 @@ def _flight(job: Job, together: bool) -> Flight:
             starting(in_threads(model, job.threads), job.begins),
             params,
             schedule,
-            RobotSettings(group(Sensing), group(Actuation), group(Failures)),
+            RobotSettings(group(Sensing), group(Actuation), group(Breakdowns)),
             observation,
             landscape.scenery,
             flock,
