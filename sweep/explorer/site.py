@@ -21,6 +21,7 @@ from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
 from sweep.store.locations import Location, local_folder
+from sweep.store.memory import keep
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.launching import Launcher
 from sweep.web.live import Live
@@ -64,6 +65,7 @@ def explorer(
     # Here, as notebooks do without a server.
     from sweep.web.server import PageServer
 
+    keep()
     watched, begin = Watched(results, trust=trust), ""
     if isinstance(first, AskComparison):
         comparison(watched, first)

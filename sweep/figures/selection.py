@@ -70,7 +70,7 @@ class Selection:
     @property
     def not_done(self) -> int:
         """How many trials have no result: not run, failed, diverged or out of time."""
-        return self.planned - int((self.trials["status"] == "done").sum())
+        return self.planned - int(self.study.done.sum())
 
     def table(self, metrics: Sequence[str]) -> pd.DataFrame:
         """The settings of every point, by its id, and of each metric mean, _low, _high,
@@ -288,7 +288,7 @@ class Selection:
 
     def _undefined(self, metric: str) -> float:
         """The share of the done trials that have no value of a metric."""
-        done = self.trials["status"] == "done"
+        done = self.study.done
         return float(self.trials.loc[done, metric].isna().mean()) if done.any() else 0.0
 
     def _groups(self, names: Sequence[str]) -> int:
@@ -306,7 +306,7 @@ def select(study: StoredStudy) -> Selection:
     trial is done.
     """
     study = by_phase(study)
-    if not (study.trials["status"] == "done").any():
+    if not study.done.any():
         there = " there" if study.restricted else ""
         raise ChoiceError(
             f"no trial is done{there}, so there is nothing to draw", study.name

@@ -206,7 +206,10 @@ class StoredStudy:
             vars(self).pop("_settled", None)
             found = self._with_metrics(chosen)
         part = copy.copy(self)
+        for name in ("tried", "done"):
+            vars(part).pop(name, None)
         part.trials = found.trials if len(found.trials) else self.trials
+        part.points = self.points  # made once for all that are narrow
         part.distributions = self._declared(found.table.schema)
         part.units = self._units(found.table.schema)
         return part
@@ -237,8 +240,14 @@ class StoredStudy:
     @cached_property
     def tried(self) -> NDArray[np.bool_]:
         """Which of its `points` have a stored trial."""
-        found: NDArray[np.bool_] = self.points.index.isin(self.trials["point"].unique())
+        there = pd.Index(self.trials["point"].unique())
+        found: NDArray[np.bool_] = there.get_indexer(self.points.index) >= 0
         return found
+
+    @cached_property
+    def done(self) -> NDArray[np.bool_]:
+        """Which of its `trials` are done."""
+        return (self.trials["status"] == "done").to_numpy(np.bool_)
 
     @cached_property
     def points(self) -> pd.DataFrame:
@@ -248,8 +257,10 @@ class StoredStudy:
         Where several presets are ablated it is `detail_<preset>` of each.
         """
         varied = list(self.about.varied)
-        plan: pd.DataFrame = self.plan.select(["point", *varied]).to_pandas()
-        points = plan.drop_duplicates("point").set_index("point")
+        numbers = self.plan["point"].combine_chunks().dictionary_encode().indices
+        first = np.unique(numbers.to_numpy(), return_index=True)[1]
+        plan = self.plan.select(["point", *varied]).take(pa.array(first))
+        points: pd.DataFrame = plan.to_pandas().set_index("point")
         for preset in self.about.ablated:
             points[self.detail(preset)] = self._details(preset, points)
         return points

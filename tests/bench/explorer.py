@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 
 from sweep.explorer.site import site_of
 from sweep.explorer.watching import Watched
+from sweep.store.memory import keep
 from tests.many_trials import many_trials
 
 ACROSS, UP, REPLICATES = 100, 100, 100
@@ -29,6 +30,7 @@ def explorer() -> None:
         plain = _seconds(
             lambda: [pq.read_table(one, columns=COLUMNS).to_pandas() for one in files]
         )
+        keep()  # as the server does
         answers = site_of(Watched(Path(folder))).answers
         asked = [("study", study.name)]
         one = [*asked, ("metric", "speed")]

@@ -46,6 +46,33 @@ def test_metrics_that_are_asked_for_later_are_of_the_same_rows(
     assert "speed" not in second.trials
 
 
+def test_points_are_made_once_for_all_metrics(many: StoredStudy) -> None:
+    study = StoredStudy(many.name, many.store.results)
+    first, second = study.narrow(["speed"]), study.narrow(["dispersion"])
+    assert first.points is second.points
+    pd.testing.assert_frame_equal(first.points, StoredStudy.points.func(many))
+    assert list(first.points.index) == list(dict.fromkeys(many.trials["point"]))
+
+
+def test_texts_that_a_part_lacks_are_missing(tmp_path: Path) -> None:
+    """Texts are numbered part by part, and a part may have none."""
+    study = launched(SMALL, tmp_path)
+    rows = study.store.read("trials")
+    place = rows.column_names.index("error")
+    said = pa.array([None, "a", "b", "a"], pa.string())
+    field = rows.schema.field(place)
+    study.store.append({"trials": rows.slice(0, 4).set_column(place, field, said)})
+    none = field.with_type(pa.null())
+    study.store.append(
+        {"trials": rows.slice(4, 1).set_column(place, none, pa.nulls(1))}
+    )
+    errors = StoredStudy("small", tmp_path).narrow([]).trials["error"]
+    pd.testing.assert_series_equal(
+        errors, StoredStudy("small", tmp_path).trials["error"]
+    )
+    assert errors.fillna("").tolist() == ["", "a", "b", "a", "", ""]
+
+
 def test_of_a_trial_in_several_parts_the_latest_counts(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     rows = study.store.read("trials")

@@ -4,7 +4,10 @@ metric is, and its values as a file.
 
 import csv
 import io
+import math
 from collections.abc import Callable
+
+import pytest
 
 from kernels.metrics import METRICS
 from sweep.web.live import Live
@@ -103,3 +106,66 @@ def test_values_of_a_plot_are_saved_with_all_digits(opened: Open) -> None:
     assert head[1].startswith(name)
     assert [int(step) for step, _ in rows] == list(range(STEPS + 1))
     assert [float(value) for _, value in rows] == columns(shown(page))[name]
+
+
+DRAWN = """() => {
+  const [plot] = boidsweep.view.charts.plots.values();
+  const context = plot.canvas.getContext("2d");
+  let paths = [];
+  context.beginPath = () => paths.push([]);
+  context.moveTo = context.lineTo = (x, y) => paths.at(-1).push(y);
+  plot.draw(plot.series.steps.at(-1), boidsweep.view.stage.colours);
+  for (const name of ["beginPath", "moveTo", "lineTo"]) delete context[name];
+  const [curve] = paths.toSorted((a, b) => b.length - a.length);
+  return [curve, plot.series.values];
+}"""
+"""How high the curve of the first plot is drawn, and its values."""
+
+
+def test_a_plot_on_a_logarithmic_axis_draws_logarithms(opened: Open) -> None:
+    page = opened()
+    page.send(type="metrics", names=["speed"])
+    page.until("[...boidsweep.view.charts.plots.keys()].join() === 'speed'")
+    page.send(type="step", count=STEPS)
+    page.until(f"boidsweep.view.charts.seriesOf('speed').values.length > {STEPS}")
+    for logarithmic in (False, True):
+        page.page.locator(".plot h3 button").first.click()
+        box = page.page.locator("dialog[open]")
+        scale = box.get_by_label("logarithmic axis")
+        assert scale.is_checked() is False
+        scale.set_checked(logarithmic)
+        page.page.keyboard.press("Escape")
+        heights, values = page.ask(f"({DRAWN})()")
+        places = [math.log(one) if logarithmic else one for one in values]
+        least, most = places.index(min(places)), places.index(max(places))
+        slope = (heights[most] - heights[least]) / (places[most] - places[least])
+        assert slope < 0
+        for height, place in zip(heights, places, strict=True):
+            # Rounding of some hundred pixels.
+            assert height - heights[least] == pytest.approx(
+                slope * (place - places[least]), abs=1e-9
+            )
+    page.page.locator(".plot h3 button").first.click()
+    assert page.page.locator("dialog[open]").get_by_label("logarithmic").is_checked()
+    page.page.keyboard.press("Escape")
+
+
+def test_values_that_have_no_logarithm_leave_gaps(opened: Open) -> None:
+    page = run(opened)
+    plot = "boidsweep.view.charts.plots.values().next().value"
+    values = page.ask(
+        f"({plot}.logarithmic = true, {plot}.series.values.fill(0), "
+        f"{plot}.series.values[7] = 2, {plot}.series.values[8] = 4, {plot}.bounds())"
+    )
+    assert values["logarithmic"]
+    assert 0 < values["low"] < 2
+    assert values["high"] > 4
+    heights, _ = page.ask(f"({DRAWN})()")
+    assert len(heights) == 2
+    assert all(math.isfinite(one) for one in heights)
+    page.ask(f"{plot}.series.values.fill(0)")
+    assert not page.ask(f"{plot}.bounds().logarithmic")  # else nothing were drawn
+    page.page.locator(".plot h3 button").first.click()
+    box = page.page.locator("dialog[open]")
+    assert box.get_by_label("logarithmic axis").is_disabled()
+    page.page.keyboard.press("Escape")

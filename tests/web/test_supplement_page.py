@@ -123,6 +123,28 @@ def test_a_drag_leafs_through_the_runs_at_the_same_step(
     assert len(seen) == 2
 
 
+def test_a_page_that_is_loaded_again_shows_the_run_that_was_shown(
+    shown: Callable[..., Page], file: Path
+) -> None:
+    content = content_of(file.read_bytes())
+    page = shown(file, "?embed")
+    assert "#" not in page.url
+    page.mouse.click(*middle(marks(page).nth(2)))
+    page.get_by_role("button", name="median", exact=True).click()
+    clock(page, "step 60 of 60")
+    runs = [content["runs"][one] for one in content["points"][2]["runs"]]
+    (trial,) = [run["trial"] for run in runs if "median" in run["roles"]]
+    assert page.url.endswith(f"?embed#trial={trial}")
+    page.reload()
+    clock(page, r"step 0 of \d+")
+    assert trial in page.get_by_label("replay").inner_text()
+    assert marks(page).nth(2).get_attribute("aria-selected") == "true"
+    pressed = page.get_by_role("button", name="median", exact=True)
+    assert pressed.get_attribute("aria-pressed") == "true"
+    again = shown(file, "?embed#trial=none")
+    assert marks(again).nth(0).get_attribute("aria-selected") == "true"
+
+
 def test_the_keyboard_reaches_every_point(
     shown: Callable[..., Page], file: Path, grid: Path
 ) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from sweep.errors import ChoiceError
 from sweep.explorer.site import explorer, site_of
@@ -22,6 +22,7 @@ from sweep.web.server import PageServer
 from sweep.web.twin import Twin
 from tests import plotted
 from tests.web.chromium import in_a_thread
+from tests.web.test_going_on import free_port
 
 PATIENCE = 90_000.0
 
@@ -132,3 +133,38 @@ def test_a_second_trial_plays_beside_the_first_one_on_its_clock(
     assert (after["trial"], "beside" in after) == (before["beside"], False)
     link = page.get_by_role("link", name="in the simulator")
     expect(link).to_have_count(1)
+
+
+def test_trials_that_were_gone_to_are_shown_again_by_another_server(
+    browser: Browser, study: StoredStudy
+) -> None:
+    """In the player itself; the address says them, so that a reload finds them too."""
+    page = browser.new_context(viewport={"width": 1300, "height": 900}).new_page()
+    page.set_default_timeout(PATIENCE)
+    results, port = study.store.folder.parent, free_port()
+    first, second, third, *_ = study.trials["trial_id"]
+    replay = page.locator(".player .record")
+    said = page.locator("[aria-label=player] .facts").first
+    with in_a_thread(explorer(results, None, port)[0]) as server:
+        point = study.points.index[0]
+        page.goto(f"{server.url}#study=small&point={point}&trial={first}")
+        expect(replay).to_contain_text(first)
+        page.get_by_label("replicate", exact=True).fill("3")
+        page.get_by_label("replicate", exact=True).press("Enter")
+        expect(replay).to_contain_text(third)
+        expect(said).to_have_text(third)
+        assert choice_of(page)["trial"] == third
+    expect(page.locator(".player .banner")).to_contain_text("connection is lost")
+    with in_a_thread(explorer(results, None, port)[0]):
+        expect(page.locator(".player .banner")).to_be_hidden()
+        expect(replay).to_contain_text(third)
+        page.reload()
+        expect(replay).to_contain_text(third)
+        page.goto(f"{page.url}&beside={second}")
+        expect(page.locator(".head-of-side")).to_have_count(2)
+        beside = page.locator(".twins [aria-label='run B']")
+        beside.get_by_label("replicate", exact=True).fill("1")
+        beside.get_by_label("replicate", exact=True).press("Enter")
+        expect(said).to_have_text(f"{third} and {first}")
+        assert choice_of(page) | {"trial": third, "beside": first} == choice_of(page)
+    page.context.close()

@@ -5,9 +5,13 @@ import { ask } from "./ask.js";
 import { PagedTable } from "./rows.js";
 
 /** @import { Choice, Trial, Trials } from "./explorer.d.ts" */
+/** @import { StoredName } from "./protocol.d.ts" */
 /** @import { View } from "./view.js" */
 
 export const ALL = "all"; // in place of the ids of points
+const SIDES = /** @type {const} */ (["trial", "beside"]);
+
+/** @typedef {Required<StoredName>} Stored */
 
 export class TrialTable {
   page = 0;
@@ -139,35 +143,49 @@ export class Player {
 
   /** @param {Choice} choice */
   show({ study, trial, beside }) {
-    const wanted = trial && [study, trial, beside].join(" ");
-    if (wanted === this.shown) return;
-    this.shown = wanted;
+    if (trial && [study, trial, beside].join(" ") === this.shown) return;
+    this.shown = "";
     this.mounted?.unmount();
     this.mounted = null;
     this.element.hidden = !trial;
     this.element.classList.toggle("two", Boolean(beside));
     if (!trial) return;
-    const trials = [trial, beside].filter(Boolean);
     this.title.textContent = beside ? "Two trials on one clock" : "Trial";
-    this.words.textContent = trials.join(" and ");
-    this.link(study, trials);
-    this.play(study, trials);
+    this.play(this.tell({ study, trial, beside }));
   }
 
-  /** @param {string} study @param {string[]} trials */
-  async play(study, trials) {
+  // Which trials are played, in words.
+  /** @param {Stored} stored */
+  tell(stored) {
+    const { study, trial, beside } = stored;
+    const trials = [trial, beside].filter(Boolean);
+    this.shown = [study, trial, beside].join(" ");
+    this.words.textContent = trials.join(" and ");
+    this.link(study, trials);
+    return stored;
+  }
+
+  /** @param {Stored} stored */
+  async play(stored) {
     const { shown } = this;
     const [{ mount }, { pageId, Socket }] = await Promise.all([
       import("./mount.js"),
       import("./socket.js"),
     ]);
     if (shown !== this.shown) return;
-    const [trial, beside = ""] = trials;
-    this.mounted = mount(this.place, new Socket(), {
-      page: [pageId(), ...trials].join(" "),
-      stored: { study, trial, beside },
-      alone: (side) => this.go({ trial: trials[side], beside: "" }),
+    // A view says `stored` to each server: what is gone to in the player is kept there.
+    const mounted = mount(this.place, new Socket(), {
+      page: [pageId(), shown].join(" "),
+      stored,
+      alone: (side) => this.go({ trial: stored[SIDES[side]], beside: "" }),
+      playing: (side, id) => {
+        if (mounted !== this.mounted || stored[SIDES[side]] === id) return;
+        stored[SIDES[side]] = id;
+        this.tell(stored);
+        this.go({ [SIDES[side]]: id });
+      },
     });
+    this.mounted = mounted;
   }
 
   // A link to the simulator for each of the trials.

@@ -22,7 +22,14 @@ export class Closer {
     this.content = make("div", { className: "closer" });
     const save = button("save", "Save as CSV", () => this.save(), "Save as CSV");
     this.note = make("span", { className: "facts" });
-    const below = make("footer", {}, save, this.note);
+    this.log = make("input", { type: "checkbox", on: { change: () => this.scale() } });
+    const scale = make(
+      "label",
+      { className: "row", title: "Without values of 0 and below" },
+      this.log,
+      "logarithmic axis",
+    );
+    const below = make("footer", {}, save, scale, this.note);
     this.box = dialog(root, "Metric", this.content, below);
     this.box.classList.add("wide");
     this.box.addEventListener("close", () => this.of && this.leave(this.of));
@@ -42,6 +49,8 @@ export class Closer {
     this.note.textContent = apart > 1
       ? `Of a long run every ${apart}th step is kept here; a launch stores all.`
       : "All steps that were run, with all digits.";
+    this.log.checked = plot.logarithmic;
+    this.log.disabled = plot.known().every((value) => value <= 0);
     this.content.replaceChildren(plot.larger.element);
     this.box.showModal();
     read(null); // which draws it
@@ -65,6 +74,14 @@ export class Closer {
       make("dd", {}, ...words),
     ]);
     return make("dl", {}, ...cells);
+  }
+
+  // Runs side by side have the same axes.
+  scale() {
+    const { of } = this;
+    if (!of) return;
+    for (const one of [of, of.peer]) if (one) one.logarithmic = this.log.checked;
+    of.acts.read(null); // which draws it
   }
 
   // Steps between two values, the most of them.

@@ -166,6 +166,7 @@ export class Window {
   /** @param {Element} element @param {Transport} transport @param {Options} options */
   constructor(element, transport, options) {
     this.transport = transport;
+    this.playing = options.playing;
     transport.onmessage = (heard) => this.receive(heard);
     transport.onopen = () => {
       this.alone();
@@ -217,7 +218,9 @@ export class Window {
     }
     const side = heard.side === 1 && this.pair ? this.second : this.first;
     side.onmessage?.(heard);
-    if (heard.type === "state") this.pair?.show();
+    if (heard.type !== "state") return;
+    this.pair?.show();
+    if (heard.replay) this.playing?.(heard.side ?? 0, heard.replay.trial);
   }
 
   alone() {

@@ -1,6 +1,7 @@
 // Metrics against the step, each in a small canvas, with what was published as dashed
 // lines. A cursor reads values, and a click goes to its step.
 
+import { Axis, bounds } from "./axes.js";
 import { button, contextOf, make, short, spaced, unitText, write } from "./dom.js";
 
 /** @import { Metric, Published, State } from "./protocol.d.ts" */
@@ -11,6 +12,7 @@ import { button, contextOf, make, short, spaced, unitText, write } from "./dom.j
 const MOST = 3000;
 const MOST_WORDS = 3;
 const MOST_NAMES = 3;
+const FONT = "11px system-ui, sans-serif";
 const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
 // The values of one metric by step, thinned where there are too many of them for a
@@ -97,6 +99,8 @@ export class Plot {
   // The same plot in a larger canvas.
   /** @type {Plot | null} */
   larger = null;
+  // Whether values are drawn by their logarithms: those above 0, if there are any.
+  logarithmic = false;
   // The step whose value is read.
   /** @type {number | null} */
   cursor = null;
@@ -227,8 +231,8 @@ export class Plot {
   enlarge(step, colours) {
     const { larger } = this;
     if (!larger) return;
-    const { series, peer, published, cursor } = this;
-    Object.assign(larger, { series, peer, published, cursor });
+    const { series, peer, published, cursor, logarithmic } = this;
+    Object.assign(larger, { series, peer, published, cursor, logarithmic });
     larger.draw(step, colours);
   }
 
@@ -239,42 +243,40 @@ export class Plot {
    * @param {Colours} colours
    */
   drawIn(context, area, step, colours) {
-    const { low, high } = this.bounds();
     const { first, last } = this.span();
-    /** @param {number} one */
-    const across = (one) =>
-      area.left + ((one - first) / (last - first)) * (area.right - area.left);
-    /** @param {number} value */
-    const along = (value) =>
-      area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
+    const { low, high, logarithmic } = this.bounds();
+    const across = new Axis(first, last, area.left, area.right);
+    const along = new Axis(low, high, area.bottom, area.top, logarithmic);
     context.lineWidth = 1;
     context.strokeStyle = colours.border;
     for (const y of [area.top, area.bottom]) this.level(context, area, y);
+    context.fillStyle = colours.muted;
+    context.font = FONT;
+    if (logarithmic) this.powers(context, area, along);
     context.strokeStyle = colours.published;
     context.lineWidth = 1.5;
     context.setLineDash([5, 3]);
-    for (const { value } of this.lasting) this.level(context, area, along(value));
+    for (const { value } of this.lasting) this.level(context, area, along.at(value));
     context.setLineDash([]);
     context.strokeStyle = colours.boid;
     this.trace(context, across, along);
     context.strokeStyle = colours.published;
     for (const { value, frame } of this.passing) {
-      if (frame !== null) this.ring(context, across(frame), along(value));
+      if (frame !== null) this.ring(context, across.at(frame), along.at(value));
     }
     if (step < last - 0.01 * (last - first)) {
       context.fillStyle = colours.chosen;
-      context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
+      context.fillRect(across.at(step) - 0.75, area.top, 1.5, area.bottom - area.top);
     }
     const { cursor } = this;
     if (cursor !== null) {
       const value = this.series.at(cursor);
       context.fillStyle = colours.ink;
-      context.fillRect(across(cursor) - 0.5, area.top, 1, area.bottom - area.top);
+      context.fillRect(across.at(cursor) - 0.5, area.top, 1, area.bottom - area.top);
       context.strokeStyle = colours.ink;
-      if (value !== null) this.ring(context, across(cursor), along(value));
+      if (value !== null) this.ring(context, across.at(cursor), along.at(value));
     }
     context.fillStyle = cursor === null ? colours.muted : colours.ink;
-    context.font = "11px system-ui, sans-serif";
     context.fillText(short(low, 3), area.left, area.bottom + 12);
     context.fillText(short(high, 3), area.left, area.top - 4);
     context.textAlign = "right";
@@ -310,21 +312,34 @@ export class Plot {
     context.stroke();
   }
 
+  // The powers of ten of a logarithmic axis; of a short one round values.
+  /** @param {CanvasRenderingContext2D} context @param {Area} area @param {Axis} along */
+  powers(context, area, along) {
+    context.textAlign = "right";
+    const most = Math.max(2, Math.floor((area.bottom - area.top) / 30));
+    for (const value of along.round(most).filter((one) => one > 0)) {
+      const y = along.at(value);
+      this.level(context, area, y);
+      context.fillText(short(value, 3), area.right, y - 2);
+    }
+    context.textAlign = "left";
+  }
+
   /**
    * @param {CanvasRenderingContext2D} context
-   * @param {(step: number) => number} across
-   * @param {(value: number) => number} along
+   * @param {Axis} across
+   * @param {Axis} along
    */
   trace(context, across, along) {
     const { steps, values } = this.series;
     context.beginPath();
-    let joined = false; // a value that is missing leaves a gap
+    let joined = false; // a value that is missing, or has no place, leaves a gap
     for (let i = 0; i < steps.length; i++) {
       const value = values[i];
-      if (value === null) joined = false;
-      else if (joined) context.lineTo(across(steps[i]), along(value));
+      if (value === null || (along.logarithmic && value <= 0)) joined = false;
+      else if (joined) context.lineTo(across.at(steps[i]), along.at(value));
       else {
-        context.moveTo(across(steps[i]), along(value));
+        context.moveTo(across.at(steps[i]), along.at(value));
         joined = true;
       }
     }
@@ -351,17 +366,21 @@ export class Plot {
     ];
   }
 
+  // The least and the largest value of both runs, with some room.
   bounds() {
-    const known = [...this.known(), ...(this.peer?.known() ?? [])];
-    if (!known.length) return { low: 0, high: 1 };
-    const [least, most] = known.reduce(
-      ([a, b], value) => [Math.min(a, value), Math.max(b, value)],
-      [Infinity, -Infinity],
-    );
-    const room = (most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5;
+    const all = [...this.known(), ...(this.peer?.known() ?? [])];
+    const positive = all.filter((value) => value > 0);
+    const logarithmic = this.logarithmic && positive.length > 0;
+    const [least, most] = bounds(logarithmic ? positive : all);
+    if (logarithmic) {
+      const factor = (most / least) ** 0.08 * (most > least ? 1 : 1.1);
+      return { low: least / factor, high: most * factor, logarithmic };
+    }
+    const room = all.length && ((most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5);
     return {
       low: least >= 0 ? Math.max(0, least - room) : least - room,
       high: most + room,
+      logarithmic,
     };
   }
 

@@ -19,6 +19,7 @@ import { estimated, Plotted } from "./plotted.js";
 const VERIFIED =
   "Run again for this page: every number equals the stored one, bit for" +
   " bit.";
+const TRIAL = "trial"; // in the address, after its #
 const SECONDS = 12; // that a run takes on the page, about
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000];
 const HATCHED = "Hatched: the interval of the cell has the means of all its" +
@@ -71,8 +72,7 @@ class Supplement {
     root.prepend(above(data.front));
     root.append(this.table.element, ...this.below());
     document.addEventListener("keydown", (event) => this.player.key(event));
-    const first = data.points.findIndex(({ runs }) => runs.length > 0);
-    this.choose(first, false);
+    this.choose(this.first(), false);
     this.print();
   }
 
@@ -84,6 +84,18 @@ class Supplement {
     );
     const name = make("span", { textContent: by.label });
     return make("div", { className: "key" }, name, make("ul", {}, ...entries));
+  }
+
+  // The point with which the page begins: the one whose run the address names.
+  first() {
+    const { points, runs } = this.data;
+    const told = new URLSearchParams(location.hash.slice(1)).get(TRIAL);
+    const named = runs.findIndex(({ trial }) => trial === told);
+    const place = points.findIndex((point) => point.runs.includes(named));
+    if (place < 0) return points.findIndex((point) => point.runs.length > 0);
+    const { roles } = runs[named];
+    if (!roles.includes(this.role)) this.role = roles[0];
+    return place;
   }
 
   // Shows the run of a point at the step that was on the screen. A click plays it, from
@@ -136,6 +148,8 @@ class Supplement {
     const { player } = this;
     const { step } = player;
     const going = player.run?.state.running ?? false;
+    // Not before a choice: the address of a page that was opened stays as it is.
+    if (this.run) history.replaceState(null, "", `#${TRIAL}=${run.trial}`);
     this.run = run;
     player.play(this.recording(run));
     player.obey({ type: "seek", frame: step });

@@ -48,7 +48,8 @@ import { bytesOf, download } from "./files.js";
 /**
  * `memory` keeps what a page goes on with when its session is gone, and has an address
  * of it; `entitle` is told what is shown, in a few words; `stored` names the stored
- * trial that is played, or two, and then `alone` is told if only one shall be shown;
+ * trial that is played, or two; then `alone` is told if only one shall be shown, and
+ * `playing` which trial each side shows;
  * `opening` says how the first state is shown, `demos` is the address of the start
  * page, and `launches` launches a spec.
  *
@@ -56,6 +57,7 @@ import { bytesOf, download } from "./files.js";
  *   page?: string,
  *   stored?: StoredName,
  *   alone?: (side: number) => void,
+ *   playing?: (side: number, trial: string) => void,
  *   shortcuts?: Document | HTMLElement,
  *   memory?: { read(): Kept | null, write(kept: Kept): void, address(): string },
  *   entitle?: (words: string) => void,
