@@ -69,6 +69,15 @@ class InParts(NamedTuple):
     each_step: EachStep
 
 
+class OnlyWhere(NamedTuple):
+    """Stands after the About of a setting that changes something only where another
+    `setting` has this `choice`.
+    """
+
+    setting: str
+    choice: str
+
+
 class Demand(NamedTuple):
     """A condition on the settings of every point, and what to say where it does not
     hold.
@@ -160,6 +169,7 @@ class Sensing(NamedTuple):
             low=1,
             high=10_000_000,
         ),
+        OnlyWhere("neighbours", NEIGHBOURS.choices[NEAREST]),
     ]
 
 

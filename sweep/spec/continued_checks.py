@@ -15,6 +15,8 @@ from sweep.spec.settings import Setting
 
 STEPS = "steps"
 NUMBERS = ("float", "int")
+LEAST = 2
+"""Values without which there is no link after the first."""
 OWN = "parameters"
 """The group of the settings that the model alone has."""
 BARRED = {
@@ -29,6 +31,10 @@ UNTIL = (
 LONGER = (
     'a study with "continue" takes no "last_states": a link with more steps has another'
     " parent, and cannot go on from a shorter one"
+)
+KEPT = (
+    'a study with "continue" keeps "last_flocks": each link begins where the one before'
+    " it has ended; leave the key out"
 )
 COMMON = (
     "noise: common gives all links of a chain the same random numbers; with"
@@ -89,6 +95,10 @@ def check_continued(
         _refuse(root, ("replicates",), UNTIL, mistakes)
     if last_states:
         _refuse(root, ("record", "last_states"), LONGER, mistakes)
+    record = root.get("record")
+    flocks = record.get("last_flocks") if record else None
+    if flocks and flocks.value is False:
+        _refuse(root, ("record", "last_flocks"), KEPT, mistakes)
     if noise == "common":
         _refuse(root, ("streams", "noise"), COMMON, mistakes)
     mistakes.check()
@@ -128,6 +138,8 @@ def _check_axis(root: Entry, axis: Axis, setting: Setting) -> None:
         )
     if axis.when:
         raise entry.error(f'{name}: it has a condition, "when"')
+    if len(axis) < LEAST:
+        raise entry.error(f"{name}: a chain needs at least {LEAST} values")
 
 
 def _check_columns(root: Entry, axis: Axis, settings: Iterable[str]) -> None:

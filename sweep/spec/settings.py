@@ -19,6 +19,7 @@ from kernels.settings import (
     EachStep,
     InParts,
     Observation,
+    OnlyWhere,
     Schedule,
     Sensing,
     StartSettings,
@@ -58,7 +59,8 @@ class Setting:
     """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
     numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
     counted in steps, `each_step` what a shorter step makes of it: see
-    `kernels.settings.InParts`.
+    `kernels.settings.InParts`. Where `only_where` is given, it changes something only
+    there.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Setting:
     rule: str = ""
     in_steps: bool = False
     each_step: EachStep = ""
+    only_where: OnlyWhere | None = None
 
     def in_parts(self, value: float, parts: int) -> float:
         """What a value becomes where each step is cut into so many."""
@@ -186,6 +189,7 @@ def _setting(
     base, about, *further = get_args(hint)
     assert isinstance(about, About)
     in_parts = [one.each_step for one in further if isinstance(one, InParts)]
+    only_where = [one for one in further if isinstance(one, OnlyWhere)]
     choices, text = _entered(name, about, known)
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
@@ -202,6 +206,7 @@ def _setting(
         about.rule,
         about.in_steps,
         in_parts[0] if in_parts else "",
+        only_where[0] if only_where else None,
     )
 
 
