@@ -4,7 +4,7 @@ values.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, get_args, get_type_hints
@@ -222,6 +222,20 @@ def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
+
+
+def no_setting(
+    name: str, known: Iterable[str], keys: Container[str], more: str = ""
+) -> str:
+    """What to say of a name that is none of the `known` settings; it may be one of the
+    `keys` of a whole spec. If not, `more` follows.
+    """
+    if name in keys:
+        return (
+            f'"{name}" is no setting: it is a key of the whole spec, with one value for'
+            ' all points, and stands beside "model"'
+        )
+    return unknown("setting", name, known) + more
 
 
 def usual_preset(model: Model) -> str:
