@@ -71,6 +71,15 @@ class InParts(NamedTuple):
     each_step: EachStep
 
 
+class OnlyWhere(NamedTuple):
+    """Stands after the About of a setting that changes something only where another
+    `setting` has this `choice`.
+    """
+
+    setting: str
+    choice: str
+
+
 class Demand(NamedTuple):
     """A condition on the settings of every point, and what to say where it does not
     hold.
@@ -170,6 +179,7 @@ class Sensing(NamedTuple):
             low=1,
             high=10_000_000,
         ),
+        OnlyWhere("neighbours", NEIGHBOURS.choices[NEAREST]),
     ]
     position_noise: Annotated[
         float,

@@ -63,15 +63,46 @@ def linked(study: Study, axis: Axis, points: Points) -> tuple[Points, Links]:
     chain = np.tile(chain, len(directions))
     turn = np.repeat(np.arange(len(directions)), count)
     value = every.column(axis.name)
-    falls = np.repeat([one == DOWN for one in directions], count)
-    order = np.lexsort((np.where(falls, -value, value), turn, chain))
-    begins = np.diff(chain[order], prepend=-1) != 0
-    before, first, number = (np.empty(every.count, np.int64) for _ in range(3))
-    before[order] = np.where(begins, FIRST, np.roll(order, 1))
+    names = np.array(directions, object)[turn]
+    order, begins = _in_order(chain, turn, names, value)
+    first, number = (np.empty(every.count, np.int64) for _ in range(2))
     starts = np.maximum.accumulate(np.where(begins, np.arange(every.count), 0))
     first[order], number[order] = order[starts], np.arange(every.count) - starts
-    names = np.array(directions, object)[turn]
-    return every, Links(names, before, first, number)
+    return every, Links(names, _before(order, begins), first, number)
+
+
+def before_each(
+    chain: NDArray[np.int64],
+    turn: NDArray[np.int64],
+    direction: Values,
+    value: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """The place of the link before each of n links in its chain, FIRST where there is
+    none, shape (n,).
+
+    chain      which chain it belongs to, from 0
+    turn       whether its direction is the first of the chain, the second, and so on
+    direction  that direction, up or down
+    value      its value of the continued axis
+    """
+    return _before(*_in_order(chain, turn, direction, value))
+
+
+def _in_order(
+    chain: NDArray[np.int64],
+    turn: NDArray[np.int64],
+    direction: Values,
+    value: Values,
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """The places of links, chain after chain, and where chains begin in that order."""
+    order = np.lexsort((np.where(direction == DOWN, -value, value), turn, chain))
+    return order, np.diff(chain[order], prepend=-1) != 0
+
+
+def _before(order: NDArray[np.int64], begins: NDArray[np.bool_]) -> NDArray[np.int64]:
+    before = np.empty(len(order), np.int64)
+    before[order] = np.where(begins, FIRST, np.roll(order, 1))
+    return before
 
 
 SAME = ("n", "map", "width", "height")

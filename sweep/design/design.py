@@ -64,6 +64,12 @@ class Design:
             name: column.item(point) for name, column in self.columns.items()
         }
 
+    def values_of(self, name: str) -> list[Value]:
+        """The values that a setting has at some point, each once, in their order."""
+        if name in self.columns:
+            return [*dict.fromkeys(self.columns[name].tolist())]
+        return [self.base[name]]
+
     def with_value(self, name: str, value: Value) -> "Design":
         """The design with one value of a setting at all points, in the same order."""
         columns = {key: one for key, one in self.columns.items() if key != name}

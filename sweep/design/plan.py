@@ -1,11 +1,12 @@
 """What a spec would run, without running it."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
-from sweep.design.design import Rejection, expand
+from sweep.design.design import Design, Rejection, expand
 from sweep.spec.study import Study
 from sweep.text import so_many
 
@@ -123,6 +124,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """The plan of `study`. Raises SpecError for a design that cannot be."""
     design, rule = expand(study), study.until or study.refine
     cost = study_cost(study, design, pace)
+    notes = [note for axis in study.axes for note in axis.notes]
     return Plan(
         study=study.name,
         model=study.model,
@@ -142,13 +144,30 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         threads=study.threads,
         result_bytes=cost.size_bytes,
         last_state_bytes=cost.last_state_bytes,
-        notes=tuple(note for axis in study.axes for note in axis.notes),
+        notes=(*notes, *_idle(study, design)),
         until=study.until.as_json() if study.until else None,
         refine=study.refine.as_json() if study.refine else None,
         boundary=study.refine.where if study.refine else "",
         on_error=study.policy.in_words(study.most_trials(design.n_points)),
         probe_steps=pace.steps,
     )
+
+
+def _idle(study: Study, design: Design) -> Iterator[str]:
+    """What of the settings that the spec gives changes nothing at any point, and why,
+    in words.
+    """
+    given = {*study.fixed, *study.derive, *design.columns}
+    for name, setting in study.settings.items():
+        if (where := setting.only_where) is None or name not in given:
+            continue
+        values = design.values_of(where.setting)
+        if where.choice not in values:
+            found = " or ".join(map(str, values))
+            yield (
+                f"{name} changes nothing: {where.setting} is {found} at every point,"
+                f" and {name} is for {where.choice} alone"
+            )
 
 
 def workforce(workers: int, threads: int) -> str:

@@ -17,7 +17,7 @@ setting may carry `continue` and `hold`, see sweep.spec.continuing.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,9 +36,8 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.point_tables import TABLE, read_table
 from sweep.spec.samplers import ALONE
 from sweep.spec.sampling import Sampler, UnitCube
-from sweep.spec.settings import NotAllowedError, Setting, Values
+from sweep.spec.settings import NotAllowedError, Setting, Values, no_setting
 from sweep.spec.whole_samples import SampleBlocks, read_blocks
-from sweep.text import unknown
 
 LOGSPACE = "logspace"
 GRIDS: dict[str, Callable[[float, float, int], Values]] = {
@@ -99,7 +98,7 @@ class AxisReader:
     """Reads axes for a preset of a model with these settings.
 
     Tables stand in `folder`, random points come from `seed`. `known` has what names
-    stand for, and `samplers` those that a sample may have.
+    stand for, and `samplers` those that a sample may have. `keys` are those of a spec.
     """
 
     known: Catalogue
@@ -109,6 +108,7 @@ class AxisReader:
     seed: int
     folder: Path
     samplers: Mapping[str, Sampler]
+    keys: Container[str]
 
     def read(self, name: str, entry: Entry) -> Axis:
         """The axis that `entry` writes. Raises SpecError where it is none."""
@@ -131,10 +131,8 @@ class AxisReader:
             columns = {name: self._single(self.settings[name], entry)}
             continued = read_continuation(entry)
         else:
-            raise entry.error(
-                unknown("setting", name, self.settings)
-                + " (an axis of several settings has sample, zip or ablate)"
-            )
+            forms = " (an axis of several settings has sample, zip or ablate)"
+            raise entry.error(no_setting(name, self.settings, self.keys, forms))
         when = self.when(entry)
         kept, rows = distinct_rows(list(columns.values()))
         if len(kept) < len(rows):

@@ -5,16 +5,18 @@ All functions raise SpecError, with file and line.
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis
 from sweep.spec.axis_keys import HOLD
 from sweep.spec.continuing import DIRECTION, PARENT
-from sweep.spec.document import Entry, Place
+from sweep.spec.document import Entry
+from sweep.spec.keys import check_beside
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.settings import Setting
 
 STEPS = "steps"
 NUMBERS = ("float", "int")
+LEAST = 2
+"""Values without which there is no link after the first."""
 OWN = "parameters"
 """The group of the settings that the model alone has."""
 BARRED = {
@@ -30,10 +32,25 @@ LONGER = (
     'a study with "continue" takes no "last_states": a link with more steps has another'
     " parent, and cannot go on from a shorter one"
 )
+KEPT = (
+    'a study with "continue" keeps "last_flocks": each link begins where the one before'
+    " it has ended; leave the key out"
+)
 COMMON = (
     "noise: common gives all links of a chain the same random numbers; with"
     ' "continue" it must be independent or lasting'
 )
+
+
+WITHIN = (
+    ("replicates", "until", None, UNTIL),
+    ("record", "last_states", True, LONGER),
+    ("record", "last_flocks", False, KEPT),
+    ("streams", "noise", "common", COMMON),
+)
+"""Keys of sections that cannot stand there, with a value or, where that is None, with
+any; and why.
+"""
 
 
 def continued_axis(axes: Iterable[Axis]) -> Axis | None:
@@ -48,29 +65,40 @@ def held(axes: Iterable[Axis]) -> dict[str, int]:
     return {} if hold is None else {STEPS: hold}
 
 
+def check_beside_continued(root: Entry, axes: Iterable[Axis]) -> None:
+    """Raise SpecError for what the spec says that cannot stand beside an axis that is
+    continued. Other mistakes of these keys are for their readers.
+    """
+    if not continued_axis(axes):
+        return
+    mistakes = Mistakes()
+    mistakes.read(check_beside, root, "continue", BARRED)
+    for section, key, barred, why in WITHIN:
+        with mistakes.noted():
+            around = root.get(section)
+            is_mapping = around is not None and isinstance(around.value, dict)
+            found = around.get(key) if around and is_mapping else None
+            if found and barred in (None, found.value):
+                raise found.error(why)
+    mistakes.check()
+
+
 def check_continued(
     root: Entry,
     axes: Sequence[Axis],
     settings: Mapping[str, Setting],
     given: Iterable[str],
-    until: Until | None,
-    last_states: bool,
-    noise: str,
 ) -> None:
-    """Raise SpecError for an axis that cannot be continued, and for keys that cannot
-    stand beside it.
+    """Raise SpecError for an axis that cannot be continued.
 
-    root         the spec
-    axes         its axes
-    settings     those of its model
-    given        the settings with a value under `fixed` or `derive`
-    until        the rule that adds replicates, if any
-    last_states  whether these are kept
-    noise        the kind of the stream of noise
+    root      the spec
+    axes      its axes
+    settings  those of its model
+    given     the settings with a value under `fixed` or `derive`
     """
-    if not continued_axis(axes):
-        return
     found = [axis for axis in axes if axis.continued]
+    if not found:
+        return
     mistakes = Mistakes()
     with mistakes.noted():
         _check_alone(root, axes, found)
@@ -81,22 +109,7 @@ def check_continued(
             _check_columns(root, axis, settings)
         with mistakes.noted():
             _check_steps(root, axis, axes, given)
-    for key, why in BARRED.items():
-        with mistakes.noted():
-            if other := root.get(key):
-                raise other.error(f'a study with "continue" takes no "{key}": {why}')
-    if until:
-        _refuse(root, ("replicates",), UNTIL, mistakes)
-    if last_states:
-        _refuse(root, ("record", "last_states"), LONGER, mistakes)
-    if noise == "common":
-        _refuse(root, ("streams", "noise"), COMMON, mistakes)
     mistakes.check()
-
-
-def _refuse(root: Entry, place: Place, why: str, mistakes: Mistakes) -> None:
-    with mistakes.noted():
-        raise root.document.error(place, why)
 
 
 def _entry(root: Entry, axis: Axis) -> Entry:
@@ -128,6 +141,8 @@ def _check_axis(root: Entry, axis: Axis, setting: Setting) -> None:
         )
     if axis.when:
         raise entry.error(f'{name}: it has a condition, "when"')
+    if len(axis) < LEAST:
+        raise entry.error(f"{name}: a chain needs at least {LEAST} values")
 
 
 def _check_columns(root: Entry, axis: Axis, settings: Iterable[str]) -> None:

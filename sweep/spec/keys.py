@@ -123,6 +123,19 @@ def check_keys(entry: Entry, *parts: type[Any]) -> None:
     entry.keys([key.name for key in keys], required=required)
 
 
+def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:
+    """Raise SpecError for all keys of a spec that cannot stand in it beside `key`;
+    `barred` has them, each with the reason, "" where none is said.
+    """
+    mistakes = Mistakes()
+    for name, why in barred.items():
+        with mistakes.noted():
+            if other := root.get(name):
+                reason = f": {why}" if why else ""
+                raise other.error(f'a study with "{key}" takes no "{name}"{reason}')
+    mistakes.check()
+
+
 def read_section(part: type[T], entry: Entry | None, **otherwise: Any) -> T:
     """The dataclass `part` that `entry` writes; `otherwise` gives by field what holds
     for keys that are left out, where that is not the default. Raises SpecError.

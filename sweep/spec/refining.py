@@ -12,7 +12,7 @@ from sweep.analysis.refinement import STEEPEST, RefinedAxis, Refinement
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
-from sweep.spec.keys import Key, check_keys, read_values
+from sweep.spec.keys import Key, check_beside, check_keys, read_values
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import (
@@ -112,7 +112,7 @@ class Refine:
     ] = 0.95
 
 
-BARRED = ("search", "seeds", "order")
+BARRED = {"search": "", "seeds": "", "order": ""}
 """Keys that cannot stand beside `refine`."""
 
 
@@ -143,10 +143,7 @@ def read_refine(root: Entry, around: Around) -> Refinement | None:
         mistakes.read(_check_metric, entry, given, around)
     if around.replication:
         mistakes.read(_check_trials, root, given["most"], around.replication)
-    for key in BARRED:
-        with mistakes.noted():
-            if other := root.get(key):
-                raise other.error(f'a study with "refine" takes no "{key}"')
+    mistakes.read(check_beside, root, "refine", BARRED)
     axes = list[Axis]()
     if "axes" in given and around.axes is not None:
         for child in entry.child("axes").entries():

@@ -5,7 +5,7 @@ All functions raise SpecError for what is not allowed.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import replace
 
 from sweep.spec.ablation import is_ablation, read_ablation
@@ -15,23 +15,27 @@ from sweep.spec.expressions import CONDITION, KINDS, Expression
 from sweep.spec.limits import MOST_CELLS, beyond
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.samplers import in_blocks
-from sweep.spec.settings import NotAllowedError, Setting, Value
+from sweep.spec.settings import NotAllowedError, Setting, Value, no_setting
 from sweep.text import unknown
 
 
-def read_fixed(entry: Entry | None, known: dict[str, Setting]) -> dict[str, Value]:
-    """The settings under `fixed`, each in its own type."""
+def read_fixed(
+    entry: Entry | None, known: dict[str, Setting], keys: Container[str] = ()
+) -> dict[str, Value]:
+    """The settings under `fixed`, each in its own type; `keys` are those of a spec."""
     fixed, mistakes = dict[str, Value](), Mistakes()
     for name, child in entry.mapping() if entry else ():
         with mistakes.noted():
-            fixed[name] = _fixed(name, child, known)
+            fixed[name] = _fixed(name, child, known, keys)
     mistakes.check()
     return fixed
 
 
-def _fixed(name: str, entry: Entry, known: dict[str, Setting]) -> Value:
+def _fixed(
+    name: str, entry: Entry, known: dict[str, Setting], keys: Container[str]
+) -> Value:
     if name not in known:
-        raise entry.error(unknown("setting", name, known))
+        raise entry.error(no_setting(name, known, keys))
     try:
         return known[name].coerce(entry.value)
     except NotAllowedError as error:

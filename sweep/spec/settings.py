@@ -4,7 +4,7 @@ values.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, get_args, get_type_hints
@@ -21,6 +21,7 @@ from kernels.settings import (
     EachStep,
     InParts,
     Observation,
+    OnlyWhere,
     Schedule,
     Sensing,
     StartSettings,
@@ -60,7 +61,8 @@ class Setting:
     """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
     numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
     counted in steps, `each_step` what a shorter step makes of it: see
-    `kernels.settings.InParts`.
+    `kernels.settings.InParts`. Where `only_where` is given, it changes something only
+    there.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Setting:
     rule: str = ""
     in_steps: bool = False
     each_step: EachStep = ""
+    only_where: OnlyWhere | None = None
 
     def in_parts(self, value: float, parts: int) -> float:
         """What a value becomes where each step is cut into so many."""
@@ -190,6 +193,7 @@ def _setting(
     base, about, *further = get_args(hint)
     assert isinstance(about, About)
     in_parts = [one.each_step for one in further if isinstance(one, InParts)]
+    only_where = [one for one in further if isinstance(one, OnlyWhere)]
     choices, text = _entered(name, about, known)
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
@@ -206,6 +210,7 @@ def _setting(
         about.rule,
         about.in_steps,
         in_parts[0] if in_parts else "",
+        only_where[0] if only_where else None,
     )
 
 
@@ -221,6 +226,20 @@ def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
+
+
+def no_setting(
+    name: str, known: Iterable[str], keys: Container[str], more: str = ""
+) -> str:
+    """What to say of a name that is none of the `known` settings; it may be one of the
+    `keys` of a whole spec. If not, `more` follows.
+    """
+    if name in keys:
+        return (
+            f'"{name}" is no setting: it is a key of the whole spec, with one value for'
+            ' all points, and stands beside "model"'
+        )
+    return unknown("setting", name, known) + more
 
 
 def usual_preset(model: Model) -> str:

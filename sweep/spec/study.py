@@ -25,7 +25,12 @@ from sweep.spec.contents import (
     Truth,
     Whole,
 )
-from sweep.spec.continued_checks import check_continued, continued_axis, held
+from sweep.spec.continued_checks import (
+    check_beside_continued,
+    check_continued,
+    continued_axis,
+    held,
+)
 from sweep.spec.derived_metrics import (
     DerivedMetric,
     derived_schema,
@@ -35,7 +40,14 @@ from sweep.spec.derived_metrics import (
 from sweep.spec.document import Document, Entry, Place
 from sweep.spec.expressions import Expression
 from sweep.spec.failure_policy import Policy, read_policy
-from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_values
+from sweep.spec.keys import (
+    Key,
+    LaterSectionOf,
+    check_keys,
+    keys_of,
+    read_section,
+    read_values,
+)
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
@@ -622,9 +634,10 @@ def _flown(
     drawn, recorded = given.get("maps"), given.get("record")
     settings = settings_of_study(name, known, _names_in(drawn))
     seed = given.get("seed", 0)
-    reader = AxisReader(known, name, preset, settings, seed, folder, samplers)
+    keys = {key.name for key in keys_of(*SPEC)}
+    reader = AxisReader(known, name, preset, settings, seed, folder, samplers, keys)
     maps = mistakes.read(read_maps, drawn, folder, known.maps)
-    fixed = mistakes.read(read_fixed, given.get("fixed"), settings) or {}
+    fixed = mistakes.read(read_fixed, given.get("fixed"), settings, keys) or {}
     derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
     sizes = mistakes.read(read_section_sizes, given.get("sizes"))
     taken = [*fixed, *derive, *(sizes.settings if sizes else ())]
@@ -637,7 +650,7 @@ def _flown(
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
-    validate = mistakes.read(read_validate, given.get("validate"))
+    validate = mistakes.read(read_validate, root)
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
@@ -645,6 +658,7 @@ def _flown(
     streams = mistakes.read(_streams, given.get("streams"), search)
     around = Around(swept, replication, names, metrics, settings)
     rule = mistakes.read(read_refine, root, around)
+    mistakes.read(check_beside_continued, root, swept or ())
     mistakes.check()
     axes = swept or ()
     assert replication
@@ -661,8 +675,7 @@ def _flown(
     mistakes.read(check_complete, root, axes)
     assert record
     assert streams
-    beside = (replication.until, record.last_states, streams.noise)
-    mistakes.read(check_continued, root, axes, settings, [*fixed, *derive], *beside)
+    mistakes.read(check_continued, root, axes, settings, [*fixed, *derive])
     if validate:
         mistakes.read(check_validate, root, validate, name, settings, axes)
     mistakes.check()
@@ -749,23 +762,30 @@ def _search(
     metrics: KnownMetrics,
     given: dict[str, Iterable[str]],
 ) -> Search | None:
-    entry = root.get("search")
-    if entry and "sweep" in root.value:
-        raise entry.error(
-            'a spec has "search" or "sweep", not both: axes of the scenarios that a'
-            ' candidate must be good at together stand in "search" under "over"'
-        )
-    if entry and (sizes := root.get("sizes")):
-        raise sizes.error(
-            'a search takes no "sizes": scenarios that a candidate must be good at'
-            ' together stand in "search" under "over"'
-        )
-    if entry and (order := root.get("order")):
-        raise order.error(
-            'a search asks for one candidate after the other: leave "order" out'
-        )
+    entry, mistakes = root.get("search"), Mistakes()
+    if entry is None:
+        return None
+    with mistakes.noted():
+        if "sweep" in root.value:
+            raise entry.error(
+                'a spec has "search" or "sweep", not both: axes of the scenarios that a'
+                ' candidate must be good at together stand in "search" under "over"'
+            )
+    with mistakes.noted():
+        if sizes := root.get("sizes"):
+            raise sizes.error(
+                'a search takes no "sizes": scenarios that a candidate must be good at'
+                ' together stand in "search" under "over"'
+            )
+    with mistakes.noted():
+        if order := root.get("order"):
+            raise order.error(
+                'a search asks for one candidate after the other: leave "order" out'
+            )
     places = {name: (key, name) for key, names in given.items() for name in names}
-    return read_search(entry, reader, metrics, places) if entry else None
+    found = mistakes.read(read_search, entry, reader, metrics, places)
+    mistakes.check()
+    return found
 
 
 def study_rules() -> Schema:

@@ -13,7 +13,7 @@ from typing import Annotated
 from sweep.spec.axes import Axis
 from sweep.spec.contents import Content, ListOf, OneOf
 from sweep.spec.document import Entry
-from sweep.spec.keys import Key, read_section
+from sweep.spec.keys import Key, check_beside, read_section
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema
 from sweep.spec.settings import Setting
@@ -21,7 +21,7 @@ from sweep.spec.settings import Setting
 MOST_PARTS = 64
 ALL_PAIRS, BOTH = "all_pairs", "both"
 UPDATE = "update"
-NOT_BESIDE = ("search", "refine")
+NOT_BESIDE = {"search": "", "refine": ""}
 """Keys that cannot stand beside `validate`."""
 PARTS = tuple(range(1, MOST_PARTS + 1))
 
@@ -92,16 +92,22 @@ class Validate:
     ] = None
 
 
-def read_validate(entry: Entry | None) -> Validate | None:
-    """The section, each key checked alone; None where there is none."""
+def read_validate(root: Entry) -> Validate | None:
+    """The section, each key checked alone, and what cannot stand beside it; None where
+    there is none.
+    """
+    entry, mistakes = root.get("validate"), Mistakes()
     if entry is None:
         return None
-    found = read_section(Validate, entry)
-    if {*found.dt} <= {1} and not found.search and not found.update:
-        raise entry.error(
-            '"validate" changes nothing: give it a time step that is shorter, as dt:'
-            " [1/2], search: all_pairs or update: both"
-        )
+    mistakes.read(check_beside, root, "validate", NOT_BESIDE)
+    found = mistakes.read(read_section, Validate, entry)
+    with mistakes.noted():
+        if found and {*found.dt} <= {1} and not found.search and not found.update:
+            raise entry.error(
+                '"validate" changes nothing: give it a time step that is shorter, as'
+                " dt: [1/2], search: all_pairs or update: both"
+            )
+    mistakes.check()
     return found
 
 
@@ -116,10 +122,6 @@ def check_validate(
     section says, or has nothing that could be concluded from it.
     """
     entry, mistakes = root.child("validate"), Mistakes()
-    for key in NOT_BESIDE:
-        with mistakes.noted():
-            if other := root.get(key):
-                raise other.error(f'a study with "validate" takes no "{key}"')
     with mistakes.noted():
         if all(len(axis) < 2 for axis in axes):
             raise entry.error(

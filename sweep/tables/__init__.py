@@ -3,6 +3,7 @@
 stored_study      a study by name
 stored_trials     trials with all their rows
 stored_plan       a plan, checked
+stored_links      its chains, checked
 stored_tables     tables, checked
 stored_spec       a row read as a spec
 stored_jobs       the job and world of a row

@@ -69,6 +69,14 @@ class Boundary(NamedTuple):
         return names[1 : names.index(next(iter(self.rule.scales)))]
 
     @property
+    def crossed(self) -> frozenset[int]:
+        """The groups in which the mean is known to cross the level somewhere."""
+        if self.crossings is not None:
+            return frozenset(self.crossings["group"])
+        cells = self.cells
+        return frozenset(cells["group"][cells["state"] == "boundary"])
+
+    @property
     def rows(self) -> pd.DataFrame:
         """What tells where the boundary is: the crossings of one axis, else the cells
         that it goes through, or that are not resolved.

@@ -11,6 +11,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+
 from kernels.catalogue import Catalogue
 from sweep.analysis.refinement import MOST_HALVINGS, STEEPEST
 from sweep.errors import SpecError, StoreError
@@ -22,18 +24,22 @@ from sweep.spec.replication import read_replication
 from sweep.spec.samplers import SAMPLERS, in_blocks
 from sweep.spec.settings import settings_of
 from sweep.spec.study_folder import why_no_name
+from sweep.tables.stored_links import check_links
 from sweep.text import shortened
 
 MOST_BEFORE = 10**9
 """Up to version 0.4.0 a study could have so many trials."""
 
 
-def check_plan(study: str, about: dict[str, Any], named: Catalogue) -> None:
-    """Raise StoreError where a plan's provenance is not what a launch writes; its names
-    are those of the catalogue.
+def check_plan(
+    study: str, plan: pa.Table, about: dict[str, Any], named: Catalogue
+) -> None:
+    """Raise StoreError where a plan or its provenance is not what a launch writes; its
+    names are those of the catalogue.
     """
     try:
         _check(about, named)
+        check_links(plan, about)
     except ValueError as error:
         raise StoreError(
             f"its plan is not what a launch writes: {error}", study

@@ -49,6 +49,7 @@ from sweep.tables.choosing import (
     as_names,
     spelled,
 )
+from sweep.tables.stored_links import check_stored_link
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
@@ -119,7 +120,7 @@ class StoredStudy:
         self.store = Store(place / name, place)
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
-        check_plan(name, self.provenance, self.known)
+        check_plan(name, self.plan, self.provenance, self.known)
 
     def __repr__(self) -> str:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
@@ -655,6 +656,7 @@ class StoredStudy:
         from sweep.tables.stored_jobs import stored_job
 
         known = self.running(stored.provenance)
+        check_stored_link(self.name, stored.row, self.whole.plan)
         job = stored_job(self.name, known, self.maps, stored)
         return with_beginning(self.store, job)
 

@@ -365,6 +365,13 @@ REFUSED = [
         "replicates: {until: {metric: speed, half_width: 1}, min: 3, max: 9}",
         "takes a fixed number of replicates",
     ),
+    ("[0.5, 1, 2]", "[0.5]", 'drawn.yaml:7: "separation_weight" cannot be continued:'),
+    ("[0.5, 1, 2]", "[1]", "a chain needs at least 2 values"),
+    (
+        "every: 2}",
+        "every: 2, last_flocks: false}",
+        'drawn.yaml:10: a study with "continue" keeps "last_flocks"',
+    ),
 ]
 
 

@@ -19,6 +19,7 @@ from sweep.store.shares import Share
 from sweep.tables.spec_difference import compare
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Serial
+from tests.commands import sweep
 from tests.searches import done, replace_trials
 from tests.studies import SMALL
 
@@ -307,3 +308,56 @@ def test_noise_that_max_trials_cannot_beat_is_said(
     assert found.crossings.empty
     why = "max trials do not tell on which side the points are"
     assert set(found.cells["why"]) == {why}
+
+
+NOWHERE = "the mean crosses {} nowhere, as far as the grid can tell: "
+HIGH = LINE.replace("linspace: [0, ", "linspace: [0.5, ")
+GROUPS = PLANE.replace("axes: [cohesion_weight, ", "axes: [")
+
+
+@pytest.mark.parametrize(
+    ("spec", "at", "said"),
+    [
+        (LINE, "7", [NOWHERE.format(7) + "all 3 points lie below it"]),
+        (HIGH, "1", [NOWHERE.format(1) + "all 3 points lie above it"]),
+        (PLANE, "7", [NOWHERE.format(7) + "all 9 points lie below it"]),
+        (
+            GROUPS,
+            "5.5",
+            [
+                "where cohesion_weight = 1, "
+                + NOWHERE.format(5.5)
+                + "all 3 points lie below it"
+            ],
+        ),
+        (GROUPS, "2", []),
+    ],
+)
+def test_where_no_crossing_is_known_a_sentence_says_where_points_lie(
+    tmp_path: Path, jobs: list[Job], spec: str, at: str, said: list[str]
+) -> None:
+    launched(spec.replace("at: 2", f"at: {at}"), tmp_path / "results")
+    shown = sweep(tmp_path, "boundary", "small").stdout
+    text = " ".join(shown.split())
+    assert text.count("nowhere") == len(said)
+    assert all(one in text for one in said)
+    assert ("─" in shown) == (at not in ("7", "1"))
+    assert jobs
+
+
+def test_points_on_no_side_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The mean of one point is the level itself."""
+
+    def at_the_level(job: Job) -> Result:
+        rng = np.random.default_rng([int(job.point, 16), job.replicate])
+        far = abs(float(job.settings["separation_weight"]) - 0.5)
+        return done(job, {"speed": 2.0 + far + rng.normal(0.0, NOISE)})
+
+    replace_trials(monkeypatch, at_the_level)
+    spec = LINE.replace("until: 0.02", "until: 0.5")
+    launched(spec, tmp_path / "results")
+    text = " ".join(sweep(tmp_path, "boundary", "small").stdout.split())
+    sides = "2 points above it, 1 point on a side that is not known"
+    assert NOWHERE.format(2) + sides in text

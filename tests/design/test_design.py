@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from kernels.catalogue import BUILT_IN
 from sweep.design.design import Design, Rejection, expand
+from sweep.design.plan import make_plan
 from sweep.errors import SpecError
 from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import parse_spec
@@ -270,3 +271,36 @@ def test_absurd_number_of_trials_is_refused() -> None:
         match=r"^spec.yaml:4: the study has 30,000,000 trials; at most 20,000,000",
     ):
         expand(parse_spec(spec))
+
+
+IDLE = "nearest changes nothing: neighbours is {} at every point, and nearest is for"
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("fixed: {nearest: 5}", [IDLE.format("metric")]),
+        ("sweep: {nearest: [5, 7]}", [IDLE.format("metric")]),
+        ("derive: {nearest: n + 1}", [IDLE.format("metric")]),
+        (
+            "fixed: {nearest: 5}\nsweep: {neighbours: [voronoi, metric]}",
+            [IDLE.format("voronoi or metric")],
+        ),
+        ("fixed: {neighbours: nearest, nearest: 5}", []),
+        ("sweep: {nearest: [5, 7], neighbours: [nearest, voronoi]}", []),
+        ("fixed: {neighbours: voronoi}", []),
+    ],
+)
+def test_the_plan_says_which_settings_change_nothing(
+    lines: str, said: list[str]
+) -> None:
+    notes = make_plan(short_study(lines), 1).notes
+    assert notes == tuple(f"{one} nearest alone" for one in said)
+
+
+def test_what_a_setting_waits_for_is_a_choice_of_another() -> None:
+    for model in BUILT_IN.models:
+        known = settings_of(model, BUILT_IN)
+        waits = [one.only_where for one in known.values() if one.only_where]
+        assert waits
+        assert all(one.choice in known[one.setting].choices for one in waits)

@@ -7,6 +7,7 @@ from itertools import combinations
 import pytest
 
 from sweep.errors import SpecError
+from sweep.spec.continued_checks import COMMON, KEPT, LONGER, UNTIL
 from sweep.spec.mistakes import MOST_SAID
 from sweep.spec.study import parse_spec
 
@@ -95,6 +96,76 @@ replicates: 3
         '5: unknown statistic "men"',
         '6: unknown key "at_mots"',
         '7: "budget" must be a whole number from 1 to 1000000, not "none"',
+    ]
+
+
+def test_keys_that_cannot_stand_together_are_all_said_beside_what_is_missing() -> None:
+    assert mistakes("""
+study: many
+model: nguyen2024
+sweep: {separation_weight: {values: [1, 2, 3], continue: up}}
+replicates: {until: {metric: speed}, max: 30}
+record: {last_states: true, last_flocks: false}
+streams: {noise: common}
+""") == [
+        '4: missing key "half_width" in "until"',
+        f"4: {UNTIL}",
+        f"5: {LONGER}",
+        f"5: {KEPT}",
+        f"6: {COMMON}",
+    ]
+    assert [
+        line.partition(":")[0] + line.partition(":")[2].partition("; ")[0][:45]
+        for line in mistakes("""
+study: many
+model: nguyen2024
+sizes: {n: [3, 4]}
+order: coarse
+refine: {metric: speed, at: 3}
+validate: {dt: [1/2], updat: both}
+search: {budget: 10}
+sweep: {separation_weight: {values: [1, 2], continue: up}}
+replicates: 9
+""")
+    ] == [
+        '3 a search takes no "sizes": scenarios that a ',
+        "4 a search asks for one candidate after the ot",
+        '4 a study with "refine" takes no "order"',
+        '4 a study with "continue" takes no "order": li',
+        '5 a study with "validate" takes no "refine"',
+        '5 missing key "axes" in "refine"',
+        '5 missing key "until" in "refine"',
+        '5 missing key "budget" in "refine"',
+        '5 a study with "continue" takes no "refine": w',
+        '6 unknown key "updat"',
+        '7 a spec has "search" or "sweep", not both: ax',
+        '7 missing key "parameters" in "search"',
+        '7 missing key "objectives" in "search"',
+        '7 a study with "validate" takes no "search"',
+        '7 a study with "refine" takes no "search"',
+    ]
+
+
+def test_a_key_of_the_spec_is_no_setting() -> None:
+    is_key = "is no setting: it is a key of the whole spec"
+    first, second, third = mistakes("""
+study: many
+model: nguyen2024
+fixed: {neighbour_search: all_pairs, threads: 2, neighbour_serch: all_pairs}
+sweep: {time_limit: [3, 4]}
+replicates: 9
+""")[:3]
+    assert first.startswith(f'3: "neighbour_search" {is_key}')
+    assert second.startswith(f'3: "threads" {is_key}')
+    assert third.startswith('3: unknown setting "neighbour_serch"')
+    assert mistakes("""
+study: many
+model: nguyen2024
+sweep: {time_limit: [3, 4]}
+replicates: 9
+""") == [
+        f'3: "time_limit" {is_key}, with one value for all points, and stands beside'
+        ' "model"'
     ]
 
 
