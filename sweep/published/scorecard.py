@@ -21,11 +21,13 @@ from sweep.published.verdicts import (
     LEVEL,
     Above,
     Below,
+    OfOrder,
     Status,
     Value,
     Within,
     brief,
 )
+from sweep.tables.scaling import Scaling
 
 TITLE = "What of the published results could be reproduced"
 ORDER: tuple[Status, ...] = (
@@ -226,7 +228,10 @@ def rule() -> list[str]:
             " our mean and spread stayed. A claim some of whose planned trials are"
             " missing is partial: its numbers are provisional. One without trials is"
             " not run, and nothing is said of it. Rank correlations have Fisher's"
-            " interval with the variance of Bonett and Wright."
+            " interval with the variance of Bonett and Wright. The order of a"
+            " transition is what `sweep scaling` says of it with that confidence, and"
+            " undecided where it does not decide; beside it stands what it says with"
+            " 95 %."
         ),
         (
             "Statements are counted, not rows: one is refuted where a row of it is, and"
@@ -347,6 +352,8 @@ def published_text(row: Row) -> str:
         return f"above {expect.bound:g}"
     if isinstance(expect, Below):
         return f"below {expect.bound:g}"
+    if isinstance(expect, OfOrder):
+        return expect.order
     return f"{expect.low:g} to {expect.high:g}" if isinstance(expect, Within) else ""
 
 
@@ -361,9 +368,13 @@ def ours_text(row: Row) -> str:
     """Our estimate and its 95 % interval. Both end at the second significant digit of
     the half width.
     """
-    if row.measured is None or math.isnan(row.measured.estimate.value):
+    if row.measured is None:
         return ""
+    if isinstance(row.measured.estimate, Scaling):
+        return row.measured.estimate.order.order
     value, interval = row.measured.estimate.value, row.verdict.interval
+    if math.isnan(value):
+        return ""
     return number(value) if interval is None else with_interval(value, *interval)
 
 
