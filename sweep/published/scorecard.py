@@ -161,23 +161,38 @@ class Section:
 
 
 class Page(NamedTuple):
-    """All sections; links are relative to `root`, `scale` is "full" or "quick"."""
+    """All sections, of which those that were asked for are `shown`; links are relative
+    to `root`, `scale` is "full" or "quick".
+    """
 
     root: Path
     sections: Sequence[Section]
     scale: str
     watermark: str
 
+    @property
+    def shown(self) -> list[Section]:
+        """The sections of the documents that were asked for."""
+        return [one for one in self.sections if one.publication.asked]
+
+    @property
+    def unasked(self) -> str:
+        """The documents that were not asked for, in one sentence; "" for none."""
+        names = [
+            one.publication.name for one in self.sections if not one.publication.asked
+        ]
+        return f"Not asked for, and so not here: {', '.join(names)}." if names else ""
+
     def counts(self, group: Group) -> dict[str, Counter[Status]]:
         """By document how many of a group have which verdict; without documents that
         have none.
         """
-        found = {one.publication.name: one.tallies[group] for one in self.sections}
+        found = {one.publication.name: one.tallies[group] for one in self.shown}
         return {name: counts for name, counts in found.items() if counts}
 
     def of_status(self, status: Status) -> Iterator[tuple[Section, Row]]:
         """The rows with this verdict, and their sections."""
-        for section in self.sections:
+        for section in self.shown:
             for row in section.rows:
                 if row.verdict.status == status:
                     yield section, row
@@ -265,8 +280,6 @@ def _beyond(row: Row) -> str:
 def family_text(section: Section) -> str:
     """How sure each row of a document must be."""
     family = section.publication.family
-    if not section.publication.asked:
-        return ""
     return (
         f"{family} of these {len(section.rows)} claims are counted and tested together:"
         f" each at {LEVEL:.2g}/{max(family, 1)} = {LEVEL / max(family, 1):.2g}."
@@ -395,7 +408,7 @@ def origin_lines(page: Page) -> list[tuple[str, str]]:
     """Where the trials come from. Each line has a name and all distinct values over all
     studies.
     """
-    origins = [origin for section in page.sections for origin in section.origins]
+    origins = [origin for section in page.shown for origin in section.origins]
     found = {
         "kernels_sha": [origin["kernels_sha"] for origin in origins],
         "commit": [_commit(origin["git"]) for origin in origins],

@@ -24,7 +24,7 @@ def as_json(page: Page) -> str:
         "version": VERSION,
         "scale": page.scale,
         "documents": [_document(section) for section in page.sections],
-        "rows": [_row(page, one, row) for one in page.sections for row in one.rows],
+        "rows": [_row(page, one, row) for one in page.shown for row in one.rows],
     }
     return json.dumps(about, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
