@@ -13,7 +13,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from sweep.analysis import binder_values, order_parameters, order_samples
+from sweep.analysis import (
+    binder_values,
+    order_parameters,
+    order_samples,
+    susceptibility_values,
+)
 from sweep.figures import (
     BLUE,
     COLOURS,
@@ -27,7 +32,11 @@ from sweep.figures import (
     hysteresis_figure,
     legend,
     note,
+    scaling_figure,
 )
+from sweep.tables.hysteresis import FoundLoop
+from sweep.tables.hysteresis import hysteresis as loops
+from sweep.tables.scaling import scaling
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -43,6 +52,11 @@ DISORDER, ORDER = 1 / 3, 2 / 3
 """Binder's cumulant of the order of independent headings, and of perfect order."""
 BANDS = (0.15, 0.35, 0.55, 0.75)
 """The edges of the bands of the order whose shares of time are compared."""
+PEAKS = {40: 4.5, 100: 4.0, 400: 3.75}
+"""By size, the noise at which trials with another seed had the largest susceptibility.
+"""
+JUMP = (0.6, 0.62)
+"""Noises before and after the fall of the order with vectorial noise."""
 NOISE = "noise η"
 
 
@@ -61,6 +75,85 @@ def _binder(studies: Studies, spec: str, noise: float) -> Floats:
 
 binder_vectorial = partial(_binder, spec="vectorial")
 binder_scalar = partial(_binder, spec="scalar")
+
+
+def _counted(studies: Studies, spec: str, n: int, noise: float) -> Floats:
+    """The frames (k, T) of the order at one point that `sweep scaling` counts."""
+    curves = {one.n: one for one in scaling(studies[spec], "polarization").curves}
+    (place,) = np.flatnonzero(np.isclose(curves[n].x, noise))
+    return curves[n].samples[place]
+
+
+def size_order(studies: Studies, n: int, noise: float) -> Floats:
+    """The order with scalar noise, by trial."""
+    return _counted(studies, "scaling_scalar", n, noise).mean(axis=1)
+
+
+def size_susceptibility(studies: Studies, n: int, noise: float) -> Floats:
+    """The jackknife's pseudo-values of the susceptibility with scalar noise."""
+    return susceptibility_values(_counted(studies, "scaling_scalar", n, noise), n)
+
+
+def size_binder(studies: Studies, n: int, noise: float) -> Floats:
+    """The jackknife's pseudo-values of Binder's cumulant with scalar noise."""
+    return binder_values(_counted(studies, "scaling_scalar", n, noise))
+
+
+def _smaller(n: int) -> int:
+    """The next smaller size."""
+    return max(size for size in PEAKS if size < n)
+
+
+def susceptibility_growth(studies: Studies, n: int) -> tuple[Floats, Floats]:
+    """The susceptibility at its peak, and that of the next smaller size at its own."""
+    first, second = (
+        size_susceptibility(studies, size, PEAKS[size]) for size in (n, _smaller(n))
+    )
+    return first, second
+
+
+def binder_change(studies: Studies, n: int, noise: float) -> tuple[Floats, Floats]:
+    """The cumulant, and that of the next smaller size at the same noise."""
+    first, second = (size_binder(studies, size, noise) for size in (n, _smaller(n)))
+    return first, second
+
+
+def fall_growth(studies: Studies, n: int) -> tuple[Floats, Floats]:
+    """By how much the order falls between two vectorial noises, by pairs of independent
+    trials; the same of a quarter of the boids.
+    """
+    falls = []
+    for size in (n, n // 4):
+        before, after = (
+            _counted(studies, "scaling_vectorial", size, noise).mean(axis=1)
+            for noise in JUMP
+        )
+        falls.append(before - after)
+    return falls[0], falls[1]
+
+
+def _loop(studies: Studies) -> FoundLoop:
+    """The order of each chain with slowly changed vectorial noise."""
+    (one,) = loops(studies["hysteresis"], "polarization", half=True)
+    return one
+
+
+def loop_area(studies: Studies) -> Floats:
+    """The area between the order on the way down and on the way up, by chain."""
+    one = _loop(studies)
+    return np.trapezoid(one.down - one.up, one.values, axis=1)
+
+
+def _on_the_way(studies: Studies, noise: float, way: str) -> Floats:
+    """The order of each chain at one noise, on the way `up` or `down`."""
+    one = _loop(studies)
+    (place,) = np.flatnonzero(np.isclose(one.values, noise))
+    values: Floats = getattr(one, way)
+    return values[:, place]
+
+
+order_up = partial(_on_the_way, way="up")
+order_down = partial(_on_the_way, way="down")
 
 
 def programs(noise_type: str, moves_with: str, n: int) -> pd.DataFrame:
@@ -231,6 +324,16 @@ def _draw_distribution(
     )
 
 
+def scaling_scalar(studies: Studies) -> Figure:
+    """Order, susceptibility and cumulant of three sizes with scalar noise."""
+    return scaling_figure(studies["scaling_scalar"], "polarization")
+
+
+def scaling_vectorial(studies: Studies) -> Figure:
+    """The same of two sizes with vectorial noise."""
+    return scaling_figure(studies["scaling_vectorial"], "polarization")
+
+
 def hysteresis(studies: Studies) -> Figure:
     """Order against vectorial noise that increases, and then decreases."""
     return hysteresis_figure(studies["hysteresis"], "polarization", half=True)
@@ -252,6 +355,16 @@ FIGURES = {
         transition,
         ("vectorial", "coexistence", "scalar", "vectorial_large"),
         "A jump with vectorial noise, and a gradual change with scalar noise.",
+    ),
+    "scaling_scalar": Drawing(
+        scaling_scalar,
+        ("scaling_scalar",),
+        "What three sizes tell of the transition with scalar noise.",
+    ),
+    "scaling_vectorial": Drawing(
+        scaling_vectorial,
+        ("scaling_vectorial",),
+        "What two sizes tell of the transition with vectorial noise.",
     ),
     "hysteresis": Drawing(
         hysteresis,

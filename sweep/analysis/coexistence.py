@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.simultaneous import simultaneous_confidence
 from sweep.analysis.size_curves import (
-    BinderCrossing,
     SizeCurve,
-    SusceptibilityPeak,
+    binder_crossings,
+    susceptibility_peak,
 )
 
 Floats = NDArray[np.float64]
@@ -168,13 +168,9 @@ class TransitionOrder(NamedTuple):
 
 
 def transition_order(
-    minima: Sequence[BinderMinimum],
-    peaks: Sequence[TwoPeaks],
-    crossings: Sequence[BinderCrossing],
-    susceptibility: Sequence[SusceptibilityPeak],
-    confidence: float = CONFIDENCE,
+    curves: Sequence[SizeCurve], confidence: float = CONFIDENCE
 ) -> TransitionOrder:
-    """The order of the transition by what is known of each size, smallest first.
+    """The order of the transition of systems of several sizes, smallest first.
 
     first order   in the largest system the order has two peaks, or the smallest
                   cumulant is negative
@@ -182,21 +178,32 @@ def transition_order(
                   cumulants cross; and the peak of the susceptibility of the largest
                   system is surely higher than that of the smallest
     not decided   otherwise
+
+    Where one of several tests is enough, they are a family (Bonferroni): the two of
+    first order, and the crossings of all pairs of neighbouring sizes. Tests all of
+    which must agree need no correction (Berger 1982, Technometrics 24, 295-300).
     """
-    if peaks[-1].told(confidence):
+    each = simultaneous_confidence(2, confidence)
+    peaks = [two_peaks(one, each) for one in curves]
+    minima = [binder_minimum(one, each) for one in curves]
+    if peaks[-1].told(each):
         return TransitionOrder("first order", "the order of the largest has two peaks")
     if minima[-1].sign == "negative":
         return TransitionOrder("first order", "Binder's cumulant falls below zero")
     lacking = []
-    if any(one.told(confidence) for one in peaks):
+    if any(one.told(each) for one in peaks):
         lacking.append("the order of a smaller size has two peaks")
     if not all(one.tested for one in peaks):
         lacking.append(f"fewer than {FEWEST_TRIALS} trials a point")
     if any(one.sign != "positive" for one in minima):
         lacking.append("not all cumulants are surely positive")
-    if not crossings:
-        lacking.append("no cumulants cross")
-    if not susceptibility[-1].height_low > susceptibility[0].height_high:
+    pairs = simultaneous_confidence(len(curves) - 1, confidence)
+    if not binder_crossings(curves, pairs):
+        lacking.append("no cumulants cross, all pairs of sizes together")
+    smallest, largest = (
+        susceptibility_peak(one, confidence) for one in (curves[0], curves[-1])
+    )
+    if not largest.height_low > smallest.height_high:
         lacking.append("the susceptibility does not surely grow with the size")
     if lacking:
         return TransitionOrder("not decided", "; ".join(lacking))

@@ -15,6 +15,7 @@ from sweep.figures.selection import select
 from sweep.figures.style import COLOURS, GREY, LINE_STYLES, MARKERS, STYLE
 from sweep.tables.scaling import CURVES, Scaling, scaling
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import so_many
 
 WORDS = {
     "order": "mean {}",
@@ -108,7 +109,7 @@ def _note(study: StoredStudy, found: Scaling) -> str:
     )
     if not found.stationary:
         flagged = int((found.states["problems"] != "").sum())
-        text += f"; {flagged} points are not stationary"
+        text += f"; {so_many(flagged, 'point')} not stationary"
     return select(study).about(text, found.states["trials"])
 
 

@@ -7,15 +7,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, cast, get_args
 
+from sweep.analysis.coexistence import Order
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
-from sweep.published.measures import Measure, MeasureReader, RankCorrelation
+from sweep.published.measures import (
+    Measure,
+    MeasureReader,
+    RankCorrelation,
+    Transition,
+)
 from sweep.published.verdicts import (
     Above,
     Below,
     Expectation,
+    Numeric,
+    OfOrder,
     Region,
     Value,
     Within,
@@ -32,6 +40,7 @@ MAY_HAVE = (
     *("statement", "spec", "figure", *TESTED),
     *(ALTERNATIVES, UNTESTABLE, UNVERIFIED),
 )
+ORDER, ORDERS = "order", ("continuous", "first order")
 SHARE = re.compile(r"([0-9]+(?:\.[0-9]+)?) %")
 
 Kind = Literal["number", "reading", "exact", "hypothesis", "fit"]
@@ -98,7 +107,8 @@ class Shown(NamedTuple):
 
 
 def shown(file: Path, figure: str) -> list[Shown]:
-    """The tested claims of a published.yaml that name `figure`, in their order.
+    """The tested claims of a published.yaml that name `figure`, in their order; without
+    those on the order of a transition, which allow no region.
 
     Neither specs nor functions are read: a figure calls this while it is drawn. Raises
     SpecError for an expectation that is none.
@@ -113,7 +123,8 @@ def shown(file: Path, figure: str) -> list[Shown]:
             region(_expectation(entry.child("expect"), None, entry.value["kind"])),
         )
         for entry in claims
-        if entry.value.get("figure") == figure and "expect" in entry.value
+        if entry.value.get("figure") == figure
+        and ORDER not in entry.value.get("expect", {ORDER})
     ]
 
 
@@ -163,10 +174,11 @@ def _tested(
         return found
     if chosen is None:
         raise entry.error('missing key "spec": whose trials test the claim')
-    measure = reader.read(entry.child("measure"), chosen)
+    measure, wanted = reader.read(entry.child("measure"), chosen), entry.child("expect")
+    of_order = isinstance(measure, Transition)
     return found | {
         "measure": measure,
-        "expect": _expectation(entry.child("expect"), measure, kind),
+        "expect": _order(wanted) if of_order else _expectation(wanted, measure, kind),
         "looked": entry.child("looked").one_of("time of the look", get_args(Looked)),
         ALTERNATIVES: others.text() if others else "",
     }
@@ -198,7 +210,12 @@ def _day(entry: Entry) -> date:
         raise entry.expected("a day such as 2026-03-01") from None
 
 
-def _expectation(entry: Entry, measure: Measure | None, kind: Kind) -> Expectation:
+def _order(entry: Entry) -> OfOrder:
+    entry.keys([ORDER], required=[ORDER])
+    return OfOrder(cast(Order, entry.child(ORDER).one_of("order", ORDERS)))
+
+
+def _expectation(entry: Entry, measure: Measure | None, kind: Kind) -> Numeric:
     kinds = ("value", "above", "below", "within")
     entry.keys([*kinds, "rounding", "trials", "margin", "because"])
     given = [kind for kind in kinds if kind in entry.value]

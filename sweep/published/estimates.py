@@ -18,26 +18,30 @@ from sweep.analysis import (
     rank_estimate,
     units,
 )
+from sweep.errors import ChoiceError
 from sweep.published.measures import (
     Call,
     Mean,
     MeanDifference,
     Measure,
     RankCorrelation,
+    Transition,
     columns_read,
 )
 from sweep.spec.recorded import Column
+from sweep.tables.scaling import Scaling, scaling
 from sweep.tables.stored_study import StoredStudy
 
 Studies = Mapping[str, StoredStudy]
 
 
 class Measured(NamedTuple):
-    """An estimate, the number of its trials in words and in all, and the number of
-    trials that were left out because they have no result.
+    """An estimate, or what the sizes of a study tell of a transition; the number of its
+    trials in words and in all, and the number of trials that were left out because they
+    have no result.
     """
 
-    estimate: Estimate
+    estimate: Estimate | Scaling
     trials: str
     used: int
     left_out: int
@@ -45,7 +49,7 @@ class Measured(NamedTuple):
 
 class MeasureError(Exception):
     """A function of figures.py raised an error, or did not return what a
-    measure needs.
+    measure needs; or the points of a study are not those of one transition.
     """
 
 
@@ -70,7 +74,8 @@ def measure(
 ) -> Measured:
     """The estimate of `what` in `studies`, which are found by the names of their specs.
 
-    Raises MeasureError if a function of figures.py that it calls fails.
+    Raises MeasureError if a function of figures.py that it calls fails, and where the
+    points of a study are not those of one transition.
     """
     if isinstance(what, Mean):
         found = _units(studies[what.spec], what, set(what.settings))
@@ -84,6 +89,8 @@ def measure(
         return _difference(studies, what)
     if isinstance(what, RankCorrelation):
         return _rank_correlation(studies[what.spec], what)
+    if isinstance(what, Transition):
+        return _transition(studies[what.spec], what)
     return _called(studies, what, functions)
 
 
@@ -140,6 +147,16 @@ def _rank_correlation(study: StoredStudy, what: RankCorrelation) -> Measured:
     count = int(values.notna().sum())
     words = f"{count:,} at {estimate.n:,} points"
     return Measured(estimate, words, count, int(values.isna().sum()))
+
+
+def _transition(study: StoredStudy, what: Transition) -> Measured:
+    try:
+        found = scaling(study.where(**what.settings), what.series)
+    except ChoiceError as error:
+        raise MeasureError(str(error)) from None
+    used = int(found.states["trials"].sum())
+    words = f"{used:,} at {len(found.states):,} points"
+    return Measured(found, words, used, found.left_out)
 
 
 def _called(

@@ -15,8 +15,9 @@ from sweep.published.claims import Claim
 from sweep.published.judging import Row, Stored, judged, stored_studies
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
-from sweep.published.verdicts import Foreseen, brief, foresee
+from sweep.published.verdicts import Foreseen, OfOrder, brief, foresee
 from sweep.spec.study import Study
+from sweep.tables.scaling import Scaling
 
 
 class Outlook(NamedTuple):
@@ -29,13 +30,14 @@ class Outlook(NamedTuple):
 def outlooks(full: Publication, quick: Publication, results: Path) -> list[Outlook]:
     """What the claims of a document that are tested could notice with all its trials,
     from those that are stored below `results`: `quick` is the document at that scale.
+    What decides the order of a transition is no width: those claims are left out.
     """
     planned = {spec: _planned(study) for spec, study in full.studies.items()}
     pilots = [_pilot(one, results, planned) for one in (full, quick)]
     return [
         Outlook(claim, _foreseen(claim, full.family, pilots))
         for claim in full.claims
-        if claim.measure
+        if claim.measure and not isinstance(claim.expect, OfOrder)
     ]
 
 
@@ -65,14 +67,19 @@ def _foreseen(claim: Claim, family: int, pilots: Sequence[_Pilot]) -> Foreseen |
     """By the first of the pilots that has an interval. A claim on several specs has the
     factor of the one that grows least.
     """
-    if claim.measure is None or claim.spec is None or claim.expect is None:
+    expect = claim.expect
+    if claim.measure is None or claim.spec is None or expect is None:
+        return None
+    if isinstance(expect, OfOrder):
         return None
     specs = specs_of(claim.measure, [claim.spec])
     for pilot in pilots:
         found = pilot.rows[claim.id].measured
-        if found and found.estimate.testable:
+        if found is None or isinstance(found.estimate, Scaling):
+            continue
+        if found.estimate.testable:
             times = min(pilot.times[spec] for spec in specs)
-            return foresee(found.estimate, claim.expect, family, found.used, times)
+            return foresee(found.estimate, expect, family, found.used, times)
     return None
 
 

@@ -23,7 +23,8 @@ from sweep.published.margins import (
     name_verdicts,
     number_rows,
 )
-from sweep.published.verdicts import brief
+from sweep.published.verdicts import OfOrder, brief
+from sweep.tables.scaling import Scaling
 
 
 class Drawn(NamedTuple):
@@ -71,6 +72,8 @@ def _scaled(row: Row) -> Drawn | None:
     """A row in the unit of its panel; None where nothing was measured."""
     expect, verdict, found = row.claim.expect, row.verdict, row.measured
     if not (expect and found and verdict.interval and verdict.simultaneous):
+        return None
+    if isinstance(expect, OfOrder) or isinstance(found.estimate, Scaling):
         return None
     ours, scaled = found.estimate.value, margins(expect, verdict.noticeable or 0.0)
     intervals = ((verdict.simultaneous, 0.8), (verdict.interval, 2.2))

@@ -12,9 +12,19 @@ from sweep.published.estimates import Measured, MeasureError, measure, metrics_l
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
 from sweep.published.published_code import CODE
-from sweep.published.verdicts import Verdict, judge, not_run, partial, untestable
+from sweep.published.verdicts import (
+    Expectation,
+    OfOrder,
+    Verdict,
+    judge,
+    judge_order,
+    not_run,
+    partial,
+    untestable,
+)
 from sweep.spec.study import Study
 from sweep.tables.boundary import boundary
+from sweep.tables.scaling import Scaling
 from sweep.tables.stored_study import StoredStudy
 
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
@@ -99,6 +109,14 @@ def _row(
     if reason := metrics_left_out(stored, claim.measure):
         return Row(claim, untestable(reason))
     found = measure(stored, claim.measure, publication.functions)
-    verdict = judge(found.estimate, claim.expect, publication.family, found.used)
+    verdict = _verdict(found, claim.expect, publication.family)
     gap = "; ".join(gaps[spec] for spec in needed if spec in gaps)
     return Row(claim, partial(verdict, gap) if gap else verdict, found)
+
+
+def _verdict(found: Measured, expect: Expectation, family: int) -> Verdict:
+    if isinstance(expect, OfOrder):
+        assert isinstance(found.estimate, Scaling)
+        return judge_order(found.estimate, expect, family)
+    assert not isinstance(found.estimate, Scaling)
+    return judge(found.estimate, expect, family, found.used)

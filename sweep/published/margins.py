@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from sweep.figures import BLUE, GREY, PURPLE, VERMILION, legend
 from sweep.published.verdicts import (
     Below,
-    Expectation,
+    Numeric,
     Status,
     Value,
     Within,
@@ -66,7 +66,7 @@ class Margins(NamedTuple):
         return low, high
 
 
-def margins(expect: Expectation, half: float) -> Margins:
+def margins(expect: Numeric, half: float) -> Margins:
     """Those of a claim; `half` is half the width of its simultaneous interval."""
     half = half or 1.0
     width = region(expect).half_width or half

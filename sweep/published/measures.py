@@ -21,7 +21,7 @@ from sweep.spec.settings import NotAllowedError, Value
 from sweep.spec.study import Study
 from sweep.tables.choosing import Chooser
 
-KINDS = ("mean", "difference", "rank_correlation", "call")
+KINDS = ("mean", "difference", "rank_correlation", "call", "transition")
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,18 @@ class Call:
     settings: Mapping[str, Value] = field(default_factory=dict)
 
 
-Measure = Mean | MeanDifference | RankCorrelation | Call
+@dataclass(frozen=True)
+class Transition:
+    """Of which order a transition is, by a recorded series of flocks of several sizes:
+    what `sweep scaling` says of these points.
+    """
+
+    spec: str
+    series: str
+    settings: Mapping[str, Value]
+
+
+Measure = Mean | MeanDifference | RankCorrelation | Call | Transition
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
@@ -106,6 +117,8 @@ def trials_read(measure: Measure, spec: str) -> list[MeasuredTrials]:
         return [MeasuredTrials(measure.spec, column, measure.settings)]
     if isinstance(measure, RankCorrelation):
         return [MeasuredTrials(measure.spec, measure.column, measure.settings)]
+    if isinstance(measure, Transition):
+        return [MeasuredTrials(measure.spec, None, measure.settings)]
     return [MeasuredTrials(spec, None, measure.settings)]
 
 
@@ -119,6 +132,8 @@ def columns_read(measure: Measure) -> list[tuple[str, str]]:
         return [*columns_read(measure.first), *columns_read(measure.second)]
     if isinstance(measure, RankCorrelation):
         return [(measure.spec, measure.column)]
+    if isinstance(measure, Transition):
+        return [(measure.spec, measure.series)]
     return []
 
 
@@ -135,7 +150,7 @@ def misfit(
     elif isinstance(measure, MeanDifference):
         sides = [measure.first, measure.second]
     else:
-        spec = measure.spec if isinstance(measure, RankCorrelation) else spec
+        spec = spec if isinstance(measure, Call) else measure.spec
         return _without_points(spec, measure.settings, designs)
     reasons = (
         _without_points(one.spec, one.settings, designs)
@@ -198,6 +213,8 @@ class MeasureReader:
             return MeanDifference(self._side(first, spec), self._side(second, spec))
         if kinds == ["rank_correlation"]:
             return self._rank_correlation(entry, spec)
+        if kinds == ["transition"]:
+            return self._transition(entry, spec)
         return self._call(entry, spec)
 
     def _call(self, entry: Entry, spec: str) -> Call:
@@ -247,6 +264,16 @@ class MeasureReader:
         name = setting.one_of("varied number", numbers)
         settings = _settings(entry.get("for"), study, _chooser(design))
         return RankCorrelation(spec, name, self._column(column, study), settings)
+
+    def _transition(self, entry: Entry, spec: str) -> Transition:
+        entry.keys(["transition", "for"])
+        study, design = self.designs[spec]
+        chooser, series = _chooser(design), entry.child("transition")
+        settings = _settings(entry.get("for"), study, chooser)
+        numbers = chooser.values("n")[chooser.having(settings)]
+        if len(np.unique(numbers)) < 2:
+            raise series.error(f"{study.name} has flocks of one size there")
+        return Transition(spec, self._series(series, study), settings)
 
     def _column(self, entry: Entry, study: Study) -> str:
         return entry.one_of(

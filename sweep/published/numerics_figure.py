@@ -27,7 +27,7 @@ from sweep.published.margins import (
     number_rows,
 )
 from sweep.published.turned import DocumentVariants, Estimated, Turned
-from sweep.published.verdicts import Status, brief
+from sweep.published.verdicts import OfOrder, Status, brief
 
 LABELS, COLUMN = 4.2, 2.2
 """Inches: the width of the texts beside all columns, and of a column."""
@@ -94,7 +94,9 @@ def compared(claims: Sequence[Claim], found: DocumentVariants) -> list[Compared]
     return [
         Compared(claim.id, margins(claim.expect, (one["high"] - one["low"]) / 2.0), one)
         for claim in claims
-        if claim.expect and (one := found.estimates.get(claim.id))
+        if claim.expect
+        and not isinstance(claim.expect, OfOrder)
+        and (one := found.estimates.get(claim.id))
     ]
 
 

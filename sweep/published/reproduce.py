@@ -78,7 +78,8 @@ class Outcome:
         lines.append(f"figures: {self.drawn} drawn, {self.kept} up to date")
         for document, found in self.statements.items():
             counts = [f"{count} {status}" for status, count in sorted(found.items())]
-            lines.append(f"statements of {document}: {', '.join(counts)}")
+            said = ", ".join(counts) or "none was compared with the document"
+            lines.append(f"statements of {document}: {said}")
         return "\n".join([*lines, f"time: {times}", f"page: {self.page}"])
 
 
@@ -94,7 +95,7 @@ def reproduce(
     below `results`.
 
         publications  all of them; those that are `asked` for are run and drawn, and the
-                      page shows all
+                      page shows them; the others are named in one line
         results       the folder with the stored studies
         engine        runs the trials
         display       makes the progress display of a study from its name

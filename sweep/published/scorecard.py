@@ -21,11 +21,13 @@ from sweep.published.verdicts import (
     LEVEL,
     Above,
     Below,
+    OfOrder,
     Status,
     Value,
     Within,
     brief,
 )
+from sweep.tables.scaling import Scaling
 
 TITLE = "What of the published results could be reproduced"
 ORDER: tuple[Status, ...] = (
@@ -159,23 +161,38 @@ class Section:
 
 
 class Page(NamedTuple):
-    """All sections; links are relative to `root`, `scale` is "full" or "quick"."""
+    """All sections, of which those that were asked for are `shown`; links are relative
+    to `root`, `scale` is "full" or "quick".
+    """
 
     root: Path
     sections: Sequence[Section]
     scale: str
     watermark: str
 
+    @property
+    def shown(self) -> list[Section]:
+        """The sections of the documents that were asked for."""
+        return [one for one in self.sections if one.publication.asked]
+
+    @property
+    def unasked(self) -> str:
+        """The documents that were not asked for, in one sentence; "" for none."""
+        names = [
+            one.publication.name for one in self.sections if not one.publication.asked
+        ]
+        return f"Not asked for, and so not here: {', '.join(names)}." if names else ""
+
     def counts(self, group: Group) -> dict[str, Counter[Status]]:
         """By document how many of a group have which verdict; without documents that
         have none.
         """
-        found = {one.publication.name: one.tallies[group] for one in self.sections}
+        found = {one.publication.name: one.tallies[group] for one in self.shown}
         return {name: counts for name, counts in found.items() if counts}
 
     def of_status(self, status: Status) -> Iterator[tuple[Section, Row]]:
         """The rows with this verdict, and their sections."""
-        for section in self.sections:
+        for section in self.shown:
             for row in section.rows:
                 if row.verdict.status == status:
                     yield section, row
@@ -226,7 +243,10 @@ def rule() -> list[str]:
             " our mean and spread stayed. A claim some of whose planned trials are"
             " missing is partial: its numbers are provisional. One without trials is"
             " not run, and nothing is said of it. Rank correlations have Fisher's"
-            " interval with the variance of Bonett and Wright."
+            " interval with the variance of Bonett and Wright. The order of a"
+            " transition is what `sweep scaling` says of it with that confidence, and"
+            " undecided where it does not decide; beside it stands what it says with"
+            " 95 %."
         ),
         (
             "Statements are counted, not rows: one is refuted where a row of it is, and"
@@ -260,8 +280,6 @@ def _beyond(row: Row) -> str:
 def family_text(section: Section) -> str:
     """How sure each row of a document must be."""
     family = section.publication.family
-    if not section.publication.asked:
-        return ""
     return (
         f"{family} of these {len(section.rows)} claims are counted and tested together:"
         f" each at {LEVEL:.2g}/{max(family, 1)} = {LEVEL / max(family, 1):.2g}."
@@ -347,6 +365,8 @@ def published_text(row: Row) -> str:
         return f"above {expect.bound:g}"
     if isinstance(expect, Below):
         return f"below {expect.bound:g}"
+    if isinstance(expect, OfOrder):
+        return expect.order
     return f"{expect.low:g} to {expect.high:g}" if isinstance(expect, Within) else ""
 
 
@@ -361,9 +381,13 @@ def ours_text(row: Row) -> str:
     """Our estimate and its 95 % interval. Both end at the second significant digit of
     the half width.
     """
-    if row.measured is None or math.isnan(row.measured.estimate.value):
+    if row.measured is None:
         return ""
+    if isinstance(row.measured.estimate, Scaling):
+        return row.measured.estimate.order.order
     value, interval = row.measured.estimate.value, row.verdict.interval
+    if math.isnan(value):
+        return ""
     return number(value) if interval is None else with_interval(value, *interval)
 
 
@@ -384,7 +408,7 @@ def origin_lines(page: Page) -> list[tuple[str, str]]:
     """Where the trials come from. Each line has a name and all distinct values over all
     studies.
     """
-    origins = [origin for section in page.sections for origin in section.origins]
+    origins = [origin for section in page.shown for origin in section.origins]
     found = {
         "kernels_sha": [origin["kernels_sha"] for origin in origins],
         "commit": [_commit(origin["git"]) for origin in origins],

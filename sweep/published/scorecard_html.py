@@ -69,8 +69,10 @@ def _lines(page: Page) -> Iterator[str]:
             " tries the machinery; "
         )
         yield "its verdicts are those of far too few trials.</p>"
+    if page.unasked:
+        yield f"<p>{escape(page.unasked)}</p>"
     yield from _summary(page)
-    for section in page.sections:
+    for section in page.shown:
         yield from _section(page, section)
     yield '<section>\n<h2>Where this comes from</h2>\n<dl class="origin">'
     for what, value in origin_lines(page):
@@ -84,7 +86,7 @@ def _summary(page: Page) -> Iterator[str]:
         yield from _counts(page, group)
     for kind, heading in TRIED.items():
         yield f'<h2>{heading}</h2>\n<ul class="list">'
-        for section in page.sections:
+        for section in page.shown:
             name = escape(section.publication.name)
             yield f"<li>{name}: {escape(variants_text(section, kind))}</li>"
         yield "</ul>"
@@ -135,8 +137,7 @@ def _section(page: Page, section: Section) -> Iterator[str]:
         f"<section>\n<h2>{escape(publication.title)}</h2>\n<p"
         f' class="source">{escape(publication.source)}</p>'
     )
-    if family := family_text(section):
-        yield f"<p>{escape(family)}</p>"
+    yield f"<p>{escape(family_text(section))}</p>"
     yield '<div class="wide"><table>\n<thead><tr>'
     yield "".join(f'<th scope="col">{escape(heading)}</th>' for heading in HEADINGS)
     yield "</tr></thead>\n<tbody>"

@@ -6,12 +6,14 @@ from collections import Counter
 from typing import Any
 
 from sweep.published.claims import Claim
+from sweep.published.estimates import Measured
 from sweep.published.judging import Row
 from sweep.published.measures import trials_read
 from sweep.published.scorecard import ORDER, Page, Section
 from sweep.published.turned import DocumentVariants
 from sweep.published.variants import Kind
-from sweep.published.verdicts import Expectation, Status, Value, Within
+from sweep.published.verdicts import Expectation, OfOrder, Status, Value, Within
+from sweep.tables.scaling import Scaling
 
 VERSION = 1
 
@@ -22,7 +24,7 @@ def as_json(page: Page) -> str:
         "version": VERSION,
         "scale": page.scale,
         "documents": [_document(section) for section in page.sections],
-        "rows": [_row(page, one, row) for one in page.sections for row in one.rows],
+        "rows": [_row(page, one, row) for one in page.shown for row in one.rows],
     }
     return json.dumps(about, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -85,10 +87,10 @@ def _row(page: Page, section: Section, row: Row) -> dict[str, Any]:
         "behind": _behind(section, claim),
         "status": verdict.status,
         "reason": verdict.reason,
-        "ours": _number(found.estimate.value) if found else None,
+        "ours": _ours(found) if found else None,
         "interval": _interval(verdict.interval),
         "simultaneous": _interval(verdict.simultaneous),
-        "expect": type(expect).__name__.lower() if expect else None,
+        "expect": _expected(expect),
         "published": _published(expect),
         "rounding": expect.rounding if isinstance(expect, Value) else None,
         "margin": expect.margin if isinstance(expect, Value) else None,
@@ -136,8 +138,21 @@ def _plain(value: object) -> object:
     return str(value) if endless else value
 
 
+def _ours(found: Measured) -> float | None:
+    """The estimate; a transition has none."""
+    estimate = found.estimate
+    return None if isinstance(estimate, Scaling) else _number(estimate.value)
+
+
+def _expected(expect: Expectation | None) -> str | None:
+    """The kind of an expectation; of a transition, its order."""
+    if isinstance(expect, OfOrder):
+        return expect.order
+    return type(expect).__name__.lower() if expect else None
+
+
 def _published(expect: Expectation | None) -> float | list[float] | None:
-    if expect is None:
+    if expect is None or isinstance(expect, OfOrder):
         return None
     if isinstance(expect, Within):
         return [expect.low, expect.high]

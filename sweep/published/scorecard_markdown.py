@@ -47,6 +47,8 @@ def _lines(page: Page) -> Iterator[str]:
             f"**{page.watermark}. This page tries the machinery; its verdicts are those"
             " of far too few trials.**\n"
         )
+    if page.unasked:
+        yield f"{_text(page.unasked)}\n"
     for group, heading in COUNTED.items():
         counts = page.counts(group)
         if counts:
@@ -57,7 +59,7 @@ def _lines(page: Page) -> Iterator[str]:
             yield f"| {name} | {' | '.join(str(found[one]) for one in ORDER)} |"
     for kind, tried in TRIED.items():
         yield f"\n## {tried}\n"
-        for section in page.sections:
+        for section in page.shown:
             said = _text(variants_text(section, kind))
             yield f"- {_text(section.publication.name)}: {said}"
     for status, heading in LISTED.items():
@@ -72,7 +74,7 @@ def _lines(page: Page) -> Iterator[str]:
             )
     yield "\n## The rule\n"
     yield "\n\n".join(_text(paragraph) for paragraph in rule())
-    for section in page.sections:
+    for section in page.shown:
         yield from _section(page, section)
     yield "\n## Where this comes from\n"
     for what, value in origin_lines(page):
@@ -82,8 +84,7 @@ def _lines(page: Page) -> Iterator[str]:
 def _section(page: Page, section: Section) -> Iterator[str]:
     publication = section.publication
     yield f"\n## {_text(publication.title)}\n\n{_text(publication.source)}\n"
-    if family := family_text(section):
-        yield f"{_text(family)}\n"
+    yield f"{_text(family_text(section))}\n"
     yield f"| {' | '.join(HEADINGS)} |\n|{'---|' * len(HEADINGS)}"
     for row in section.ordered():
         yield f"| {' | '.join(_cells(page, section, row))} |"

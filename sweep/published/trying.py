@@ -29,6 +29,7 @@ from sweep.published.turned import (
 )
 from sweep.published.variants import Kind, Variant, mutants, needed_studies
 from sweep.spec.study import Study
+from sweep.tables.scaling import Scaling
 from sweep.text import unknown
 from sweep.workers.executors import ExecutorFactory
 
@@ -159,8 +160,11 @@ def _estimates(rows: Mapping[str, Row]) -> dict[str, Estimated]:
     """What was measured of the rows that have a finite interval, by id."""
     found = {}
     for claim, row in rows.items():
-        if _is_judged(row) and row.measured and row.verdict.simultaneous:
-            ours, (low, high) = row.measured.estimate.value, row.verdict.simultaneous
+        if not _is_judged(row) or row.measured is None:
+            continue
+        estimate = row.measured.estimate
+        if not isinstance(estimate, Scaling) and row.verdict.simultaneous:
+            ours, (low, high) = estimate.value, row.verdict.simultaneous
             if math.isfinite(low) and math.isfinite(high):
                 found[claim] = Estimated(
                     ours=ours, low=low, high=high, trials=row.measured.used

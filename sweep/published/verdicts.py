@@ -8,6 +8,9 @@ family of a document each has the simultaneous interval of confidence 1 - 0.05/m
 refuted where it lies wholly outside, and undecided otherwise. So too few trials neither
 confirm nor refute anything, and the chance of even one wrong verdict in a document is
 at most 0.05.
+
+The order of a transition has no region: it is what the sizes of a study tell with that
+confidence, and undecided where they do not decide.
 """
 
 import math
@@ -16,6 +19,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 from sweep.analysis import CONFIDENCE, Estimate, simultaneous_confidence
+from sweep.analysis.coexistence import Order
+from sweep.tables.scaling import Scaling
 
 Status = Literal[
     "confirmed", "refuted", "undecided", "partial", "not run", "not testable"
@@ -61,7 +66,15 @@ class Within(NamedTuple):
     high: float
 
 
-Expectation = Value | Above | Below | Within
+class OfOrder(NamedTuple):
+    """The transition is of this order, `first order` or `continuous`."""
+
+    order: Order
+
+
+Numeric = Value | Above | Below | Within
+"""What is expected of a number."""
+Expectation = Numeric | OfOrder
 
 
 class Region(NamedTuple):
@@ -134,7 +147,7 @@ def partial(verdict: Verdict, missing: str) -> Verdict:
     )
 
 
-def region(expectation: Expectation) -> Region:
+def region(expectation: Numeric) -> Region:
     """What an expectation allows."""
     if isinstance(expectation, Above):
         return Region(expectation.bound, math.inf)
@@ -147,8 +160,21 @@ def region(expectation: Expectation) -> Region:
     return Region(value - slack, value + slack)
 
 
+def judge_order(found: Scaling, expectation: OfOrder, family: int) -> Verdict:
+    """The verdict on a claim of the order of a transition, by what is `found` of the
+    sizes of a study. `family` as of `judge`.
+    """
+    confidence = simultaneous_confidence(max(family, 1))
+    order, why = replace(found, confidence=confidence).order
+    status: Status = "confirmed" if order == expectation.order else "refuted"
+    return Verdict(
+        "undecided" if order == "not decided" else status,
+        f"with the confidence {confidence:.5g} it is {order}: {why}",
+    )
+
+
 def judge(
-    estimate: Estimate, expectation: Expectation, family: int, trials: int
+    estimate: Estimate, expectation: Numeric, family: int, trials: int
 ) -> Verdict:
     """The verdict on one claim.
 
@@ -206,7 +232,7 @@ class Foreseen(NamedTuple):
 
 def foresee(
     estimate: Estimate,
-    expectation: Expectation,
+    expectation: Numeric,
     family: int,
     trials: int,
     times: float,
@@ -229,9 +255,7 @@ class _Growing:
     The arguments are those of `judge`.
     """
 
-    def __init__(
-        self, estimate: Estimate, expectation: Expectation, family: int
-    ) -> None:
+    def __init__(self, estimate: Estimate, expectation: Numeric, family: int) -> None:
         self.estimate = estimate
         self.published = expectation.trials if isinstance(expectation, Value) else None
         self.confidence = simultaneous_confidence(max(family, 1))
@@ -276,7 +300,7 @@ def _half(low: float, high: float) -> float:
 
 def _found(
     estimate: Estimate,
-    expectation: Expectation,
+    expectation: Numeric,
     status: Status,
     interval: tuple[float, float],
 ) -> str:

@@ -134,11 +134,8 @@ class Scaling:
         """Of which order the transition is, not decided where a series is not
         stationary.
         """
-        found = transition_order(
-            self.minima, self.two_peaks, self.crossings, self.peaks, self.confidence
-        )
         if self.stationary:
-            return found
+            return transition_order(self.curves, self.confidence)
         return TransitionOrder("not decided", "not all series are stationary")
 
 

@@ -9,23 +9,14 @@ from sweep.analysis.coexistence import (
     transition_order,
     two_peaks,
 )
-from sweep.analysis.size_curves import (
-    SizeCurve,
-    binder_crossings,
-    susceptibility_peak,
-)
+from sweep.analysis.size_curves import SizeCurve
 from tests.analysis.mean_field import coexisting, smeared, spins
 
 STUDIES = 20
 
 
 def said(curves: list[SizeCurve]) -> str:
-    found = transition_order(
-        [binder_minimum(one) for one in curves],
-        [two_peaks(one) for one in curves],
-        binder_crossings(curves),
-        [susceptibility_peak(one) for one in curves],
-    )
+    found = transition_order(curves)
     assert found.why
     return found.order
 

@@ -184,6 +184,7 @@ MISTAKES = [
         "{rank_correlation: [separation_weight, speed]}",
         '"trials" has no meaning for a rank correlation',
     ),
+    (MEASURE, "{transition: speed}", "tiny/small has flocks of one size there"),
     (
         EXPECT,
         "{value: 1, above: 2}",

@@ -175,18 +175,34 @@ def two_publications(folder: Path) -> None:
         (other / name).write_text(text.replace("tiny", "other"))
 
 
-def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
+def test_only_some_are_run_and_the_page_names_the_others(tmp_path: Path) -> None:
     two_publications(tmp_path)
     outcome = reproduced(tmp_path, only=("other",))
     assert done(outcome) == (16, 2, 0)
     assert outcome.statements == {"other": {"confirmed": 1, "not testable": 1}}
-    page = (tmp_path / "results" / "scorecard.html").read_text()
-    assert "Not asked for: its code, figures.py, was not run" in page
-    assert page.count("1 of these 2 claims are counted and tested together") == 1
+    for name in ("scorecard.html", "scorecard.md"):
+        page = (tmp_path / "results" / name).read_text()
+        assert page.count("Not asked for, and so not here: tiny.") == 1
+        assert page.count("tiny") == 1
+        assert page.count("1 of these 2 claims are counted and tested together") == 1
+    content = scorecard(tmp_path)
+    assert {row["study"] for row in content["rows"]} == {"other"}
+    asked = {one["study"]: one["asked"] for one in content["documents"]}
+    assert asked == {"other": True, "tiny": False}
     with pytest.raises(
         SpecError, match='unknown study folder "tny"; did you mean "tiny"'
     ):
         reproduced(tmp_path, only=("tny",))
+
+
+def test_a_document_that_nobody_read_has_no_statement(tmp_path: Path) -> None:
+    """All it says is known from memory, and counts as hypotheses."""
+    unread = "    unverified: from memory\n    registered:"
+    experiments(tmp_path, PUBLISHED.replace("    registered:", unread))
+    outcome = reproduced(tmp_path)
+    assert outcome.statements == {"tiny": {}}
+    said = "statements of tiny: none was compared with the document"
+    assert said in outcome.summary().splitlines()
 
 
 def test_claims_of_another_document_change_no_verdict(judged: Path) -> None:
