@@ -122,6 +122,27 @@ def start_ordered(
     return flock
 
 
+def start_opposite(
+    n: int,
+    settings: StartSettings,
+    world: World,
+    contact: Reach,
+    rng: Generator,
+    seed: int,
+) -> Flock:
+    """The flock of `start_portable` in the quarter of the world with the greatest x and
+    y, but for the last boid, which starts in the quarter opposite to it.
+
+    Each coordinate is scaled down from the world to its quarter, so that a boid may
+    start where `start_free` would have it drawn again.
+    """
+    flock = start_portable(n, settings, world, contact, rng, seed)
+    for places, length in ((flock.x, world.width), (flock.y, world.height)):
+        places *= 0.5
+        places[:-1] += 0.5 * length
+    return flock
+
+
 @jit
 def _draw_positions(
     flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
@@ -297,6 +318,23 @@ STARTS = Registry(
             start_ordered,
             "portable, of one velocity",
             "boidsweep",
+        ),
+        "opposite": Start(
+            start_opposite,
+            "portable, the last boid in the quarter opposite to all others",
+            "Strombom et al. (2014)",
+            (
+                Demand(
+                    "start_radius == 0",
+                    "start_draws: opposite draws in quarters of the world: it needs"
+                    " start_radius 0",
+                ),
+                Demand(
+                    "map == 'empty' or not start_free",
+                    "start_draws: opposite knows no obstacles: it needs map empty, or"
+                    " start_free false",
+                ),
+            ),
         ),
     },
 )

@@ -61,6 +61,15 @@ def select(near: Near, found: int, around: float) -> int:
 
 
 @jit
+def keep_nearest(near: Near, found: int, count: int) -> int:
+    """Keep in `near` the `count` nearest, at least one, of the `found` boids, and
+    return how many these are: in ascending order, and by index where several are
+    equally far.
+    """
+    return _keep_nearest(near, found, count)
+
+
+@jit
 def _keep_nearest(near: Near, found: int, count: int) -> int:
     """Keep `count` boids of the least distance. Of those that are equally far, the ones
     with the lowest index are kept.

@@ -1,6 +1,7 @@
 """Jobs, worlds and flocks for the tests, made in one line."""
 
 import hashlib
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import product
@@ -43,6 +44,12 @@ OBSERVATION = Observation(
     footprint_radius=2.0,
     coverage_cv_ddof=0,
 )
+
+
+SCALES = {"strombom2014": 0.5}
+"""Of models that have a unit of length in common with others, but not their size: a
+field, where others have rooms.
+"""
 
 
 def job(
@@ -101,6 +108,8 @@ def scale(model: str) -> float:
     """How many of a model's units of length stand for a pixel, where a test's world is
     measured in pixels.
     """
+    if model in SCALES:
+        return SCALES[model]
     return {"px": 1, "m": 0.02, "r": 0.02, "l": 0.02}[MODELS[model].length]
 
 
@@ -138,14 +147,19 @@ def weightless(model: str) -> dict[str, Any]:
         for name in (
             *("border_turn", "min_speed", "noise", "interaction_range"),
             *("repulsion_range", "orientation_width", "attraction_width"),
+            *("attraction_strength", "flight_strength", "dog_noise", "dog_nearest"),
+            "target_radius",
         )
         if name in settings_of(model, BUILT_IN)
     }
-    return off | (
-        {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in settings_of(model, BUILT_IN)
-        else {}
-    )
+    return off | {
+        name: value
+        for name, value in (
+            ("border_adds_velocity", "never"),
+            ("detection_range", math.inf),
+        )
+        if name in settings_of(model, BUILT_IN)
+    }
 
 
 def isotropic(model: str) -> dict[str, Any]:

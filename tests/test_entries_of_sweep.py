@@ -69,6 +69,7 @@ OWN_PLACES: dict[str, Collection[str]] = {
     "kernels/settings.py": STARTS,  # values for most presets
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
     "kernels/models/couzin2002.py": STARTS,  # its presets
+    "kernels/models/strombom2014.py": STARTS,  # its presets
     "kernels/models/vicsek1995.py": STARTS,  # its presets
     "kernels/starts.py": STARTS,
     "sweep/spec/samplers.py": SAMPLERS,

@@ -12,10 +12,20 @@ motion  speed, turns, headings    shape    radius, distances, elongation, turnin
 flocks  connected groups          places   obstacles and the goal
 spectrum  how well these hold together
 energy  the pair potential        counted  coverage and events
+herd    sheep, and their dog
 ground  what a metric is, and what it gets to see
 """
 
-from kernels.metrics import counted, energy, flocks, motion, places, shape, spectrum
+from kernels.metrics import (
+    counted,
+    energy,
+    flocks,
+    herd,
+    motion,
+    places,
+    shape,
+    spectrum,
+)
 from kernels.metrics.ground import Better, Distribution, Ground, Metric
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
@@ -24,6 +34,7 @@ __all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric"]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
 _RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"
+_STROMBOM, _HERD = "Strombom et al. (2014)", ("sheep", "dog")
 _GOAL = Demand(
     "0 <= goal_x <= width and 0 <= goal_y <= height",
     "the goal lies outside the world, and what is recorded is about the goal",
@@ -335,6 +346,55 @@ METRICS = Registry(
             better="low",
             counts=True,
             low=0.0,
+        ),
+        "herded": Metric(
+            herd.herded,
+            unit="",
+            text="1 once the dog has brought the sheep to the goal, else 0",
+            source=_STROMBOM,
+            distribution="proportion",
+            state=("task_time",),
+            kinds=_HERD,
+        ),
+        "herding_time": Metric(
+            herd.herding_time,
+            unit="time",
+            text="when the dog had brought the sheep to the goal",
+            source=_STROMBOM,
+            distribution="skewed",
+            better="low",
+            state=("task_time",),
+            kinds=_HERD,
+            low=0.0,
+        ),
+        "herd_radius": Metric(
+            herd.herd_radius,
+            unit="length",
+            text="mean distance of the sheep from their centre of mass",
+            source=_STROMBOM,
+            distribution="skewed",
+            better="low",
+            kinds=_HERD,
+            low=0.0,
+        ),
+        "herd_goal_distance": Metric(
+            herd.herd_goal_distance,
+            unit="length",
+            text="distance of the centre of mass of the sheep from the goal",
+            source=_STROMBOM,
+            distribution="skewed",
+            better="low",
+            kinds=_HERD,
+            demands=(_GOAL,),
+            low=0.0,
+        ),
+        "dog_offset": Metric(
+            herd.dog_offset,
+            unit="length",
+            text="of the dog, anticlockwise from the line from the goal to the sheep",
+            source=_STROMBOM,
+            kinds=_HERD,
+            demands=(_GOAL,),
         ),
     },
 )

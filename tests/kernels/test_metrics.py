@@ -14,7 +14,7 @@ from kernels.events import N_EVENTS
 from kernels.identity import code_of
 from kernels.metrics import METRICS, Ground, Metric
 from kernels.model import PairPotential
-from kernels.recording import build_frames
+from kernels.recording import FIRST_STATE, build_frames
 from kernels.registry import Registry
 from sweep.spec.recorded import declaration_of
 from sweep.trial.simulation import run
@@ -40,11 +40,11 @@ def measured(
     flock_range: float = 50.0,
     ground: Ground = GROUND,
 ) -> np.ndarray:
-    """A metric of frames with the given bodies (F, 6, N); as kernels do, it leaves the
-    last frame's value alone.
+    """A metric of frames with the given bodies (F, 6, N), or with rows of state after
+    these six; as kernels do, it leaves the last frame's value alone.
     """
-    filled, _, n = bodies.shape
-    frames = build_frames(filled + 1, n)
+    filled, rows, n = bodies.shape
+    frames = build_frames(filled + 1, n, rows - FIRST_STATE)
     frames.bodies[:filled] = bodies
     if counts is not None:
         frames.counts[:filled] = counts
@@ -90,10 +90,13 @@ def test_a_metric_is_what_its_slow_twin_says(name: str, n: int, ddof: int) -> No
     rng = np.random.default_rng(5)
     bodies, counts = rng.normal(0, 40, (12, 6, n)), drawn_counts(rng, 12)
     bodies[::3, 2:4, -1] = 0.0  # A boid at rest has no course.
+    states = rng.integers(0, 2, (12, len(METRICS[name].state), 1)) * np.ones(n)
+    bodies = np.concatenate([bodies, states], axis=1)
     seen = builders.OBSERVATION._replace(coverage_cv_ddof=ddof)
     for outside in (False, True):
         ground = GROUND._replace(
-            potential=GROUND.potential._replace(cohesion_outside=outside)
+            potential=GROUND.potential._replace(cohesion_outside=outside),
+            kind=np.arange(n) // max(n - int(outside), 1),
         )
         slow = [
             naive.METRICS[name](*frame, ground, seen)
@@ -144,6 +147,40 @@ def test_the_velocity_diameter_is_the_greatest_difference() -> None:
     assert one("velocity_diameter", **velocities, x=[0.0, 9.0, 5.0]) == math.hypot(3, 6)
     assert one("velocity_diameter", vx=[2.5, 2.5]) == 0.0
     assert one("velocity_diameter", vx=[2.5]) == 0.0
+
+
+def herd(name: str, task_time: float | None = None, **rows: Any) -> float:
+    """A metric of one frame of sheep, and of their dog after them; the goal is at
+    (50, 40).
+    """
+    n, given = len(rows["x"]), [] if task_time is None else [task_time]
+    bodies = np.zeros((1, FIRST_STATE + len(given), n))
+    bodies[0, 0], bodies[0, 1] = rows["x"], rows["y"]
+    bodies[0, FIRST_STATE:] = given
+    kind = np.arange(n) // (n - 1)
+    return float(measured(name, bodies, ground=GROUND._replace(kind=kind))[0])
+
+
+def test_the_dog_is_no_sheep() -> None:
+    """Two sheep on a line to the west of the goal; the dog is farther, and to the south
+    of that line: seen from the goal it is anticlockwise of it.
+    """
+    places = {"x": [10.0, 30.0, 5.0], "y": [40.0, 40.0, 33.0]}
+    assert herd("herd_radius", **places) == 10.0
+    assert herd("herd_goal_distance", **places) == 30.0
+    assert herd("dog_offset", **places) == 7.0
+    places["y"][2] = 52.0
+    assert herd("dog_offset", **places) == -12.0
+    assert math.isnan(herd("dog_offset", x=[40.0, 60.0, 0.0], y=[40.0, 40.0, 0.0]))
+
+
+def test_a_task_is_done_or_not_or_not_known() -> None:
+    places = {"x": [10.0, 30.0, 5.0], "y": [40.0, 40.0, 33.0]}
+    assert [herd("herded", time, **places) for time in (0.0, 7.0)] == [0.0, 1.0]
+    assert herd("herding_time", 7.0, **places) == 7.0
+    assert math.isnan(herd("herding_time", 0.0, **places))
+    assert math.isnan(herd("herded", **places))
+    assert math.isnan(herd("herding_time", **places))
 
 
 def test_a_mill_has_angular_momentum_one_and_a_column_none() -> None:

@@ -19,5 +19,6 @@ from tests.naive.patel2023 import patel2023
 from tests.naive.pixels import blocked, inside_any, visits
 from tests.naive.rules import *
 from tests.naive.rustamani2024 import ORDERS, cells_within, rustamani2024
+from tests.naive.strombom2014 import strombom2014
 from tests.naive.topology import nearest_of, voronoi_of
 from tests.naive.vicsek1995 import vicsek1995

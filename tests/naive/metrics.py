@@ -183,6 +183,26 @@ def variation(counts: Vector, ground: Any, ddof: int) -> float:
     )
 
 
+def herd(bodies: Vector, ground: Any) -> Vector:
+    """The bodies of the sheep; those of the dog come after them."""
+    return bodies[:, ground.kind == 0]
+
+
+def task_time(bodies: Vector) -> float:
+    """Of bodies with a row of state; else not known."""
+    return float(bodies[6, 0]) if len(bodies) > 6 else math.nan
+
+
+def dog_offset(bodies: Vector, ground: Any) -> float:
+    """By complex numbers: the dog, in a frame whose real axis is the line."""
+    goal = complex(ground.world.goal_x, ground.world.goal_y)
+    places = bodies[0] + 1j * bodies[1] - goal
+    centre = places[ground.kind == 0].mean()
+    if (ground.kind == 0).all() or centre == 0:
+        return math.nan
+    return float((places[-1] / (centre / abs(centre))).imag)
+
+
 METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "speed": lambda bodies, *_: np.hypot(*bodies[2:4]).mean(),
     "flock_radius": lambda bodies, *_: from_centre(bodies).mean(),
@@ -254,4 +274,16 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "flock_potential": lambda bodies, _counts, ground, seen: flock_potential(
         bodies, ground.potential, seen.flock_range
     ),
+    "herded": lambda bodies, *_: (
+        math.nan if math.isnan(task_time(bodies)) else int(task_time(bodies) > 0)
+    ),
+    "herding_time": lambda bodies, *_: task_time(bodies) or math.nan,
+    "herd_radius": lambda bodies, _, ground, __: from_centre(
+        herd(bodies, ground)
+    ).mean(),
+    "herd_goal_distance": lambda bodies, _, ground, __: np.hypot(
+        herd(bodies, ground)[0].mean() - ground.world.goal_x,
+        herd(bodies, ground)[1].mean() - ground.world.goal_y,
+    ),
+    "dog_offset": lambda bodies, _, ground, __: dog_offset(bodies, ground),
 }

@@ -1,0 +1,406 @@
+"""A dog that herds sheep to a goal: it collects those that stray, and drives the herd.
+
+D. Strombom, R. P. Mann, A. M. Wilson, S. Hailes, A. J. Morton, D. J. T. Sumpter, A. J.
+King (2014), Solving the shepherding problem: heuristics for herding autonomous,
+interacting agents, Journal of the Royal Society Interface 11, 20140719. Only the
+abstract was at hand. Equations and numbers are those on which programs of others agree:
+HerdSim, which names sections of the paper, two programs in Python (shepherd_gym; one of
+A. Sheets), one in MATLAB of the Theoretical Ecology and Evolution laboratory, and a
+later program of Strombom's own for leading and herding.
+
+Where these differ, the reading is a setting, or it is one of these:
+
+- a dog within three times r_a of a sheep stops (HerdSim, Strombom), or is slow (Sheets:
+  0.3 r_a a step): `near_speed`
+- the dog misses its way as sheep do (HerdSim, MATLAB), or does not (the others):
+  `dog_noise`
+- the task is done when all sheep are at the goal (HerdSim), or when their centre is
+  (shepherd_gym): `done_when`. The radius of the goal is in no program the same.
+- a sheep that grazes stands still or takes a step in a random direction (HerdSim). With
+  Sheets this step is along its inertia and away from others, too.
+- all are updated at once (MATLAB), or the sheep before the dog (HerdSim): `update`
+- the border is open, as in all of them but HerdSim
+- a dog that sees only some sheep takes the number of these for N: no program has it
+
+Directions come from arithmetic alone, so that trials have the same bits with any
+library of mathematics.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import ALL_ROUND, move, move_all, nearest_image, search
+from kernels.recording import STEP, Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.headings import direction, random_turn
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
+from kernels.state import Flock, World, remember
+from kernels.topology import keep_nearest
+from kernels.workspace import Workspace
+
+CENTRE = 1
+TASK_TIME = 0
+"""The row of the state."""
+EVERYONE = 10_000_000
+
+
+class Params(NamedTuple):
+    """Table 1 of the paper, and what programs of others do differently."""
+
+    repulsion_range: Annotated[
+        float,
+        About("r_a: sheep nearer than this repel each other", "length", low=0),
+    ]
+    detection_range: Annotated[
+        float,
+        About(
+            "r_s: up to this distance from the dog a sheep flees; beyond it grazes",
+            "length",
+            low=0,
+        ),
+    ]
+    attraction_nearest: Annotated[
+        int,
+        About(
+            "n: so many of the nearest sheep draw one that flees to their centre of"
+            " mass; all others, where there are fewer",
+            "boids",
+            low=1,
+            high=EVERYONE,
+        ),
+    ]
+    inertia: Annotated[
+        float, About("h: strength of the heading that a sheep has", low=0)
+    ]
+    repulsion_strength: Annotated[
+        float, About("rho_a: strength of the repulsion by other sheep", low=0)
+    ]
+    attraction_strength: Annotated[
+        float, About("c: strength of the attraction by the nearest sheep", low=0)
+    ]
+    flight_strength: Annotated[
+        float, About("rho_s: strength of the flight from the dog", low=0)
+    ]
+    noise: Annotated[
+        float, About("e: length of the random vector in a sheep's heading", low=0)
+    ]
+    graze_probability: Annotated[
+        float,
+        About(
+            "p: probability that a sheep that grazes moves in a step", low=0, high=1
+        ),
+    ]
+    sheep_speed: Annotated[
+        float, About("delta: speed of a sheep that moves", "length/time", low=0)
+    ]
+    dog_speed: Annotated[float, About("delta_s: speed of the dog", "length/time", 0)]
+    near_distance: Annotated[
+        float,
+        About("3 r_a: a dog nearer than this to a sheep has near_speed", "length", 0),
+    ]
+    near_speed: Annotated[
+        float, About("speed of a dog near a sheep; 0: it stops", "length/time", 0)
+    ]
+    dog_noise: Annotated[
+        float, About("length of the random vector in the dog's heading", low=0)
+    ]
+    dog_nearest: Annotated[
+        int,
+        About(
+            "how many of the nearest sheep the dog sees; one that sees none goes on",
+            "boids",
+            low=0,
+            high=EVERYONE,
+        ),
+    ]
+    done_when: Annotated[
+        int,
+        About(
+            "who must be at the goal that the task is done, from when on all stand"
+            " still: all_sheep, or the centre of mass of the sheep",
+            choices=("all_sheep", "centre"),
+        ),
+    ]
+    target_radius: Annotated[
+        float,
+        About("at the goal is who is nearer to it than this; 0: nobody", "length", 0),
+    ]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+
+
+AS_WRITTEN = COMMON | {
+    "repulsion_range": 2.0,
+    "detection_range": 65.0,
+    "attraction_nearest": 49,
+    "inertia": 0.5,
+    "repulsion_strength": 2.0,
+    "attraction_strength": 1.05,
+    "flight_strength": 1.0,
+    "noise": 0.3,
+    "graze_probability": 0.05,
+    "sheep_speed": 1.0,
+    "dog_speed": 1.5,
+    "near_distance": 6.0,
+    "near_speed": 0.0,
+    "dog_noise": 0.3,
+    "dog_nearest": EVERYONE,
+    "done_when": "all_sheep",
+    "target_radius": 20.0,
+    "update": "synchronous",
+    "n": 51,
+    "steps": 1650,
+    "dt": 1.0,
+    "map": "empty",
+    "width": 150.0,
+    "height": 150.0,
+    "goal_x": 0.0,
+    "goal_y": 0.0,
+    "start_speed": 1.0,
+    "start_draws": "opposite",
+    "flock_range": 10.0,
+    "goal_radius": 20.0,
+    "obstacle_radius": 2.0,
+    "obstacle_margin": 10.0,
+    "contact_distance": 0.1,
+}
+"""50 sheep, each drawn to all others, in the upper right quarter of a field of side
+150, a dog in the lower left one, and the goal in the corner there.
+
+20 for each boid and 630 more steps are those of other studies; the radius of the goal
+is our choice. There is no program of the authors, so as_run equals as_written.
+"""
+
+
+def sight(_params: Params) -> Sight:
+    """Everybody: the nearest sheep may be anywhere."""
+    return Sight(math.inf)
+
+
+def count_kinds(_params: Params, n: int) -> tuple[int, int]:
+    """All are sheep but for the last one, the dog."""
+    return n - 1, 1
+
+
+@jit
+def _way(seen: Flock, world: World, i: int, x: float, y: float) -> tuple[float, float]:
+    """The displacement from boid `i` to (x, y)."""
+    dx, dy = x - seen.x[i], y - seen.y[i]
+    if world.minimum_image:
+        dx, dy = nearest_image(dx, world.width), nearest_image(dy, world.height)
+    return dx, dy
+
+
+@jit
+def _is_done(flock: Flock, world: World, params: Params) -> bool:
+    """Whether all sheep are at the goal, or their centre; there is at least one."""
+    sheep = flock.x.size - 1
+    reach2 = params.target_radius * params.target_radius
+    x, y, there = 0.0, 0.0, 0
+    for i in range(sheep):
+        dx, dy = _way(flock, world, i, world.goal_x, world.goal_y)
+        there += int(dx * dx + dy * dy < reach2)
+        x += dx
+        y += dy
+    if params.done_when == CENTRE:
+        return sheep > 0 and x * x + y * y < reach2 * sheep * sheep
+    return 0 < sheep == there
+
+
+@jit
+def _grazing(params: Params, rng: Generator) -> tuple[float, float]:
+    """The velocity of a sheep that is far from the dog."""
+    if rng.random() >= params.graze_probability:
+        return 0.0, 0.0
+    x, y = random_turn(rng, math.tau)
+    return params.sheep_speed * x, params.sheep_speed * y
+
+
+@jit
+def _sheep_velocity(
+    params: Params, seen: Flock, world: World, work: Workspace, i: int, rng: Generator
+) -> tuple[float, float]:
+    """The velocity of sheep `i`: with the dog within r_s along h H + c C + rho_a R_a +
+    rho_s R_s + e epsilon, a sum of unit vectors.
+
+    H is its heading, where it has moved in the step before; C points to the centre of
+    mass of the nearest sheep, R_a along the sum of the unit vectors from those within
+    r_a, R_s away from the dog, and epsilon anywhere.
+    """
+    dog = seen.x.size - 1
+    dog_x, dog_y = _way(seen, world, i, seen.x[dog], seen.y[dog])
+    reach = params.detection_range
+    if dog_x * dog_x + dog_y * dog_y > reach * reach:
+        return _grazing(params, rng)
+    near = work.near
+    found = search(
+        seen, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, work.near
+    )
+    found -= int(found > 0 and near.boid[found - 1] == dog)
+    crowd2 = params.repulsion_range * params.repulsion_range
+    away_x, away_y, to_x, to_y = 0.0, 0.0, 0.0, 0.0
+    for k in range(found):
+        if near.distance2[k] < crowd2:
+            x, y = direction(near.dx[k], near.dy[k], 0.0, 0.0)
+            away_x -= x
+            away_y -= y
+    for k in range(keep_nearest(near, found, params.attraction_nearest)):
+        to_x += near.dx[k]
+        to_y += near.dy[k]
+    own_x, own_y = direction(seen.vx[i], seen.vy[i], 0.0, 0.0)
+    away_x, away_y = direction(away_x, away_y, 0.0, 0.0)
+    to_x, to_y = direction(to_x, to_y, 0.0, 0.0)
+    flight_x, flight_y = direction(-dog_x, -dog_y, 0.0, 0.0)
+    x, y = random_turn(rng, math.tau)
+    x = params.noise * x + params.inertia * own_x + params.attraction_strength * to_x
+    y = params.noise * y + params.inertia * own_y + params.attraction_strength * to_y
+    x += params.repulsion_strength * away_x + params.flight_strength * flight_x
+    y += params.repulsion_strength * away_y + params.flight_strength * flight_y
+    x, y = direction(x, y, own_x, own_y)
+    return params.sheep_speed * x, params.sheep_speed * y
+
+
+@jit
+def _dog_velocity(
+    params: Params, seen: Flock, world: World, work: Workspace, rng: Generator
+) -> tuple[float, float]:
+    """The velocity of the dog, which sees N sheep.
+
+    Where one is farther than f(N) = r_a N^(2/3) from their centre of mass, the dog goes
+    to a point r_a behind the farthest one, to collect it; else to a point r_a sqrt(N)
+    behind the centre, seen from the goal, to drive them.
+    """
+    dog, near = seen.x.size - 1, work.near
+    found = search(
+        seen, world, work.grid, dog, math.inf, ALL_ROUND, 0.0, 0.0, work.near
+    )
+    found = keep_nearest(near, found, max(params.dog_nearest, 1))
+    found = found if params.dog_nearest > 0 else 0
+    speed, aim_x, aim_y = params.dog_speed, seen.vx[dog], seen.vy[dog]
+    if found > 0:
+        aim_x, aim_y, nearest2 = _aim(params, seen, world, work, found)
+        if nearest2 < params.near_distance * params.near_distance:
+            speed = params.near_speed
+    aim_x, aim_y = direction(aim_x, aim_y, 0.0, 0.0)
+    x, y = random_turn(rng, math.tau)
+    x, y = aim_x + params.dog_noise * x, aim_y + params.dog_noise * y
+    x, y = direction(x, y, aim_x, aim_y)
+    return speed * x, speed * y
+
+
+@jit
+def _aim(
+    params: Params, seen: Flock, world: World, work: Workspace, found: int
+) -> tuple[float, float, float]:
+    """The displacement from the dog to where it wants to be, and the square of its
+    distance from the nearest of the `found` sheep in `work.near`, at least one.
+    """
+    near, dog = work.near, seen.x.size - 1
+    x, y, nearest2 = 0.0, 0.0, math.inf
+    for k in range(found):
+        x += near.dx[k] / found
+        y += near.dy[k] / found
+        nearest2 = min(nearest2, near.distance2[k])
+    farthest, far2 = 0, -1.0
+    for k in range(found):
+        dx, dy = near.dx[k] - x, near.dy[k] - y
+        if dx * dx + dy * dy > far2:
+            farthest, far2 = k, dx * dx + dy * dy
+    behind, count = params.repulsion_range, float(found)
+    # The sixth powers of both distances, which need no function of a library.
+    square = behind * behind
+    if far2 * far2 * far2 > square * square * square * (count * count * count * count):
+        dx, dy = near.dx[farthest], near.dy[farthest]
+        way_x, way_y = direction(dx - x, dy - y, 0.0, 0.0)
+        return dx + behind * way_x, dy + behind * way_y, nearest2
+    goal_x, goal_y = _way(seen, world, dog, world.goal_x, world.goal_y)
+    way_x, way_y = direction(x - goal_x, y - goal_y, 0.0, 0.0)
+    behind *= math.sqrt(count)
+    return x + behind * way_x, y + behind * way_y, nearest2
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
+
+    Once the task is done, all stand still, and draw nothing at random.
+    """
+    sequential, dog = params.update == SEQUENTIAL, flock.x.size - 1
+    seen, dt = flock if sequential else work.before, params.dt
+    done = _is_done(flock, world, params)
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            vx, vy = 0.0, 0.0
+            if not done and i == dog:
+                vx, vy = _dog_velocity(params, seen, world, work, rng)
+            elif not done:
+                vx, vy = _sheep_velocity(params, seen, world, work, i, rng)
+            x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
+            y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        done = done or _is_done(flock, world, params)
+        if done and work.state[TASK_TIME, dog] == 0.0:
+            for i in range(flock.x.size):
+                work.state[TASK_TIME, i] = (record.progress[STEP] + 1) * dt
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+STILL = {
+    "noise": 0.0,
+    "dog_noise": 0.0,
+    "graze_probability": 0.0,
+}
+"""Nothing is drawn at random that would count."""
+
+MODEL = Model(
+    name="strombom2014",
+    source=(
+        "D. Strombom, R. P. Mann, A. M. Wilson, S. Hailes, A. J. Morton, D. J. T."
+        " Sumpter, A. J. King (2014), Solving the shepherding problem: heuristics for"
+        " herding autonomous, interacting agents"
+    ),
+    params=Params,
+    presets={
+        "as_written": AS_WRITTEN,
+        "as_run": AS_WRITTEN,
+        "slow_near": AS_WRITTEN | {"near_speed": 0.6},
+        "local_dog": AS_WRITTEN | {"dog_nearest": 20},
+    },
+    metrics=("herded", "herding_time", "herd_radius", "herd_goal_distance"),
+    sight=sight,
+    advance=advance,
+    symmetries={
+        "translation": STILL | {"dog_speed": 0.0, "target_radius": 0.0},
+        "rotation": STILL,
+        "quarter_turn": STILL,
+        "reflection": STILL,
+        "permutation": STILL,
+    },
+    state={"task_time": About("when the task was done; 0 before", "time")},
+    kinds=("sheep", "dog"),
+    count_kinds=count_kinds,
+    demands=(Demand("n >= 2", "there is a dog and at least one sheep: n must be 2"),),
+    length="m",
+    time="step",
+    y_down=False,
+)
