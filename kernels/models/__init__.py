@@ -10,6 +10,7 @@ from kernels.models import (
     nguyen2024,
     patel2023,
     rustamani2024,
+    vasarhelyi2018,
     vicsek1995,
 )
 from kernels.registry import Registry
@@ -27,6 +28,7 @@ MODELS = Registry(
         "dorsogna2006": dorsogna2006.MODEL,
         "couzin2002": couzin2002.MODEL,
         "cucker_smale2007": cucker_smale2007.MODEL,
+        "vasarhelyi2018": vasarhelyi2018.MODEL,
     },
     flaw,
 )
