@@ -126,6 +126,13 @@ def map_size(model: str, name: str) -> dict[str, float]:
     )
 
 
+def _without_borders(model: str) -> dict[str, Any]:
+    """The changes by which borders of the world add nothing to velocities."""
+    off = {"border_adds_velocity": "never", "walls": False}
+    known = settings_of(model, BUILT_IN)
+    return {name: value for name, value in off.items() if name in known}
+
+
 def weightless(model: str) -> dict[str, Any]:
     """The changes that switch off every force of a model, and what else would change
     its velocities.
@@ -137,15 +144,12 @@ def weightless(model: str) -> dict[str, Any]:
         name: 0.0
         for name in (
             *("border_turn", "min_speed", "noise", "interaction_range"),
+            "outer_noise",
             *("repulsion_range", "orientation_width", "attraction_width"),
         )
         if name in settings_of(model, BUILT_IN)
     }
-    return off | (
-        {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in settings_of(model, BUILT_IN)
-        else {}
-    )
+    return off | _without_borders(model)
 
 
 def isotropic(model: str) -> dict[str, Any]:
@@ -159,15 +163,11 @@ def isotropic(model: str) -> dict[str, Any]:
         "obstacle_weight",
         "border_turn",
     )
-    others += ("seek_weight", "arrival_weight", "noise")
+    others += ("seek_weight", "arrival_weight", "noise", "outer_noise")
     off = {"map": "empty"} | {
         name: 0.0 for name in others if name in settings_of(model, BUILT_IN)
     }
-    return off | (
-        {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in settings_of(model, BUILT_IN)
-        else {}
-    )
+    return off | _without_borders(model)
 
 
 @contextmanager

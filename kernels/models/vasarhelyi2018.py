@@ -486,6 +486,7 @@ MODEL = Model(
         "wanted_y": About("the velocity that a drone wants, along y", "length/time"),
         "wait": About("time until it chooses that anew", "time"),
     },
+    vectors=(("wanted_x", "wanted_y"),),
     demands=(
         Demand(
             "dt <= control_period",
