@@ -60,9 +60,10 @@ def job(
     **changes: Any,
 ) -> Job:
     """A job with the settings of a preset but for `changes`; those that the model does
-    not have are left out.
+    not have are left out. Worlds of tests are small: boids may start close together.
     """
     known = settings_of(model, BUILT_IN)
+    changes = {"start_distance": 0} | changes
     changed = {
         name: known[name].coerce(value)
         for name, value in changes.items()

@@ -21,8 +21,10 @@ from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
 
-LATER = Sensing._fields
-"""Settings that trials of versions before 0.15 lack. They are those of the preset."""
+LATER = (*Sensing._fields, "start_distance")
+"""Settings that trials of versions before 0.15 or 0.16 lack. They are those of the
+preset.
+"""
 
 
 def check_recorded(

@@ -60,8 +60,9 @@ def at_once(model: str = MODEL, **changes: Any) -> Job:
 
 
 def test_most_models_have_it() -> None:
-    """Three draw random numbers, boid after boid."""
-    assert MODELS.keys() - AT_ONCE.keys() == {"nguyen2024", "vicsek1995", "couzin2002"}
+    """Four draw random numbers, boid after boid."""
+    random = {"nguyen2024", "vicsek1995", "couzin2002", "vasarhelyi2018"}
+    assert MODELS.keys() - AT_ONCE.keys() == random
 
 
 @pytest.mark.parametrize("borders", builders.BORDERS)
