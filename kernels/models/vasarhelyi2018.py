@@ -52,7 +52,9 @@ class Params(NamedTuple):
     ]
     friction_gain: Annotated[
         float,
-        About("C_frict: part of an undue difference of velocities that is wanted", low=0),
+        About(
+            "C_frict: part of an undue difference of velocities that is wanted", low=0
+        ),
     ]
     friction_tolerance: Annotated[
         float,
@@ -114,7 +116,9 @@ class Params(NamedTuple):
     max_speed: Annotated[
         float,
         About(
-            "v_max: most that a wanted velocity is where it is cut", "length/time", low=0
+            "v_max: most that a wanted velocity is where it is cut",
+            "length/time",
+            low=0,
         ),
     ]
     interaction_range: Annotated[
@@ -294,9 +298,7 @@ def _from_walls(
 
 
 @jit
-def _out_of(
-    world: World, m: int, x: float, y: float
-) -> tuple[float, float, float]:
+def _out_of(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
     """The unit vector from the nearest point of the border of obstacle `m` to (x, y), or
     from (x, y) to it inside, and the distance, negative inside. In the middle of a disc
     the vector is zero.

@@ -112,9 +112,7 @@ def test_boids_start_apart(positions: int) -> None:
     size = np.array([300.0, 200.0])
     for world in (EMPTY, torus):
         for distance, apart in ((12.0, True), (0.0, False)):
-            flock = start(
-                100, positions, HEADING, world, margin=0.0, distance=distance
-            )
+            flock = start(100, positions, HEADING, world, margin=0.0, distance=distance)
             places = np.stack([flock.x, flock.y], axis=1)
             off = np.abs(places[:, None] - places)
             if world is torus:

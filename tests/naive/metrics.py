@@ -249,9 +249,7 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "boids_alone": lambda bodies, _counts, _ground, seen: flock_sizes(
         bodies, seen.flock_range
     ).count(1),
-    "depth_outside": lambda bodies, _counts, ground, _seen: depth(
-        bodies, ground.world
-    ),
+    "depth_outside": lambda bodies, _counts, ground, _seen: depth(bodies, ground.world),
     "velocity_diameter": lambda bodies, *_: np.hypot(
         *(bodies[2:4, :, None] - bodies[2:4, None, :])
     ).max(),

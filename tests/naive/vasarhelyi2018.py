@@ -102,9 +102,7 @@ def vasarhelyi2018(
 
     def new_state(flock: list[Any], i: int) -> Any:
         me = flock[i]
-        w, wait = (
-            (me.wanted, me.wait) if me.wait else (wanted(flock, i), period)
-        )
+        w, wait = (me.wanted, me.wait) if me.wait else (wanted(flock, i), period)
         pull = shortened((w - me.velocity) / s["lag"], s["max_acceleration"])
         velocity = me.velocity + pull * s["dt"]
         if s["outer_noise"] > 0:
