@@ -132,9 +132,12 @@ class Model(NamedTuple):
 
     `state` says what a boid has besides its place and velocity, by name; see
     kernels.workspace. `begin_state(params, flock, kind, rng, state)` fills these rows
-    (S, N), which are 0 before, for a flock that was just drawn. `kinds` names the kinds
-    of boids: the first boids are of the first kind, the next ones of the second, and
-    `count_kinds(params, n)` says how many of n boids are of each.
+    (S, N), which are 0 before, for a flock that was just drawn. `vectors` are the pairs
+    of rows that are the components of a vector, and so turn with the flock.
+
+    `kinds` names the kinds of boids: the first boids are of the first kind, the next
+    ones of the second, and `count_kinds(params, n)` says how many of n boids are of
+    each.
 
     `demands` are conditions on the settings, and `potential_demands` those of metrics
     of the potential. `length` and `time` are the units of the model, and `y_down` says
@@ -165,6 +168,7 @@ class Model(NamedTuple):
     time: str = "step"
     y_down: bool = True
     at_once: Mapping[str, Any] | None = None
+    vectors: tuple[tuple[str, str], ...] = ()
 
     @property
     def rules(self) -> tuple[Rule, ...]:
@@ -217,6 +221,9 @@ def _flaws(model: Model) -> Iterator[str]:
         yield "state is no mapping from names to Abouts"
     if model.begin_state and not model.state:
         yield "there is a begin_state, but no state that it could fill"
+    pairs = model.vectors if isinstance(model.vectors, tuple) else (None,)
+    if not all(_is_pair(pair, list(model.state or ())) for pair in pairs):
+        yield "vectors is no tuple of pairs of names of rows of state"
     if not isinstance(model.update_order, str):
         yield "update_order is no text"
     texts = isinstance(model.kinds, tuple) and all(map(_is_text, model.kinds))
@@ -271,6 +278,11 @@ def _flaws_of_state(model: Model) -> Iterator[str]:
             yield f"{refused}there is a setting of that name"
         if not isinstance(about, About) or about.unit not in UNITS:
             yield f'state "{name}" needs an About with a unit of settings'
+
+
+def _is_pair(pair: object, names: list[str]) -> bool:
+    known = isinstance(pair, tuple) and all(one in names for one in pair)
+    return known and len(pair) == 2
 
 
 def _is_text(name: object) -> bool:

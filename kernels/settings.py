@@ -363,6 +363,14 @@ class StartSettings(NamedTuple):
     start_free: Annotated[
         bool, About("initial positions inside obstacles are drawn again")
     ]
+    start_distance: Annotated[
+        float,
+        About(
+            "initial positions nearer than this to an earlier one are drawn again",
+            "length",
+            low=0,
+        ),
+    ]
     start_draws: Annotated[
         int, About("how the flock is drawn: which entry of kernels.starts.STARTS")
     ]
@@ -456,6 +464,7 @@ COMMON: dict[str, Any] = {
     "start_center_y": 0.0,
     "start_radius": 0.0,
     "start_free": True,
+    "start_distance": 0.0,
     "start_draws": "numpy",
     "flock_range": 50.0,
     "goal_radius": 50.0,

@@ -17,6 +17,7 @@ from numpy.random import Generator
 
 from kernels.angles import cosine_sine
 from kernels.jit import jit
+from kernels.neighbours import nearest_image
 from kernels.registry import Registry
 from kernels.settings import COMPONENTS, HEADING, INTEGER, Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
@@ -73,7 +74,8 @@ def start_numpy(
     flock = empty_flock(n)
     if not _draw_positions(flock, settings, world, contact, rng):
         raise RuntimeError(
-            "no free place for a boid: obstacles fill the region of the start"
+            "no free place for a boid: obstacles fill the region of the start, or"
+            " start_distance leaves no room for so many"
         )
     speed = settings.start_speed
     if settings.start_velocities == COMPONENTS:
@@ -162,7 +164,9 @@ def _draw_positions(
                 flock.y[i] = math.ceil(top) + math.floor(v * (math.floor(along) + 1.0))
             else:
                 flock.x[i], flock.y[i] = left + u * across, top + v * along
-            if _is_allowed(settings, world, contact, flock.x[i], flock.y[i]):
+            if _is_allowed(
+                settings, world, contact, flock.x[i], flock.y[i]
+            ) and _is_apart(settings, world, flock, i):
                 break
         else:
             return False
@@ -196,6 +200,21 @@ def _is_allowed(
         and dx * dx + dy * dy > settings.start_radius * settings.start_radius
     )
     return not (outside or (settings.start_free and inside_any(world, contact, x, y)))
+
+
+@jit
+def _is_apart(settings: StartSettings, world: World, flock: Flock, i: int) -> bool:
+    """Whether boid `i` is at least start_distance from all before it."""
+    least = settings.start_distance
+    if least > 0.0:
+        for j in range(i):
+            dx, dy = flock.x[i] - flock.x[j], flock.y[i] - flock.y[j]
+            if world.minimum_image:
+                dx = nearest_image(dx, world.width)
+                dy = nearest_image(dy, world.height)
+            if dx * dx + dy * dy < least * least:
+                return False
+    return True
 
 
 def start_python_random(
@@ -276,6 +295,10 @@ def given_start(flocks: Sequence[Places], source: str) -> Start:
                 f"{source} has the places of {len(flocks[0])} boids",
             ),
             _inside(flocks, source),
+            Demand(
+                "start_distance == 0",
+                f"{source} says where boids are: it needs start_distance 0",
+            ),
         ),
         draws if len(draws) > 1 else (),
     )
@@ -306,6 +329,11 @@ STARTS = Registry(
                     "start_radius == 0",
                     "start_draws: python_random draws in the whole world:"
                     " it needs start_radius 0",
+                ),
+                Demand(
+                    "start_distance == 0",
+                    "start_draws: python_random draws boids wherever others are: it"
+                    " needs start_distance 0",
                 ),
             ),
         ),

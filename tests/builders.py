@@ -67,9 +67,10 @@ def job(
     **changes: Any,
 ) -> Job:
     """A job with the settings of a preset but for `changes`; those that the model does
-    not have are left out.
+    not have are left out. Worlds of tests are small: boids may start close together.
     """
     known = settings_of(model, BUILT_IN)
+    changes = {"start_distance": 0} | changes
     changed = {
         name: known[name].coerce(value)
         for name, value in changes.items()
@@ -135,6 +136,13 @@ def map_size(model: str, name: str) -> dict[str, float]:
     )
 
 
+def _without_borders(model: str) -> dict[str, Any]:
+    """The changes by which borders of the world add nothing to velocities."""
+    off = {"border_adds_velocity": "never", "walls": False}
+    known = settings_of(model, BUILT_IN)
+    return {name: value for name, value in off.items() if name in known}
+
+
 def weightless(model: str) -> dict[str, Any]:
     """The changes that switch off every force of a model, and what else would change
     its velocities.
@@ -146,20 +154,16 @@ def weightless(model: str) -> dict[str, Any]:
         name: 0.0
         for name in (
             *("border_turn", "min_speed", "noise", "interaction_range"),
+            "outer_noise",
             *("repulsion_range", "orientation_width", "attraction_width"),
             *("attraction_strength", "flight_strength", "dog_noise", "dog_nearest"),
             "target_radius",
         )
         if name in settings_of(model, BUILT_IN)
     }
-    return off | {
-        name: value
-        for name, value in (
-            ("border_adds_velocity", "never"),
-            ("detection_range", math.inf),
-        )
-        if name in settings_of(model, BUILT_IN)
-    }
+    if "detection_range" in settings_of(model, BUILT_IN):
+        off["detection_range"] = math.inf
+    return off | _without_borders(model)
 
 
 def isotropic(model: str) -> dict[str, Any]:
@@ -173,15 +177,11 @@ def isotropic(model: str) -> dict[str, Any]:
         "obstacle_weight",
         "border_turn",
     )
-    others += ("seek_weight", "arrival_weight", "noise")
+    others += ("seek_weight", "arrival_weight", "noise", "outer_noise")
     off = {"map": "empty"} | {
         name: 0.0 for name in others if name in settings_of(model, BUILT_IN)
     }
-    return off | (
-        {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in settings_of(model, BUILT_IN)
-        else {}
-    )
+    return off | _without_borders(model)
 
 
 @contextmanager

@@ -33,6 +33,7 @@ from kernels.settings import PIXELS, Demand
 __all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric"]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
+_VASARHELYI = "Vasarhelyi et al. (2018)"
 _RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"
 _STROMBOM, _HERD = "Strombom et al. (2014)", ("sheep", "dog")
 _GOAL = Demand(
@@ -101,6 +102,14 @@ METRICS = Registry(
             source="ours",
             low=0.0,
         ),
+        "velocity_correlation": Metric(
+            motion.velocity_correlation,
+            unit="",
+            text="mean cosine between the velocities of two boids, over all pairs",
+            source=_VASARHELYI,
+            low=-1.0,
+            high=1.0,
+        ),
         "velocity_diameter": Metric(
             motion.velocity_diameter,
             unit="length/time",
@@ -135,6 +144,24 @@ METRICS = Registry(
             pairwise=True,
             low=0.0,
             high=100.0,
+        ),
+        "least_distance": Metric(
+            shape.least_distance,
+            unit="length",
+            text="distance of the two boids nearest to each other",
+            source=_VASARHELYI,
+            distribution="skewed",
+            pairwise=True,
+            low=0.0,
+        ),
+        "pairs_in_contact": Metric(
+            shape.pairs_in_contact,
+            unit="%",
+            text="share of pairs of boids nearer than contact_distance",
+            source=_VASARHELYI,
+            distribution="percentage",
+            better="low",
+            pairwise=True,
         ),
         "elongation": Metric(
             shape.elongation,
@@ -189,6 +216,33 @@ METRICS = Registry(
             better="low",
             pairwise=True,
         ),
+        "smallest_flock": Metric(
+            flocks.smallest_flock,
+            unit="boids",
+            text="size of the smallest such group; a boid alone is one",
+            source=_VASARHELYI,
+            distribution="skewed",
+            pairwise=True,
+            low=1.0,
+        ),
+        "boids_alone": Metric(
+            flocks.boids_alone,
+            unit="boids",
+            text="number of boids that have no other within flock_range",
+            source=_VASARHELYI,
+            distribution="count",
+            better="low",
+            pairwise=True,
+        ),
+        "flock_correlation": Metric(
+            flocks.flock_correlation,
+            unit="",
+            text="mean cosine between the velocities of two boids of one flock",
+            source=_VASARHELYI,
+            pairwise=True,
+            low=-1.0,
+            high=1.0,
+        ),
         "algebraic_connectivity": Metric(
             spectrum.algebraic_connectivity,
             unit="",
@@ -230,6 +284,15 @@ METRICS = Registry(
             text="distance of the boid nearest to an obstacle",
             source=_RUSTAMANI,
             distribution="skewed",
+        ),
+        "depth_outside": Metric(
+            places.depth_outside,
+            unit="length",
+            text="mean depth of boids outside of the world or in an obstacle",
+            source=_VASARHELYI,
+            distribution="skewed",
+            better="low",
+            low=0.0,
         ),
         "goal_distance": Metric(
             places.goal_distance,

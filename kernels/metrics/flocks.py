@@ -1,10 +1,12 @@
 """Flocks: the connected components of boids nearer than `flock_range`."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.jit import jit, jit_with_memory
-from kernels.metrics.ground import Ground, X, Y
+from kernels.metrics.ground import VX, VY, Ground, X, Y
 from kernels.recording import Frames
 from kernels.settings import Observation
 from kernels.state import Floats
@@ -128,3 +130,77 @@ def boids_lost(
     largest_flock(frames, filled, ground, observation, values)
     for f in range(filled):
         values[f] = frames.bodies.shape[2] - values[f]
+
+
+@jit_with_memory
+def smallest_flock(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Number of boids in the smallest flock; a boid alone is a flock of one."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        members = sizes(
+            labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        )
+        least = n
+        for label in range(n):
+            if members[label] > 0:
+                least = min(least, int(members[label]))
+        values[f] = least
+
+
+@jit_with_memory
+def boids_alone(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Number of boids that have no other within flock_range."""
+    for f in range(filled):
+        members = sizes(
+            labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        )
+        values[f] = count_flocks(members, 1) - count_flocks(members, 2)
+
+
+@jit_with_memory
+def flock_correlation(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean over boids of the mean cosine of the angle between their velocity and that
+    of the others of their flock; boids alone are left out, NaN if all are. A pair of
+    which one is at rest counts as 0.
+
+    phi_corr of Vasarhelyi et al. (2018).
+    """
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        flock = labels(
+            frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range
+        )
+        members = sizes(flock)
+        sums = np.zeros((3, n))
+        for i in range(n):
+            vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
+            size = math.sqrt(vx * vx + vy * vy)
+            if size > 0.0:
+                sums[0, flock[i]] += vx / size
+                sums[1, flock[i]] += vy / size
+                sums[2, flock[i]] += 1.0
+        total, others = 0.0, 0
+        for label in range(n):
+            if members[label] > 1:
+                x, y, moving = sums[0, label], sums[1, label], sums[2, label]
+                total += (x * x + y * y - moving) / (members[label] - 1)
+                others += members[label]
+        values[f] = total / others if others > 0 else math.nan

@@ -105,6 +105,33 @@ def polarization(
 
 
 @jit
+def velocity_correlation(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean cosine of the angle between the velocities of two boids, over all pairs: 1 if
+    all head the same way. A pair of which one is at rest counts as 0; NaN for one boid.
+
+    phi_corr of Vasarhelyi et al. (2018) where all boids are of one flock. The square of
+    the sum of the unit vectors is the sum over pairs, twice, and over the boids.
+    """
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y, moving = 0.0, 0.0, 0
+        for i in range(n):
+            vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
+            size = math.sqrt(vx * vx + vy * vy)
+            if size > 0.0:
+                x += vx / size
+                y += vy / size
+                moving += 1
+        values[f] = (x * x + y * y - moving) / (n * (n - 1)) if n > 1 else math.nan
+
+
+@jit
 def velocity_diameter(
     frames: Frames,
     filled: int,

@@ -66,6 +66,31 @@ def least_clearance(
 
 
 @jit
+def depth_outside(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean distance of boids from where they may be: how far they are outside of the
+    world, or how deep in an obstacle. A boid at an allowed place counts as 0.
+
+    phi_wall of Vasarhelyi et al. (2018).
+    """
+    world, n = ground.world, frames.bodies.shape[2]
+    for f in range(filled):
+        total = 0.0
+        for i in range(n):
+            x, y = frames.bodies[f, X, i], frames.bodies[f, Y, i]
+            across = max(-x, x - world.width, 0.0)
+            along = max(-y, y - world.height, 0.0)
+            outside = math.sqrt(across * across + along * along)
+            total += max(outside, -_clearance(world, x, y))
+        values[f] = total / n
+
+
+@jit
 def goal_distance(
     frames: Frames,
     filled: int,

@@ -166,6 +166,57 @@ def in_contact(
 
 
 @jit_with_memory
+def least_distance(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Distance of the two boids that are nearest to each other; NaN for one boid."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y = frames.bodies[f, X], frames.bodies[f, Y]
+        order = np.argsort(x)
+        best = math.inf
+        for k in range(n):
+            for other in range(k + 1, n):
+                i, j = order[k], order[other]
+                dx, dy = x[j] - x[i], y[j] - y[i]
+                if dx * dx >= best:
+                    break
+                best = min(best, dx * dx + dy * dy)
+        values[f] = math.sqrt(best) if n > 1 else math.nan
+
+
+@jit_with_memory
+def pairs_in_contact(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Pairs of boids nearer than contact_distance to each other, in per cent of all
+    pairs; NaN for one boid. phi_coll of Vasarhelyi et al. (2018), as a share, is a
+    hundredth of it.
+    """
+    n, reach = frames.bodies.shape[2], observation.contact_distance
+    for f in range(filled):
+        x, y = frames.bodies[f, X], frames.bodies[f, Y]
+        order = np.argsort(x)
+        pairs = 0
+        for k in range(n):
+            for other in range(k + 1, n):
+                i, j = order[k], order[other]
+                dx, dy = x[j] - x[i], y[j] - y[i]
+                if dx >= reach:
+                    break
+                pairs += int(dx * dx + dy * dy < reach * reach)
+        values[f] = 200.0 * pairs / (n * (n - 1)) if n > 1 else math.nan
+
+
+@jit_with_memory
 def elongation(
     frames: Frames,
     filled: int,

@@ -11,6 +11,7 @@ from kernels.models import (
     patel2023,
     rustamani2024,
     strombom2014,
+    vasarhelyi2018,
     vicsek1995,
 )
 from kernels.registry import Registry
@@ -29,6 +30,7 @@ MODELS = Registry(
         "couzin2002": couzin2002.MODEL,
         "cucker_smale2007": cucker_smale2007.MODEL,
         "strombom2014": strombom2014.MODEL,
+        "vasarhelyi2018": vasarhelyi2018.MODEL,
     },
     flaw,
 )

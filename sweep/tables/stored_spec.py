@@ -21,7 +21,10 @@ from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
 
-LATER = Sensing._fields + Actuation._fields + Breakdowns._fields
+LATER = (
+    *(*Sensing._fields, *Actuation._fields, *Breakdowns._fields),
+    "start_distance",
+)
 """Settings that trials of versions before 0.16 lack. They are those of the preset."""
 
 

@@ -32,6 +32,7 @@ VECTORS = (
     ("flock.previous_vx", "flock.previous_vy"),
     ("work.heading_x", "work.heading_y"),
 )
+STATES = ("work.state", "work.state_before")
 BY_BOID = ("flock.", "work.heading_", "work.state")
 """How the names of arrays begin whose last axis has a place for each boid."""
 
@@ -39,15 +40,17 @@ BY_BOID = ("flock.", "work.heading_", "work.state")
 class Transform(NamedTuple):
     """What becomes of a flock: places p become `turn` p + `shift`, vectors are turned
     only, and boids stand in another `order`. On a torus places are taken modulo `side`.
+    `rows` are the pairs of rows of the state that are vectors.
     """
 
     turn: Floats
     shift: Floats
     order: NDArray[np.intp]
     side: float
+    rows: tuple[tuple[int, int], ...]
 
     def of(self, state: State) -> State:
-        """The changed state. A model's own state goes along as it is."""
+        """The changed state. What else boids have goes along as it is."""
         arrays = {name: array.copy() for name, array in state.arrays.items()}
         for pairs, shift in ((PLACES, self.shift), (VECTORS, np.zeros((2, 1)))):
             for names in pairs:
@@ -56,6 +59,9 @@ class Transform(NamedTuple):
                     arrays[name] = values
         for name in PLACES[0]:
             arrays[name] = _wrapped(arrays[name], self.side)
+        for name in STATES:
+            for pair in map(list, self.rows):
+                arrays[name][pair] = self.turn @ arrays[name][pair]
         for name in arrays:
             if name.startswith(BY_BOID):
                 arrays[name] = arrays[name][..., self.order]
@@ -72,11 +78,13 @@ def symmetries(subject: Subject) -> None:
         raise SkipTest("it declares no symmetry")
     if said := _not_readable(subject, declared):
         raise AssertionError(f"{place}: {said}")
+    known = list(subject.model.state)
+    rows = tuple((known.index(x), known.index(y)) for x, y in subject.model.vectors)
     for name, given in declared.items():
         changes = {"n": BOIDS, "steps": STEPS} | dict(given)
         for job in every_way(subject, obstacles=False, **changes):
             near = replace(job, settings=job.settings | together(job))
-            for change in _changes(name, near):
+            for change in _changes(name, near, rows):
                 if wrong := _broken(near, change):
                     raise AssertionError(
                         f'{place}: "{name}" does not hold ({in_words(job)}): {wrong};'
@@ -101,13 +109,15 @@ def _not_readable(subject: Subject, declared: Any) -> str | None:
     return None
 
 
-def _changes(name: str, job: Job) -> Iterator[Transform]:
+def _changes(
+    name: str, job: Job, rows: tuple[tuple[int, int], ...]
+) -> Iterator[Transform]:
     """The changes by which a symmetry is tried in the world of a job."""
     side, borders = float(job.settings["width"]), job.settings["borders"]
     is_open = borders == "open"
     as_it_is, here = np.eye(2), np.zeros((2, 1))
     order = np.arange(BOIDS)
-    same = Transform(as_it_is, here, order, math.inf)
+    same = Transform(as_it_is, here, order, math.inf, rows)
     turned = same._replace(shift=np.array([[side], [0.0]]))
     if name == "translation" and is_open:
         yield same._replace(shift=side * np.array([[0.2175], [-0.128]]))

@@ -169,7 +169,10 @@ def test_kinds_follow_each_other_in_the_order_of_boids(
     assert kinds_of(a_job) == {"pacemaker": first, "follower": 12 - first}
 
 
-@pytest.mark.parametrize("model", [model for model in MODELS if model != MODEL.name])
+WITHOUT_STATE = [name for name, about in MODELS.items() if not about.state]
+
+
+@pytest.mark.parametrize("model", WITHOUT_STATE)
 def test_a_model_without_state_has_no_room_for_any(model: str) -> None:
     simulation = Simulation(flown(builders.job(model, n=9)))
     work, frames = simulation.flight.work, simulation.flight.record.frames

@@ -141,6 +141,54 @@ def test_the_speed_of_a_group_is_that_of_its_centre() -> None:
     assert one("group_speed", vx=[1.0, -1.0]) == 0.0
 
 
+def test_velocities_are_correlated_by_pairs() -> None:
+    """Of three boids, one of which flies against the others, one pair of three agrees.
+    With one at rest only one pair is left that counts.
+    """
+    assert one("velocity_correlation", vx=[2.0, 0.5, 9.0]) == 1.0
+    assert one("velocity_correlation", vx=[2.0, 0.5, -9.0]) == pytest.approx(-1 / 3)
+    assert one("velocity_correlation", vx=[2.0, 0.5, 0.0]) == pytest.approx(1 / 3)
+    assert one("velocity_correlation", vx=[2.0, 0.0], vy=[0.0, 5.0]) == 0.0
+    assert math.isnan(one("velocity_correlation", vx=[2.0]))
+
+
+def test_flocks_are_correlated_within_and_boids_alone_are_left_out() -> None:
+    """A pair that agrees, a flock of three of which one flies backwards, and a boid on
+    its own: (2 * 1 + 3 * (-1 / 3)) / 5.
+    """
+    places = {"x": [0.0, 9.0, 200.0, 209.0, 218.0, 500.0]}
+    ways = {"vx": [1.0, 2.0, 0.0, 0.0, 0.0, 7.0], "vy": [0.0, 0.0, 1.0, 1.0, -3.0, 0.0]}
+    assert one("flock_correlation", **places, **ways) == pytest.approx(0.2)
+    assert one("boids_alone", **places) == one("smallest_flock", **places) == 1
+    assert math.isnan(one("flock_correlation", x=[0.0, 500.0], vx=1.0))
+    assert one("boids_alone", x=[0.0, 500.0]) == 2
+    assert one("smallest_flock", x=[0.0, 9.0, 500.0, 509.0, 518.0]) == 2
+
+
+def test_pairs_in_contact_are_a_share_of_all_pairs() -> None:
+    """Three in a row touch their neighbours: two of six pairs with one apart."""
+    row = {"x": [0.0, 4.0, 8.0, 13.0]}
+    assert one("pairs_in_contact", **row) == pytest.approx(100 / 3)
+    assert one("least_distance", **row) == 4.0
+    assert one("least_distance", x=[0.0, 3.0, 1.0], y=[0.0, 0.0, 9.0]) == 3.0
+    assert math.isnan(one("least_distance", x=[3.0]))
+    assert math.isnan(one("pairs_in_contact", x=[3.0]))
+
+
+def test_depth_is_outside_of_the_world_or_in_an_obstacle() -> None:
+    """In a world of 100 x 80 with a disc of radius 25 at (20, -30) and a wall about
+    (-60, 40): one boid inside, one beyond a corner, one in the wall, 5 from its side
+    but 30 out of the world.
+    """
+    assert one("depth_outside", x=[50.0, 103.0], y=[40.0, 84.0]) == 2.5
+    assert one("depth_outside", x=[-30.0], y=[40.0]) == 30.0
+    disc = builders.a_world(100.0, 80.0, obstacles=[[50, 40, 25, 25, 1]])
+    inside = np.zeros((1, 6, 2))
+    inside[0, :2] = [[50.0, 80.0], [33.0, 40.0]]
+    ground = GROUND._replace(world=disc)
+    assert measured("depth_outside", inside, ground=ground).tolist() == [9.0]
+
+
 def test_the_velocity_diameter_is_the_greatest_difference() -> None:
     """Wherever boids are, and however fast all of them fly."""
     velocities = {"vx": [7.0, 7.0, 4.0], "vy": [-1.0, 1.0, -5.0]}
@@ -250,7 +298,8 @@ def test_turning_across_180_degrees_is_a_large_turn_only_if_unwrapped() -> None:
 def test_there_is_no_turn_at_the_start() -> None:
     rates = ("turn_rate", "turn_rate_unwrapped")
     for model in builders.MODELS:
-        result = run(builders.job(model, series=rates, steps=2, n=20))
+        moving = builders.job(model, series=rates, steps=2, n=20, start_speed=1.0)
+        result = run(moving)
         assert [result.series[rate][0] for rate in rates] == [0.0, 0.0]
         assert all(result.series[rate][1] > 0.0 for rate in rates)
 

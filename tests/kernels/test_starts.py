@@ -37,8 +37,11 @@ def start(
     seed: int = 3,
     free: bool = True,
     disc: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    distance: float = 0.0,
 ) -> Flock:
-    settings = StartSettings(positions, velocities, 2.0, margin, *disc, free, 0)
+    settings = StartSettings(
+        positions, velocities, 2.0, margin, *disc, free, distance, 0
+    )
     return start_numpy(
         n, settings, world, build_reach(world, 0.0), np.random.default_rng(seed), 0
     )
@@ -98,6 +101,29 @@ def test_positions_are_uniform_in_the_disc() -> None:
 def test_a_disc_outside_the_world_has_no_free_place() -> None:
     with pytest.raises(RuntimeError, match="no free place for a boid"):
         start(3, CONTINUOUS, HEADING, EMPTY, disc=(-50.0, 100.0, 40.0))
+
+
+@pytest.mark.parametrize("positions", [CONTINUOUS, INTEGER])
+def test_boids_start_apart(positions: int) -> None:
+    """In a torus whose borders are seen across also across these. Without a distance
+    some of so many are nearer.
+    """
+    torus = EMPTY._replace(minimum_image=True)
+    size = np.array([300.0, 200.0])
+    for world in (EMPTY, torus):
+        for distance, apart in ((12.0, True), (0.0, False)):
+            flock = start(100, positions, HEADING, world, margin=0.0, distance=distance)
+            places = np.stack([flock.x, flock.y], axis=1)
+            off = np.abs(places[:, None] - places)
+            if world is torus:
+                off = np.minimum(off, size - off)
+            nearest = np.hypot(*np.moveaxis(off, 2, 0))[np.triu_indices(100, 1)].min()
+            assert (nearest >= 12.0) == apart
+
+
+def test_boids_that_find_no_place_apart_are_refused() -> None:
+    with pytest.raises(RuntimeError, match="start_distance leaves no room for so many"):
+        start(40, CONTINUOUS, HEADING, EMPTY, distance=90.0)
 
 
 @pytest.mark.parametrize("positions", [CONTINUOUS, INTEGER])
@@ -163,7 +189,7 @@ def uniform_within(draws: np.ndarray) -> None:
 
 
 def test_the_published_program_draws_place_three_spare_numbers_and_heading() -> None:
-    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, 0.0, 0.0, 0.0, True, 0)
+    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, 0, 0, 0, True, 0, 0)
     flock = start_python_random(
         2, settings, EMPTY, build_reach(EMPTY, 0.0), np.random.default_rng(), 27
     )
@@ -219,7 +245,7 @@ def test_a_world_without_a_free_place_is_an_error_not_an_endless_search(
 def test_an_ordered_start_has_one_velocity_at_the_places_of_another(
     velocities: int,
 ) -> None:
-    settings = StartSettings(CONTINUOUS, velocities, 2.0, 10.0, 0, 0, 0, True, 0)
+    settings = StartSettings(CONTINUOUS, velocities, 2.0, 10.0, 0, 0, 0, True, 0, 0)
     flocks = [
         STARTS[name].draw(
             50,

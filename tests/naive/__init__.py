@@ -21,4 +21,5 @@ from tests.naive.rules import *
 from tests.naive.rustamani2024 import ORDERS, cells_within, rustamani2024
 from tests.naive.strombom2014 import strombom2014
 from tests.naive.topology import nearest_of, voronoi_of
+from tests.naive.vasarhelyi2018 import vasarhelyi2018
 from tests.naive.vicsek1995 import vicsek1995

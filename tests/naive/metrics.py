@@ -203,6 +203,46 @@ def dog_offset(bodies: Vector, ground: Any) -> float:
     return float((places[-1] / (centre / abs(centre))).imag)
 
 
+def cosines(bodies: Vector) -> Vector:
+    """Of the angles between velocities (N, N); 0 where a boid is at rest."""
+    moving = bodies[2:4].any(axis=0)
+    headings = np.arctan2(bodies[3], bodies[2])
+    found = np.cos(headings[:, None] - headings)
+    return np.where(moving[:, None] & moving, found, 0.0)
+
+
+def correlation(bodies: Vector) -> float:
+    """Over all pairs of different boids."""
+    n = bodies.shape[1]
+    pairs = cosines(bodies)[np.triu_indices(n, 1)]
+    return float(pairs.mean()) if n > 1 else math.nan
+
+
+def flock_correlation(bodies: Vector, reach: float) -> float:
+    found = [
+        np.delete(cosines(bodies[:, flock])[k], k).mean()
+        for flock in flocks(bodies, reach)
+        if len(flock) > 1
+        for k in range(len(flock))
+    ]
+    return float(np.mean(found)) if found else math.nan
+
+
+def close_pairs(bodies: Vector, reach: float) -> float:
+    """Per cent of the pairs that are nearer than `reach`."""
+    apart_ = distances(bodies)[np.triu_indices(bodies.shape[1], 1)]
+    return 100 * float(np.mean(apart_ < reach)) if apart_.size else math.nan
+
+
+def depth(bodies: Vector, world: Any) -> float:
+    """The mean distance from the nearest place of the world, or from the border of an
+    obstacle.
+    """
+    size = np.array([[world.width], [world.height]])
+    outside = np.hypot(*(bodies[:2] - np.clip(bodies[:2], 0, size)))
+    return float(np.maximum(outside, -clearances(bodies, world)).mean())
+
+
 METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "speed": lambda bodies, *_: np.hypot(*bodies[2:4]).mean(),
     "flock_radius": lambda bodies, *_: from_centre(bodies).mean(),
@@ -213,6 +253,23 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "dispersion": lambda bodies, *_: from_centre(bodies).std(),
     "polarization": lambda bodies, *_: polarization(bodies),
     "group_speed": lambda bodies, *_: abs(np.mean(bodies[2] + 1j * bodies[3])),
+    "velocity_correlation": lambda bodies, *_: correlation(bodies),
+    "flock_correlation": lambda bodies, _counts, _ground, seen: flock_correlation(
+        bodies, seen.flock_range
+    ),
+    "least_distance": lambda bodies, *_: (
+        apart(bodies).min() if bodies.shape[1] > 1 else math.nan
+    ),
+    "pairs_in_contact": lambda bodies, _counts, _ground, seen: close_pairs(
+        bodies, seen.contact_distance
+    ),
+    "smallest_flock": lambda bodies, _counts, _ground, seen: min(
+        flock_sizes(bodies, seen.flock_range)
+    ),
+    "boids_alone": lambda bodies, _counts, _ground, seen: flock_sizes(
+        bodies, seen.flock_range
+    ).count(1),
+    "depth_outside": lambda bodies, _counts, ground, _seen: depth(bodies, ground.world),
     "velocity_diameter": lambda bodies, *_: np.hypot(
         *(bodies[2:4, :, None] - bodies[2:4, None, :])
     ).max(),

@@ -1,0 +1,518 @@
+"""Drones that flock in an arena with walls, and brake in time.
+
+G. Vasarhelyi, C. Viragh, G. Somorjai, T. Nepusz, A. E. Eiben, T. Vicsek (2018),
+Optimized flocking of autonomous drones in confined environments, Science Robotics 3,
+eaat3536. The equations are those that the authors' simulator runs (csviragh/robotsim);
+the settings that bear the paper's letters were read second-hand. What drones measure
+and send is exact here, and at once. No function of a mathematics library is called but
+by `normal` of the generator, in one of some thousand draws.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.arbitration import limit
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.headings import direction
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand, InParts
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+WANTED_X, WANTED_Y, WAIT = 0, 1, 2
+SCALED, CUT = 0, 1
+
+
+class Params(NamedTuple):
+    """The parameters of the paper, and what its simulator adds to them."""
+
+    flock_speed: Annotated[
+        float,
+        About("v_flock: the speed that a drone wants to have", "length/time", low=0),
+    ]
+    repulsion_range: Annotated[
+        float, About("r0_rep: nearer ones are gone away from", "length", low=0)
+    ]
+    repulsion_gain: Annotated[
+        float,
+        About("p_rep: how fast, for each length that they are too near", "1/time", 0),
+    ]
+    friction_range: Annotated[
+        float,
+        About(
+            "r0_frict: how far from another the braking curve of friction ends",
+            "length",
+            low=0,
+        ),
+    ]
+    friction_gain: Annotated[
+        float,
+        About(
+            "C_frict: part of an undue difference of velocities that is wanted", low=0
+        ),
+    ]
+    friction_tolerance: Annotated[
+        float,
+        About(
+            "v_frict: a difference of velocities that is due at any distance",
+            "length/time",
+            low=0,
+        ),
+    ]
+    friction_slope: Annotated[
+        float,
+        About(
+            "p_frict: slope of the end of the braking curve of friction",
+            "1/time",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    friction_acceleration: Annotated[
+        float,
+        About("a_frict: by which friction brakes before that", "length/time^2", low=0),
+    ]
+    walls: Annotated[
+        bool, About("shill agents stand at the borders of the world, as at obstacles")
+    ]
+    shill_range: Annotated[
+        float,
+        About(
+            "r0_shill: how far from a wall or an obstacle the braking curve ends",
+            "length",
+            low=0,
+        ),
+    ]
+    shill_speed: Annotated[
+        float,
+        About("v_shill: speed of a shill agent, away from its wall", "length/time", 0),
+    ]
+    shill_slope: Annotated[
+        float,
+        About(
+            "p_shill: slope of the end of the braking curve before walls",
+            "1/time",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    shill_acceleration: Annotated[
+        float,
+        About("a_shill: by which walls are braked before that", "length/time^2", low=0),
+    ]
+    speed_limit: Annotated[
+        int,
+        About(
+            "scaled: a wanted velocity has the length flock_speed, as in the authors'"
+            " program; cut: it is cut at max_speed, as in the paper",
+            choices=("scaled", "cut"),
+        ),
+    ]
+    max_speed: Annotated[
+        float,
+        About(
+            "v_max: most that a wanted velocity is where it is cut",
+            "length/time",
+            low=0,
+        ),
+    ]
+    interaction_range: Annotated[
+        float,
+        About("distance up to which drones hear each other", "length", low=0),
+    ]
+    control_period: Annotated[
+        float,
+        About(
+            "time between two choices of a wanted velocity, which is held meanwhile",
+            "time",
+            low=0,
+        ),
+    ]
+    lag: Annotated[
+        float,
+        About(
+            "time in which a velocity comes near to the wanted one",
+            "time",
+            low=0,
+            exclusive=True,
+        ),
+    ]
+    max_acceleration: Annotated[
+        float, About("most acceleration of a drone", "length/time^2", low=0)
+    ]
+    outer_noise: Annotated[
+        float,
+        About(
+            "half the rate at which gusts add variance to each component of a velocity,"
+            " in length^2/time^3",
+            low=0,
+        ),
+    ]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
+
+
+AS_RUN = COMMON | {
+    "flock_speed": 4.0,
+    "repulsion_range": 25.6,
+    "repulsion_gain": 0.13,
+    "friction_range": 85.3,
+    "friction_gain": 0.05,
+    "friction_tolerance": 0.63,
+    "friction_slope": 3.2,
+    "friction_acceleration": 4.16,
+    "walls": True,
+    "shill_range": 0.3,
+    "shill_speed": 13.6,
+    "shill_slope": 3.55,
+    "shill_acceleration": 3.02,
+    "speed_limit": "scaled",
+    "max_speed": 6.0,
+    "interaction_range": 100.0,
+    "control_period": 0.2,
+    "lag": 1.0,
+    "max_acceleration": 6.0,
+    "outer_noise": 0.2,
+    "update": "synchronous",
+    "n": 100,
+    "steps": 60_000,
+    "dt": 0.01,
+    "map": "empty",
+    "width": 250.0,
+    "height": 250.0,
+    "goal_x": 125.0,
+    "goal_y": 125.0,
+    "start_speed": 0.0,
+    "start_distance": 8.0,
+    "flock_range": 87.4262,
+    "goal_radius": 10.0,
+    "obstacle_radius": 5.0,
+    "obstacle_margin": 5.0,
+    "contact_distance": 3.0,
+    "pixel": 1.0,
+}
+"""The optimum of the paper at 4 m/s, as the authors' program scales velocities. Flocks
+are linked up to friction_range and the way in which flock_speed is braked. Drones start
+at rest, as far apart as they fly in 2 s.
+"""
+AS_WRITTEN = AS_RUN | {"speed_limit": "cut"}
+"""The same with the formula of the paper."""
+TUNED4_V6 = AS_RUN | {
+    "flock_speed": 6.0,
+    "max_speed": 8.0,
+    "start_distance": 12.0,
+    "flock_range": 89.83,
+}
+TUNED4_V8 = AS_RUN | {
+    "flock_speed": 8.0,
+    "max_speed": 10.0,
+    "start_distance": 16.0,
+    "flock_range": 93.1954,
+}
+"""The optimum at 4 m/s with another speed; the optima at 6 and 8 m/s are not known."""
+FIELD6 = TUNED4_V6 | {
+    "repulsion_range": 35.0,
+    "repulsion_gain": 0.1,
+    "friction_range": 65.0,
+    "friction_gain": 0.5,
+    "friction_tolerance": 2.0,
+    "friction_slope": 1.0,
+    "friction_acceleration": 3.0,
+    "shill_range": 5.0,
+    "shill_speed": 14.0,
+    "shill_slope": 2.0,
+    "shill_acceleration": 2.5,
+    "flock_range": 72.5,
+}
+FIELD8 = FIELD6 | {
+    "flock_speed": 8.0,
+    "repulsion_range": 50.0,
+    "friction_range": 80.0,
+    "shill_range": 30.0,
+    "max_speed": 10.0,
+    "start_distance": 16.0,
+    "flock_range": 92.1667,
+}
+"""What was set by hand for flights outdoors."""
+
+
+def sight(params: Params) -> Sight:
+    """All round, up to the range of interaction and at it."""
+    return Sight(params.interaction_range, inclusive=True)
+
+
+def _obstacle_reach(_params: Params) -> float:
+    """However far an obstacle is, a drone that is fast enough brakes."""
+    return math.inf
+
+
+@jit
+def _braking_square(way: float, acceleration: float, slope: float) -> float:
+    """The square of D(r, a, p), the speed from which a drone can brake within a `way`:
+    first by a constant acceleration, then in proportion to the way that is left.
+    """
+    linear = slope * max(way, 0.0)
+    turn = acceleration / slope
+    if linear < turn:
+        return linear * linear
+    return 2.0 * acceleration * max(way, 0.0) - turn * turn
+
+
+@jit
+def _shilled(
+    params: Params, x: float, y: float, vx: float, vy: float, distance: float
+) -> tuple[float, float]:
+    """What the shill agent at a wall adds to a wanted velocity: it flies along the unit
+    vector (x, y) away from the wall, and what a drone at this distance has of another
+    velocity beyond the braking curve is taken off.
+    """
+    dx, dy = params.shill_speed * x - vx, params.shill_speed * y - vy
+    square = dx * dx + dy * dy
+    way = distance - params.shill_range
+    due = _braking_square(way, params.shill_acceleration, params.shill_slope)
+    share = 1.0 - math.sqrt(due / square) if square > due else 0.0
+    return share * dx, share * dy
+
+
+@jit
+def _from_walls(
+    params: Params, world: World, x: float, y: float, vx: float, vy: float
+) -> tuple[float, float]:
+    """What the shill agents of the nearer wall along x, and along y, add."""
+    off_x, off_y = x - 0.5 * world.width, y - 0.5 * world.height
+    way_x = -1.0 if off_x > 0.0 else 1.0
+    way_y = -1.0 if off_y > 0.0 else 1.0
+    across, along = 0.5 * world.width - abs(off_x), 0.5 * world.height - abs(off_y)
+    ax, ay = _shilled(params, way_x, 0.0, vx, vy, across)
+    bx, by = _shilled(params, 0.0, way_y, vx, vy, along)
+    return ax + bx, ay + by
+
+
+@jit
+def _out_of(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
+    """The unit vector from the nearest point of the border of obstacle `m` to (x, y), or
+    from (x, y) to it inside, and the distance, negative inside. In the middle of a disc
+    the vector is zero.
+    """
+    dx, dy = x - world.obstacle_x[m], y - world.obstacle_y[m]
+    if world.is_round[m]:
+        ux, uy = direction(dx, dy, 0.0, 0.0)
+        return ux, uy, math.sqrt(dx * dx + dy * dy) - world.half_width[m]
+    side_x = -1.0 if dx < 0.0 else 1.0
+    side_y = -1.0 if dy < 0.0 else 1.0
+    across = abs(dx) - world.half_width[m]
+    along = abs(dy) - world.half_height[m]
+    if across <= 0.0 and along <= 0.0:
+        beside = across > along
+        ux, uy = side_x if beside else 0.0, 0.0 if beside else side_y
+        return ux, uy, max(across, along)
+    across, along = max(across, 0.0), max(along, 0.0)
+    distance = math.sqrt(across * across + along * along)
+    return side_x * across / distance, side_y * along / distance, distance
+
+
+@jit
+def _from_obstacles(
+    params: Params, world: World, x: float, y: float, vx: float, vy: float
+) -> tuple[float, float]:
+    """What the shill agents of all obstacles add."""
+    ax, ay = 0.0, 0.0
+    for m in range(world.obstacle_x.size):
+        ux, uy, distance = _out_of(world, m, x, y)
+        dx, dy = _shilled(params, ux, uy, vx, vy, distance)
+        ax += dx
+        ay += dy
+    return ax, ay
+
+
+@jit
+def _from_others(
+    params: Params, seen: Flock, i: int, work: Workspace, found: int
+) -> tuple[float, float]:
+    """Repulsion and friction by the `found` drones in `work.near`.
+
+    From each that is nearer than r0_rep it is p_rep (r0_rep - r) away. Where velocities
+    differ by more than m, the larger of v_frict and D(r - r0_frict, a_frict, p_frict),
+    it is C_frict (|v_j - v_i| - m) along v_j - v_i.
+    """
+    tolerance2 = params.friction_tolerance * params.friction_tolerance
+    x, y = 0.0, 0.0
+    for k in range(found):
+        j = work.near.boid[k]
+        distance = math.sqrt(work.near.distance2[k])
+        near = distance < params.repulsion_range and distance > 0.0
+        push = params.repulsion_gain * (params.repulsion_range - distance)
+        share = push / distance if near else 0.0
+        dvx, dvy = seen.vx[j] - seen.vx[i], seen.vy[j] - seen.vy[i]
+        square = dvx * dvx + dvy * dvy
+        way = distance - params.friction_range
+        curve = _braking_square(
+            way, params.friction_acceleration, params.friction_slope
+        )
+        due = max(tolerance2, curve)
+        rest = 1.0 - math.sqrt(due / square) if square > due else 0.0
+        x += params.friction_gain * rest * dvx - share * work.near.dx[k]
+        y += params.friction_gain * rest * dvy - share * work.near.dy[k]
+    return x, y
+
+
+@jit
+def _wanted(
+    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
+) -> tuple[float, float]:
+    """The velocity that drone `i` wants: its own direction at v_flock, repulsion,
+    friction and shill agents, at the length that `speed_limit` gives it.
+    """
+    own_x, own_y, vx, vy = seen.x[i], seen.y[i], seen.vx[i], seen.vy[i]
+    ux, uy = direction(vx, vy, 0.0, 0.0)
+    x, y = _from_others(params, seen, i, work, found)
+    x, y = x + params.flock_speed * ux, y + params.flock_speed * uy
+    if params.walls:
+        ax, ay = _from_walls(params, world, own_x, own_y, vx, vy)
+        x, y = x + ax, y + ay
+    ax, ay = _from_obstacles(params, world, own_x, own_y, vx, vy)
+    x, y = x + ax, y + ay
+    if params.speed_limit == CUT:
+        return limit(x, y, params.max_speed)
+    ux, uy = direction(x, y, 0.0, 0.0)
+    return params.flock_speed * ux, params.flock_speed * uy
+
+
+@jit
+def _driven(
+    params: Params,
+    vx: float,
+    vy: float,
+    wanted_x: float,
+    wanted_y: float,
+    rng: Generator,
+) -> tuple[float, float]:
+    """A velocity after a step: v' = (w - v) / lag, cut at the most acceleration, and
+    in each component a Gaussian whose variance is 2 outer_noise dt.
+    """
+    ax, ay = (wanted_x - vx) / params.lag, (wanted_y - vy) / params.lag
+    ax, ay = limit(ax, ay, params.max_acceleration)
+    vx, vy = vx + ax * params.dt, vy + ay * params.dt
+    if params.outer_noise > 0.0:
+        deviation = math.sqrt(2.0 * params.outer_noise * params.dt)
+        vx += rng.normal(0.0, deviation)
+        vy += rng.normal(0.0, deviation)
+    return vx, vy
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
+
+    Each drone chooses its wanted velocity at the start, and whenever the control period
+    is over. Places move by the velocity from before the step, p += v dt. A border that
+    mirrors a velocity mirrors the wanted one too.
+    """
+    sequential = params.update == SEQUENTIAL
+    range2 = square_range(params.interaction_range, True)
+    seen, dt = flock if sequential else work.before, params.dt
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            if work.state[WAIT, i] < 0.5 * dt:
+                found = search(
+                    seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                )
+                wx, wy = _wanted(params, seen, world, i, work, found)
+                work.state[WANTED_X, i], work.state[WANTED_Y, i] = wx, wy
+                work.state[WAIT, i] += params.control_period
+            work.state[WAIT, i] -= dt
+            wx, wy = work.state[WANTED_X, i], work.state[WANTED_Y, i]
+            vx, vy = _driven(params, flock.vx[i], flock.vy[i], wx, wy, rng)
+            x, y = flock.x[i] + flock.vx[i] * dt, flock.y[i] + flock.vy[i] * dt
+            _, wx = confine(x, wx, world.width, world.borders)
+            _, wy = confine(y, wy, world.height, world.borders)
+            x, vx = confine(x, vx, world.width, world.borders)
+            y, vy = confine(y, vy, world.height, world.borders)
+            work.state[WANTED_X, i], work.state[WANTED_Y, i] = wx, wy
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="vasarhelyi2018",
+    source=(
+        "G. Vasarhelyi, C. Viragh, G. Somorjai, T. Nepusz, A. E. Eiben, T. Vicsek"
+        " (2018), Optimized flocking of autonomous drones in confined environments"
+    ),
+    params=Params,
+    presets={
+        "as_written": AS_WRITTEN,
+        "as_run": AS_RUN,
+        "tuned4_v6": TUNED4_V6,
+        "tuned4_v8": TUNED4_V8,
+        "field6": FIELD6,
+        "field8": FIELD8,
+    },
+    metrics=(
+        "speed",
+        "velocity_correlation",
+        "flock_correlation",
+        "pairs_in_contact",
+        "depth_outside",
+        "boids_alone",
+        "smallest_flock",
+        "nearest_neighbour_distance",
+        "least_distance",
+    ),
+    sight=sight,
+    advance=advance,
+    obstacle_reach=_obstacle_reach,
+    symmetries={
+        "translation": {"walls": False, "outer_noise": 0.0},
+        "rotation": {"walls": False, "outer_noise": 0.0},
+        "quarter_turn": {"outer_noise": 0.0},
+        "reflection": {"outer_noise": 0.0},
+        "permutation": {"outer_noise": 0.0},
+    },
+    state={
+        "wanted_x": About("the velocity that a drone wants, along x", "length/time"),
+        "wanted_y": About("the velocity that a drone wants, along y", "length/time"),
+        "wait": About("time until it chooses that anew", "time"),
+    },
+    vectors=(("wanted_x", "wanted_y"),),
+    demands=(
+        Demand(
+            "dt <= control_period",
+            "a wanted velocity is chosen at most once a step: control_period must be at"
+            " least dt",
+        ),
+        Demand(
+            "dt <= lag",
+            "a velocity comes to the wanted one in the time lag, and dt must be no"
+            " longer",
+        ),
+    ),
+    length="m",
+    time="s",
+    y_down=False,
+)
