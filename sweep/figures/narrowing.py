@@ -30,6 +30,7 @@ from sweep.figures.selection import Selection, recorded, select
 from sweep.figures.style import COLOURS, GREY, STYLE
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import so_many
 
 FEWEST = 6
 """With fewer trials a point has no more than three half widths, which tell no slope."""
@@ -195,12 +196,15 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
     counts = widths.groupby("point")["n"].max()
     without = widths["point"].nunique() - _drawn(widths)["point"].nunique()
     said = selection.about(
-        f"{len(counts):,} points, {{n}} trials a point, the first ones by replicate",
+        f"{so_many(len(counts), 'point')}, {{n}} trials a point, the first ones by"
+        " replicate",
         counts,
         "half the 95 % interval of their mean",
         [metric],
     )
-    return f"{said}\n{without:,} points have no width above 0" if without else said
+    have = "have" if without > 1 else "has"
+    lacking = f"{so_many(without, 'point')} {have} no width above 0"
+    return f"{said}\n{lacking}" if without else said
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

@@ -207,8 +207,7 @@ class StoredStudy:
             vars(self).pop("_settled", None)
             found = self._with_metrics(chosen)
         part = copy.copy(self)
-        for name in ("tried", "done"):
-            vars(part).pop(name, None)
+        vars(part).pop("tried", None)
         part.trials = found.trials if len(found.trials) else self.trials
         part.points = self.points  # made once for all that are narrow
         part.distributions = self._declared(found.table.schema)
@@ -245,7 +244,7 @@ class StoredStudy:
         found: NDArray[np.bool_] = there.get_indexer(self.points.index) >= 0
         return found
 
-    @cached_property
+    @property
     def done(self) -> NDArray[np.bool_]:
         """Which of its `trials` are done."""
         return (self.trials["status"] == "done").to_numpy(np.bool_)

@@ -84,3 +84,8 @@ def test_points_without_a_width_are_counted(value: float) -> None:
 def test_of_few_trials_there_is_none() -> None:
     with pytest.raises(ChoiceError, match="needs 6 trials of a point, and there are 3"):
         narrowing_layout(study("small"), "speed", by=None)
+
+
+def test_the_note_counts_one_point_as_one() -> None:
+    one = study("repeated").where(borders="torus")
+    assert ": 1 point, 9 trials a point" in marks_of(one, Choices(("speed",))).note

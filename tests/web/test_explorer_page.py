@@ -216,6 +216,30 @@ def test_a_view_loads_few_scripts_before_a_trial_plays(
     assert "mount.js" not in loaded
 
 
+TICKS = """async ([values]) => {
+  const { Scale } = await import("./board.js");
+  const axis = { logarithmic: true, listed: [], names: [] };
+  return new Scale(values, axis).ticks.map(({ text }) => text);
+}"""
+
+
+@pytest.mark.parametrize(
+    ("values", "ticks"),
+    [
+        ([0.03, 40.0], ["0.1", "1", "10"]),
+        ([0.02, 0.3], ["0.02", "0.05", "0.1", "0.2"]),
+        ([3.0, 9.0], ["4", "6", "8"]),
+        ([110.0, 130.0], ["110", "115", "120", "125", "130"]),
+    ],
+)
+def test_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(
+    opened: Open, values: list[float], ticks: list[str]
+) -> None:
+    page = opened()
+    seen(page, "table")
+    assert page.evaluate(TICKS, [values]) == ticks
+
+
 def test_the_simulator_loads_when_a_trial_plays(opened: Open) -> None:
     trial = plotted.study("small").trials["trial_id"].iloc[0]
     page = opened(f"#study=small&trial={trial}")

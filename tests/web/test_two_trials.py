@@ -109,7 +109,7 @@ def test_a_second_trial_plays_beside_the_first_one_on_its_clock(
         "separation weight 1, "
     )
     page.get_by_role("slider", name="step", exact=True).press("ArrowRight")
-    views = "const { view, second } = window.explorer.player.mounted"
+    views = "const { view, second } = window.explorer.player.played.mounted"
     page.wait_for_function(f"() => {{ {views}; return view.shown === 1; }}")
     step, one, other = page.evaluate(
         f"""() => {{

@@ -1,17 +1,13 @@
-// The trials behind a point, those to look at first, and the one that plays.
+// The trials behind a point, those to look at first, and the place of the one that
+// plays.
 
 import { make, short, spaced } from "./dom.js";
 import { ask } from "./ask.js";
 import { PagedTable } from "./rows.js";
 
 /** @import { Choice, Trial, Trials } from "./explorer.d.ts" */
-/** @import { StoredName } from "./protocol.d.ts" */
-/** @import { View } from "./view.js" */
 
 export const ALL = "all"; // in place of the ids of points
-const SIDES = /** @type {const} */ (["trial", "beside"]);
-
-/** @typedef {Required<StoredName>} Stored */
 
 export class TrialTable {
   page = 0;
@@ -119,94 +115,30 @@ const settingsSaid = (settings) =>
     `${spaced(name)} ${short(typeof value === "number" ? value : String(value))}`
   ).join(", ") || "the one point";
 
-// The player of the simulator, beside the figure: one trial, or two on one clock. Its
-// scripts are loaded when the first trial plays.
+// The place of the player, whose scripts are loaded when the first trial plays.
 export class Player {
-  /** @type {{ unmount(): void, view: View } | null} */
-  mounted = null;
-  shown = "";
+  /** @type {import("./played.js").Played | null} */
+  played = null;
+  /** @type {Choice | null} */
+  choice = null;
 
   /** @param {(change: Partial<Choice>) => void} go */
   constructor(go) {
     this.go = go;
-    this.title = make("h2");
-    this.words = make("span", { className: "facts" });
-    this.links = make("span", { className: "row" });
-    this.place = make("div", { className: "player" });
-    this.element = make(
-      "section",
-      { className: "card", "aria-label": "player", hidden: true },
-      make("div", { className: "row spread" }, this.title, this.words, this.links),
-      this.place,
-    );
+    this.element = make("section", {
+      className: "card",
+      "aria-label": "player",
+      hidden: true,
+    });
   }
 
   /** @param {Choice} choice */
-  show({ study, trial, beside }) {
-    if (trial && [study, trial, beside].join(" ") === this.shown) return;
-    this.shown = "";
-    this.mounted?.unmount();
-    this.mounted = null;
-    this.element.hidden = !trial;
-    this.element.classList.toggle("two", Boolean(beside));
-    if (!trial) return;
-    this.title.textContent = beside ? "Two trials on one clock" : "Trial";
-    this.play(this.tell({ study, trial, beside }));
-  }
-
-  // Which trials are played, in words.
-  /** @param {Stored} stored */
-  tell(stored) {
-    const { study, trial, beside } = stored;
-    const trials = [trial, beside].filter(Boolean);
-    this.shown = [study, trial, beside].join(" ");
-    this.words.textContent = trials.join(" and ");
-    this.link(study, trials);
-    return stored;
-  }
-
-  /** @param {Stored} stored */
-  async play(stored) {
-    const { shown } = this;
-    const [{ mount }, { pageId, Socket }] = await Promise.all([
-      import("./mount.js"),
-      import("./socket.js"),
-    ]);
-    if (shown !== this.shown) return;
-    // A view says `stored` to each server: what is gone to in the player is kept there.
-    const mounted = mount(this.place, new Socket(), {
-      page: [pageId(), shown].join(" "),
-      stored,
-      alone: (side) => this.go({ trial: stored[SIDES[side]], beside: "" }),
-      playing: (side, id) => {
-        if (mounted !== this.mounted || stored[SIDES[side]] === id) return;
-        stored[SIDES[side]] = id;
-        this.tell(stored);
-        this.go({ [SIDES[side]]: id });
-      },
-    });
-    this.mounted = mounted;
-  }
-
-  // A link to the simulator for each of the trials.
-  /** @param {string} study @param {string[]} trials */
-  async link(study, trials) {
-    this.links.replaceChildren();
-    const { shown } = this;
-    const links = await Promise.all(
-      trials.map(async (trial, i) => {
-        /** @type {{ yaml: string, point: string, replicate: number }} */
-        const { yaml, point, replicate } = await ask("spec", { study, trial });
-        const told = { spec: yaml, point, replicate: String(replicate) };
-        const which = trials.length > 1 ? `${"AB"[i]} ` : "";
-        return make("a", {
-          target: "_blank",
-          rel: "noopener",
-          textContent: `Open ${which}in the simulator`,
-          href: `index.html#${new URLSearchParams(told)}`,
-        });
-      }),
-    );
-    if (shown === this.shown) this.links.replaceChildren(...links);
+  async show(choice) {
+    this.choice = choice;
+    this.element.hidden = !choice.trial;
+    if (!choice.trial && !this.played) return;
+    const { Played } = await import("./played.js");
+    this.played ??= new Played(this.element, this.go);
+    this.played.show(this.choice);
   }
 }

@@ -104,15 +104,30 @@ export class Scale {
       }));
     }
     if (this.names.length) return this.names.map((text, at) => ({ at, text }));
-    const step = niceStep((this.high - this.low) / TICKS, this.log);
-    const first = Math.ceil(this.low / step);
-    const last = Math.floor(this.high / step + 1e-9);
-    return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) => {
-      const place = Number(((first + i) * step).toPrecision(12));
-      const at = this.log ? 10 ** place : place;
+    const span = this.high - this.low;
+    const few = this.log && span < 3; // of less than a decade as of a linear axis
+    const [low, high] = few ? [10 ** this.low, 10 ** this.high] : [this.low, this.high];
+    const places = few && span >= 1
+      ? stepped(this.low - 1, this.high, 1).flatMap((power) =>
+        [1, 2, 5].map((one) => one * 10 ** power)
+      ).filter((one) => one >= low && one <= high)
+      : stepped(low, high, niceStep((high - low) / TICKS, this.log && !few));
+    return places.map((place) => {
+      const at = this.log && !few ? 10 ** place : place;
       return { at, text: short(at) };
     });
   }
+}
+
+// The multiples of a step from `low` to `high`.
+/** @param {number} low @param {number} high @param {number} step */
+function stepped(low, high, step) {
+  const first = Math.ceil(low / step);
+  const last = Math.floor(high / step + 1e-9);
+  return Array.from(
+    { length: Math.max(last - first + 1, 0) },
+    (_, i) => Number(((first + i) * step).toPrecision(12)),
+  );
 }
 
 /** @param {number} least @param {boolean} whole */
