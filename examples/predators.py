@@ -21,7 +21,7 @@ from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
-from kernels.settings import COMMON, About, Demand
+from kernels.settings import COMMON, About, Demand, InParts
 from kernels.state import Flock, Kinds, World, remember
 from kernels.workspace import Workspace
 
@@ -47,7 +47,11 @@ class Params(NamedTuple):
     ]
     predators: Annotated[int, About("how many boids are predators", "boids", low=0)]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 CONFUSED = COMMON | {

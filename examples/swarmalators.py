@@ -17,7 +17,7 @@ from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
-from kernels.settings import COMMON, About
+from kernels.settings import COMMON, About, InParts
 from kernels.state import Floats, Flock, Kinds, World, remember
 from kernels.workspace import Workspace
 
@@ -36,7 +36,11 @@ class Params(NamedTuple):
         About("K: how strongly near phases meet; below 0 they part", low=-10, high=10),
     ]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 STATIC_SYNC = COMMON | {

@@ -15,12 +15,13 @@ from kernels.neighbours import ALL_ROUND, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.social import cohesion
-from kernels.settings import COMMON, About
+from kernels.settings import COMMON, About, InParts
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
 PULL = About("strength of the pull together", "1/time^2", low=0, rule="cohesion")
 SWIRL = About("strength of the swirl", "1/time^2", low=0, rule="swirl")
+STEP = About("time of one update", "time", low=0, exclusive=True)
 
 
 class Params(NamedTuple):
@@ -30,7 +31,7 @@ class Params(NamedTuple):
     swirl_weight: Annotated[float, SWIRL]
     perception_range: Annotated[float, About("how far boids see", "length", low=0)]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[float, STEP, InParts("time")]  # its equations are continuous in time
 
 
 STANDARD = (

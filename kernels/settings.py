@@ -99,6 +99,11 @@ UPDATE = About(
 )
 SYNCHRONOUSLY = {"update": UPDATE.choices[SYNCHRONOUS]}
 """With it a model with the setting UPDATE updates all boids at once."""
+INTERACTION_RANGE = About(
+    "distance up to which boids act on each other; infinite in the paper",
+    "length",
+    low=0,
+)
 METRIC, NEAREST, VORONOI = 0, 1, 2
 NEIGHBOURS = About(
     "who counts of those in sight. metric: all; nearest: the nearest ones; voronoi: the"

@@ -15,7 +15,14 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
-from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About
+from kernels.settings import (
+    COMMON,
+    INTERACTION_RANGE,
+    SEQUENTIAL,
+    SYNCHRONOUSLY,
+    UPDATE,
+    About,
+)
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -54,14 +61,7 @@ class Params(NamedTuple):
             choices=("sum", "mean"),
         ),
     ]
-    interaction_range: Annotated[
-        float,
-        About(
-            "distance up to which boids act on each other; infinite in the paper",
-            "length",
-            low=0,
-        ),
-    ]
+    interaction_range: Annotated[float, INTERACTION_RANGE]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("h: time of one update", "time", low=0, exclusive=True)]
 

@@ -23,7 +23,15 @@ from kernels.neighbours import (
 )
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
-from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, Demand
+from kernels.settings import (
+    COMMON,
+    INTERACTION_RANGE,
+    SEQUENTIAL,
+    SYNCHRONOUSLY,
+    UPDATE,
+    About,
+    Demand,
+)
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -60,14 +68,7 @@ class Params(NamedTuple):
     attraction_length: Annotated[
         float, About("l_a: its decay length", "length", low=0, exclusive=True)
     ]
-    interaction_range: Annotated[
-        float,
-        About(
-            "distance up to which boids act on each other; infinite in the paper",
-            "length",
-            low=0,
-        ),
-    ]
+    interaction_range: Annotated[float, INTERACTION_RANGE]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
 

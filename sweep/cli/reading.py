@@ -3,12 +3,16 @@
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperArgument, TyperCommand
 
 from sweep.cli.app import Json, Quiet, Results, StudyName, app, one_format
+
+if TYPE_CHECKING:
+    from sweep.store.locations import Location
+    from sweep.tables.stored_study import StoredStudy
 
 
 class Over(StrEnum):
@@ -57,6 +61,18 @@ Confidence = Annotated[
 Correction = Annotated[
     Together, typer.Option(help="Correction for many rows; max_t resamples pairs.")
 ]
+
+
+def _chosen(
+    study: str, results: "Location", where: list[str] | None, **formats: bool
+) -> "StoredStudy":
+    """What is stored of a study, at the points that a command is asked for. It ends
+    where the command is asked for two formats.
+    """
+    from sweep.tables.stored_study import StoredStudy
+
+    one_format(**formats)
+    return StoredStudy(study, results).where(*(where or ()))
 
 
 @app.command()
@@ -239,10 +255,8 @@ def boundary(
     from sweep.cli.boundary_text import boundary_json, boundary_text
     from sweep.tables.boundary import boundary as find
     from sweep.tables.safe_csv import as_csv
-    from sweep.tables.stored_study import StoredStudy
 
-    one_format(csv=csv, json=as_json)
-    stored = StoredStudy(study, results).where(*(where or ()))
+    stored = _chosen(study, results, where, csv=csv, json=as_json)
     found = find(stored)
     if csv:
         print(as_csv(found.rows), end="")
@@ -292,10 +306,8 @@ def scaling(
     from sweep.cli.scaling_text import scaling_json, scaling_text
     from sweep.tables.safe_csv import as_csv
     from sweep.tables.scaling import scaling as find
-    from sweep.tables.stored_study import StoredStudy
 
-    one_format(csv=csv, json=as_json)
-    stored = StoredStudy(study, results).where(*(where or ()))
+    stored = _chosen(study, results, where, csv=csv, json=as_json)
     found = find(stored, metric, by, burn_in)
     if csv:
         print(as_csv(found.points), end="")
@@ -328,10 +340,8 @@ def hysteresis(
     from sweep.tables.hysteresis import hysteresis as find
     from sweep.tables.hysteresis import loop_rows
     from sweep.tables.safe_csv import as_csv
-    from sweep.tables.stored_study import StoredStudy
 
-    one_format(csv=csv, json=as_json)
-    stored = StoredStudy(study, results).where(*(where or ()))
+    stored = _chosen(study, results, where, csv=csv, json=as_json)
     found = find(stored, metric or (), half=over is Over.half)
     if csv:
         print(as_csv(loop_rows(found)), end="")
@@ -519,11 +529,9 @@ def validity(
     """
     from sweep.cli.validity_text import validity_json, validity_text
     from sweep.tables.safe_csv import as_csv
-    from sweep.tables.stored_study import StoredStudy
     from sweep.tables.validity import validity as find
 
-    one_format(csv=csv, json=as_json)
-    stored = StoredStudy(study, results).where(*(where or ()))
+    stored = _chosen(study, results, where, csv=csv, json=as_json)
     half = over is Over.half
     found = find(stored, metric or (), half=half, confidence=confidence)
     if csv:

@@ -4,48 +4,26 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from sweep.analysis.coexistence import (
-    binder_minimum,
-    transition_order,
-    two_peaks,
-)
+from sweep.analysis.coexistence import binder_minimum, two_peaks
 from sweep.analysis.size_curves import SizeCurve
-from tests.analysis.mean_field import coexisting, smeared, spins
+from tests.analysis.measured_scaling import continuous, jumping, orders, said
 
 STUDIES = 20
 
 
-def said(curves: list[SizeCurve]) -> str:
-    found = transition_order(curves)
-    assert found.why
-    return found.order
-
-
-def continuous(seed: int, k: int = 12, frames: int = 200) -> list[SizeCurve]:
-    rng = np.random.default_rng(seed)
-    warm = np.linspace(0.8, 1.04, 9)
-    return [smeared(spins(n, warm, k, frames, rng), rng) for n in (64, 256, 1024)]
-
-
-def jumping(seed: int, k: int = 12, frames: int = 200) -> list[SizeCurve]:
-    rng = np.random.default_rng(seed)
-    warm = np.linspace(0.9, 1.1, 11)
-    return [coexisting(n, warm, k, frames, rng) for n in (64, 144, 256)]
-
-
 def test_a_continuous_transition_is_never_said_to_jump() -> None:
     """Of 60 studies 48 were said to be continuous, and 12 not decided."""
-    orders = [said(continuous(seed)) for seed in range(STUDIES)]
-    assert orders.count("first order") == 0
+    alike, _, jumps = orders(continuous, STUDIES)
+    assert jumps == 0
     low, high = binom.interval(0.999, STUDIES, 0.8)
-    assert low <= orders.count("continuous") <= high
+    assert low <= alike <= high
 
 
 def test_a_jump_is_told() -> None:
     """Of 60 studies with 12 trials all were."""
-    orders = [said(jumping(seed)) for seed in range(STUDIES)]
-    assert orders.count("continuous") == 0
-    assert orders.count("first order") >= STUDIES - 1
+    alike, _, jumps = orders(jumping, STUDIES)
+    assert alike == 0
+    assert jumps >= STUDIES - 1
 
 
 def test_peaks_of_the_mixture_are_where_its_phases_are() -> None:

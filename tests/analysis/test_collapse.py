@@ -6,10 +6,13 @@ from scipy.stats import binom
 
 from sweep.analysis.collapse import OPEN, collapse, quality
 from tests.analysis.mean_field import collapsing, spins
-
-NOISES = np.linspace(2.0, 4.0, 13)
-SIZES = (64, 256, 1024)
-TRUE = (3.0, 0.9, 0.2)
+from tests.analysis.measured_scaling import (
+    COLLAPSING,
+    EXPONENTS,
+    NOISES,
+    collapsed,
+    holding,
+)
 
 
 def test_curves_that_collapse_differ_by_their_errors_alone() -> None:
@@ -17,8 +20,8 @@ def test_curves_that_collapse_differ_by_their_errors_alone() -> None:
     found = []
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        curves = [collapsing(n, NOISES, 40, rng, noise=0.1) for n in SIZES]
-        found.append(quality(curves, np.array(TRUE)))
+        curves = [collapsing(n, NOISES, 40, rng, noise=0.1) for n in COLLAPSING]
+        found.append(quality(curves, np.array(EXPONENTS)))
         wrong = quality(curves, np.array([3.0, 0.6, 0.2]))
         assert wrong > 2.0 * found[-1]
     # Mean of 20 S, each of about 30 squares that share their neighbours: its standard
@@ -30,20 +33,11 @@ def test_intervals_hold_the_exponents() -> None:
     """Measured over 40 studies: 92 to 97 %. A right interval is beyond the bounds in
     less than one of 1000 tests of each exponent.
     """
-    studies, held = 10, np.zeros(3)
-    for seed in range(studies):
-        rng = np.random.default_rng(seed)
-        curves = [collapsing(n, NOISES, 12, rng, noise=0.05) for n in SIZES]
-        found = collapse(curves, resamples=12)
-        parts = (found.place, found.inverse_nu, found.beta_nu)
-        held += [
-            low <= true <= high
-            for true, (_, low, high) in zip(TRUE, parts, strict=True)
-        ]
-        assert found.quality < 3.0
-        assert found.compared > 0.5
+    studies = 10
+    found = collapsed(studies, 12, 0.05, resamples=12)
+    assert all(one.quality < 3.0 and one.compared > 0.5 for one in found)
     low, _ = binom.interval(0.999, studies, 0.92)
-    assert (held >= low).all()
+    assert min(holding(found)) >= low
 
 
 def test_the_mean_field_model_has_its_exponents() -> None:
@@ -61,11 +55,13 @@ def test_the_mean_field_model_has_its_exponents() -> None:
 
 def test_what_cannot_be_collapsed_says_why() -> None:
     rng = np.random.default_rng(1)
-    curves = [collapsing(n, NOISES, 6, rng) for n in SIZES]
+    curves = [collapsing(n, NOISES, 6, rng) for n in COLLAPSING]
     assert collapse(curves[:2]).why == "fewer than 3 sizes"
-    short = [collapsing(n, NOISES[:5], 6, rng) for n in SIZES]
+    short = [collapsing(n, NOISES[:5], 6, rng) for n in COLLAPSING]
     assert "fewer than 6 values" in collapse(short).why
-    level = [collapsing(n, NOISES, 6, rng, inverse_nu=0.0, beta_nu=0.0) for n in SIZES]
+    level = [
+        collapsing(n, NOISES, 6, rng, inverse_nu=0.0, beta_nu=0.0) for n in COLLAPSING
+    ]
     assert collapse(level, resamples=10).why == OPEN
-    equal = [collapsing(n, NOISES, 6, rng, noise=0.0) for n in SIZES]
+    equal = [collapsing(n, NOISES, 6, rng, noise=0.0) for n in COLLAPSING]
     assert collapse(equal).why == "all trials of a point agree"

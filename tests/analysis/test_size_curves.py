@@ -15,12 +15,8 @@ from sweep.analysis.size_curves import (
     binder_crossings,
     susceptibility_peak,
 )
-from tests.analysis.mean_field import (
-    exact_binder,
-    exact_crossing,
-    exact_peak,
-    spins,
-)
+from tests.analysis.mean_field import exact_binder, spins
+from tests.analysis.measured_scaling import Held, held
 
 TEMPERATURES = np.linspace(0.7, 1.1, 17)
 STUDIES = 60
@@ -40,20 +36,24 @@ def test_the_cumulant_of_the_model_is_the_known_one() -> None:
     assert exact_binder(200_000, 1.0) == pytest.approx(0.27052, abs=0.002)
 
 
-def test_crossings_are_where_exact_cumulants_are_equal() -> None:
-    place = exact_crossing(100, 400)
-    held = values = 0
-    for seed in range(STUDIES):
-        rng = np.random.default_rng(seed)
-        curves = [spins(n, TEMPERATURES, 20, 400, rng) for n in (400, 100)]
-        (found,) = binder_crossings(curves)
-        assert (found.n, found.other_n, found.rises) == (100, 400, False)
-        held += found.low <= place <= found.high
-        values += found.value_low <= exact_binder(100, place) <= found.value_high
+@pytest.fixture(scope="module")
+def of_studies() -> Held:
+    return held(STUDIES, trials=20, frames=400, points=17)
+
+
+def test_crossings_are_where_exact_cumulants_are_equal(of_studies: Held) -> None:
     # Measured 94 %, and 98 % for the value, whose interval allows for the place.
     low, high = between(0.95, STUDIES)
-    assert low <= held <= high
-    assert values >= low
+    assert of_studies.crossings == STUDIES
+    assert low <= of_studies.places <= high
+    assert of_studies.values >= low
+
+
+def test_a_crossing_names_its_sizes_the_smaller_one_first() -> None:
+    rng = np.random.default_rng(1)
+    curves = [spins(n, TEMPERATURES, 20, 400, rng) for n in (400, 100)]
+    (found,) = binder_crossings(curves)
+    assert (found.n, found.other_n, found.rises) == (100, 400, False)
 
 
 def test_curves_that_only_merge_do_not_cross() -> None:
@@ -69,20 +69,26 @@ def test_curves_that_only_merge_do_not_cross() -> None:
     assert crossed <= between(0.05, STUDIES)[1]
 
 
-def test_peaks_are_where_the_exact_susceptibility_is_largest() -> None:
-    place, height = exact_peak(100)
-    held = heights = found = 0
-    for seed in range(STUDIES):
-        rng = np.random.default_rng(seed)
-        peak = susceptibility_peak(spins(100, TEMPERATURES, 20, 400, rng))
-        found += not peak.why
-        held += peak.low <= place <= peak.high
-        heights += peak.height_low <= height <= peak.height_high
+def test_peaks_are_where_the_exact_susceptibility_is_largest(of_studies: Held) -> None:
     # Measured 91 % and 94 %: a polynomial is not the curve itself.
-    assert found == STUDIES
+    assert of_studies.peaks == STUDIES
     low, high = between(0.92, STUDIES)
-    assert low <= held <= high
-    assert low <= heights <= STUDIES
+    assert low <= of_studies.peak_places <= high
+    assert low <= of_studies.heights <= STUDIES
+
+
+def test_few_trials_often_have_no_crossing_and_intervals_that_hold_where_they_do() -> (
+    None
+):
+    """Of 150 studies with 8 trials 81 % have none, and 17 % no peak."""
+    few = held(STUDIES, trials=8, frames=100, points=9)
+    low, high = between(0.19, STUDIES)
+    assert low <= few.crossings <= high
+    assert few.places <= few.crossings
+    assert few.values <= few.crossings
+    low, high = between(0.83, STUDIES)
+    assert low <= few.peaks <= high
+    assert between(0.92, few.peaks)[0] <= few.heights <= few.peaks
 
 
 def test_a_peak_at_an_end_or_of_a_level_curve_is_none() -> None:

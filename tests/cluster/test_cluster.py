@@ -15,17 +15,19 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from sweep.campaigns.launch import launch
 from sweep.errors import WorkersError
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.cluster import Dask
 from sweep.workers.runner import Failure, drive
 from sweep.workers.watch import Limits
 from tests import runner_jobs
+from tests.campaigns.test_chains import CHAINED, interrupt_after
 from tests.cluster import jobs
 from tests.cluster.started import ROOT, TESTS, Cluster, cluster, until
 from tests.commands import sweep
 from tests.faults import jobs as faulty
-from tests.studies import SMALL, launched
+from tests.studies import SMALL, launched, read, same
 
 
 @pytest.fixture
@@ -42,16 +44,16 @@ def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_othe
 ) -> None:
     whole = launched(SMALL, tmp_path / "here")
     (tmp_path / "small.yaml").write_text(SMALL, encoding="utf-8")
-    launch = ["launch", "small.yaml", "--executor", "dask", "--address"]
+    words = ["launch", "small.yaml", "--executor", "dask", "--address"]
     with cluster(tmp_path, 1, **TESTS) as made:
-        done = sweep(tmp_path, *launch, made.address, "--results", "there")
+        done = sweep(tmp_path, *words, made.address, "--results", "there")
         assert (done.returncode, "6 new trials (6 done)" in done.stderr) == (
             0,
             True,
         ), done.stderr
         made.start_worker(PYTHONPATH=str(edited_copy(tmp_path)))
         until(lambda: "Registered to" in log(made, 2), "another worker joins")
-        refused = sweep(tmp_path, *launch, made.address, "--results", "elsewhere")
+        refused = sweep(tmp_path, *words, made.address, "--results", "elsewhere")
     stored = StoredStudy("small", tmp_path / "there")
     pd.testing.assert_frame_equal(
         stored.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds")
@@ -64,6 +66,21 @@ def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_othe
     )
     assert refused.stderr.rstrip().endswith(": other code in sweep/trial/simulation.py")
     assert not (tmp_path / "elsewhere").exists()
+
+
+def test_chains_have_the_bits_of_a_launch_here_wherever_their_links_run(
+    tmp_path: Path, engines: list[Dask]
+) -> None:
+    """Two workers share six chains; an interrupted launch goes on at the links."""
+    whole = launched(CHAINED, tmp_path / "here")
+    with cluster(tmp_path, 2, **TESTS) as made:
+        engines.append(Dask(made.address))
+        results, report = tmp_path / "there", interrupt_after(4)
+        with pytest.raises(KeyboardInterrupt):
+            launch(read(CHAINED), results, engines[0], report=report)
+        engines.append(Dask(made.address))
+        there = launched(CHAINED, results, engines[1])
+    assert same(there, whole)
 
 
 def edited_copy(folder: Path) -> Path:

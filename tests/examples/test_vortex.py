@@ -1,13 +1,16 @@
 """What new code begins as: the model by a law of its motion, the others by numbers."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from sweep.own_code.reading import study_of, with_variants
+from sweep.spec.settings import settings_of
 from sweep.trial.simulation import Simulation
-from tests.examples.flown import flown, job, places
+from tests.examples.flown import EXAMPLES, flown, job, places
 
 
 @pytest.mark.parametrize("swirl", [0.001, 0.01, 0.03])
@@ -48,3 +51,42 @@ def test_the_ring_and_the_pillars_are_where_they_say() -> None:
     np.testing.assert_allclose(world.obstacle_y, np.repeat(sides, 3))
     assert set(world.half_width) == {7}
     assert world.is_round.all()
+
+
+def test_shorter_steps_come_nearer_to_the_equations() -> None:
+    """In continuous time a circle of boids with the speed v has the radius v / sqrt(c),
+    as its pull is what turns them and the limit takes away what the swirl adds. A step
+    is an error of the first order, which half of it halves.
+    """
+    c, errors = 0.01 * 50 / 49, []
+    start = {"start_radius": 60, "start_center_x": 200, "start_center_y": 200}
+    a_job = job("vortex", "standard", ["flock_radius"], steps=3000, **start)
+    settings = settings_of(a_job.model, a_job.known)
+    for parts in (1, 2, 4):
+        cut = {
+            name: setting.coerce(setting.in_parts(a_job.settings[name], parts))
+            for name, setting in settings.items()
+            if setting.in_steps or setting.each_step
+        }
+        assert cut["dt"] == 1.0 / parts
+        last = flown(replace(a_job, settings=a_job.settings | cut)).last
+        errors.append(abs(last["flock_radius"] - 3.0 / math.sqrt(c)))
+    # Terms of the second order are a tenth of those of the first, or less.
+    assert 0.45 < errors[1] / errors[0] < 0.55
+    assert 0.45 < errors[2] / errors[1] < 0.55
+
+
+@pytest.mark.parametrize("model", ["vortex", "predators", "swarmalators"])
+def test_steps_of_models_that_are_continuous_in_time_can_be_cut(model: str) -> None:
+    spec = {
+        "study": "cut",
+        "model": f"./{model}.py",
+        "sweep": {"max_speed": [1, 2]},
+        "replicates": 2,
+        "record": {"metrics": ["speed"]},
+        "validate": {"dt": ["1/2"]},
+    }
+    study, half = with_variants(study_of(spec, EXAMPLES / "spec.yaml"))
+    usual = study.preset_settings
+    assert half.fixed["dt"] == usual["dt"] / 2
+    assert half.fixed["steps"] == usual["steps"] * 2
