@@ -23,7 +23,15 @@ from kernels.neighbours import (
 )
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
-from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, Demand
+from kernels.settings import (
+    COMMON,
+    SEQUENTIAL,
+    SYNCHRONOUSLY,
+    UPDATE,
+    About,
+    Demand,
+    InParts,
+)
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -69,7 +77,11 @@ class Params(NamedTuple):
         ),
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

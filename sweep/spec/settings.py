@@ -74,8 +74,10 @@ class Setting:
     in_steps: bool = False
     each_step: EachStep = ""
 
-    def in_parts(self, value: float, parts: int) -> float:
-        """What a value becomes where each step is cut into so many."""
+    def in_parts(self, value: float, parts: float) -> float:
+        """What a value becomes where each step is cut into so many; with 1 / k, what it
+        was before a step was cut into k.
+        """
         if self.in_steps:
             return value * parts
         if self.each_step == "time":
