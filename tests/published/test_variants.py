@@ -546,26 +546,26 @@ def test_steps_on_an_axis_are_doubled(
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "reason"),
+    ("axis", "more", "reason"),
     [
         (
-            "AXIS",
             "more: {zip: {start_speed: [0.765], steps: {linspace: [4, 4, 1]}}}",
+            "",
             '"steps" changes with the step, and stands on an axis that has more than a'
             " list or a grid of its values",
         ),
         (
-            "AXIS",
-            "start_speed: [0.765]\nderive: {steps: 4, wander_range: 1 / steps}",
+            "start_speed: [0.765]",
+            "derive: {wander_range: 1 / steps}\n",
             '"1 / steps" uses steps, which a shorter step changes: it would mean'
             " something else",
         ),
     ],
 )
 def test_half_a_step_says_why_a_claim_is_not_judged(
-    tmp_path: Path, old: str, new: str, reason: str
+    tmp_path: Path, axis: str, more: str, reason: str
 ) -> None:
-    spec = LONGER.replace(old, new)
+    spec = LONGER.replace("AXIS", axis) + more
     half = variants(tmp_path, "numerics", FEWER, spec)["dt-half"].publication
     said = f"small.yaml cannot have half a step: {reason}"
     assert {claim.untestable for claim in half.claims} == {said}
