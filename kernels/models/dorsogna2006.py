@@ -31,6 +31,7 @@ from kernels.settings import (
     UPDATE,
     About,
     Demand,
+    InParts,
 )
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
@@ -70,7 +71,11 @@ class Params(NamedTuple):
     ]
     interaction_range: Annotated[float, INTERACTION_RANGE]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("time of one update", "time", low=0, exclusive=True),
+        InParts("time"),
+    ]
 
 
 AS_WRITTEN = COMMON | {

@@ -1,8 +1,9 @@
 """Stored studies told in the steps of another one.
 
-With a shorter time step a study has more steps in the same time. Its tables then count
-in steps of the other study, so that claims and functions of figures.py find the same
-frames at the same times.
+With a shorter time step a study has more steps in the same time, and other values of
+settings that act once in each step. Its tables then have the steps and the settings of
+the other study, so that claims and functions of figures.py find the same points, and
+the same frames at the same times.
 
 What a metric measures over one step cannot be told: the stored values are over a
 shorter one, and nothing is stored between frames. Such metrics are left out.
@@ -15,17 +16,13 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from sweep.spec.recorded import columns_of
+from sweep.spec.settings import Setting
 from sweep.spec.study import Study
+from sweep.spec.study_variants import changed_by_steps
 from sweep.tables.stored_study import StoredStudy
 
-TIME_STEP, STEPS = "dt", "steps"
 FRAME = "frame"
 OF_ONE_STEP = "is measured over one step"
-
-
-def counted_in_steps(study: Study) -> list[str]:
-    """The settings of a study that are counted in steps."""
-    return [name for name, setting in study.settings.items() if setting.in_steps]
 
 
 def over_one_step(study: Study) -> list[str]:
@@ -45,7 +42,7 @@ class RetoldStudy(StoredStudy):
 
     def __init__(self, study: Study, results: Path, clock: int) -> None:
         self.clock = clock
-        self._in_steps = (FRAME, *counted_in_steps(study))
+        self._changed = changed_by_steps(study)
         self._left_out = dict.fromkeys(over_one_step(study), OF_ONE_STEP)
         super().__init__(study.name, results)
         self.plan = self._told(self.plan)
@@ -70,11 +67,20 @@ class RetoldStudy(StoredStudy):
 
     def _told(self, table: pa.Table) -> pa.Table:
         for place, column in enumerate(table.schema):
-            if column.name in self._in_steps:
+            if column.name == FRAME:
                 told = pc.divide(table[place], self.clock)
-            elif column.name == TIME_STEP:
-                told = pc.multiply(table[place], self.clock)
+            elif column.name in self._changed:
+                told = self._original(table[place], self._changed[column.name])
             else:
                 continue
             table = table.set_column(place, column, told.cast(column.type))
         return table
+
+    def _original(self, values: pa.ChunkedArray, setting: Setting) -> pa.Array:
+        """The values of a setting in the study with the longer steps."""
+        coded = pc.dictionary_encode(values).combine_chunks()
+        kept = [
+            None if one is None else setting.in_parts(one, 1.0 / self.clock)
+            for one in coded.dictionary.to_pylist()
+        ]
+        return pc.take(pa.array(kept, pa.float64()), coded.indices)

@@ -4,12 +4,10 @@ They have half the time step, another order of updates, or another seed. What th
 turns is turned by chance: it says how much the others mean.
 """
 
-import copy
 from collections.abc import Iterator, Mapping
-from typing import Any, cast
+from typing import Any
 
-from sweep.published.clocks import STEPS, TIME_STEP, counted_in_steps
-from sweep.published.publications import Publication
+from sweep.published.publications import FIXED, Publication
 from sweep.published.variants import (
     SpecChange,
     Variant,
@@ -18,9 +16,8 @@ from sweep.published.variants import (
     needed_studies,
     value_of,
 )
-from sweep.spec.settings import Value
-from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
+from sweep.spec.study_variants import in_parts
 
 UPDATE = "update"
 PARTS = 2
@@ -41,77 +38,30 @@ def numerics(publication: Publication) -> Iterator[Variant]:
 
 
 def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Variant:
-    """Half the time step and twice the steps, with a frame recorded at the same times.
+    """Half the time step, as `validate` cuts it: with twice the steps, frames at the
+    same times, and settings that act once in each step changed by their rules.
 
     Its studies are told in the steps of the original, so that each claim finds the
-    frames, and durations, that it names. Claims on what is measured over one step are
-    not judged: see sweep.published.clocks.
+    frames, durations and settings that it names. Claims on what is measured over one
+    step are not judged: see sweep.published.clocks.
     """
     changes, refused = {}, {}
     for spec, study in studies.items():
-        if not is_free(study, TIME_STEP):
-            refused[spec] = f"{spec}.yaml has no single {TIME_STEP}"
-        elif unlisted := _unlisted(study):
-            refused[spec] = f"{spec}.yaml has no list of {' and '.join(unlisted)}"
+        try:
+            keys = in_parts(study, PARTS)
+        except ValueError as error:
+            refused[spec] = f"{spec}.yaml cannot have half a step: {error}"
         else:
-            changes[spec] = _halved(study)
+            changes[spec] = SpecChange(keys.pop(FIXED, {}), keys)
     return altered(
         publication,
         "numerics",
-        f"{TIME_STEP}-half",
-        f"half the {TIME_STEP}, twice the {STEPS}",
+        "dt-half",
+        "half the time step, twice the steps",
         changes,
         refused=refused,
         clock=PARTS,
     )
-
-
-def _unlisted(study: Study) -> list[str]:
-    """What is counted in steps and has neither a single value nor a list of them."""
-    return [
-        name
-        for name in counted_in_steps(study)
-        if not is_free(study, name) and _axis_with(study, name) is None
-    ]
-
-
-def _halved(study: Study) -> SpecChange:
-    """Half the time step, and all that is counted in steps doubled."""
-    step = cast(float, value_of(study, TIME_STEP))
-    fixed: dict[str, Value] = {TIME_STEP: step / PARTS}
-    spec = copy.deepcopy(_spec(study))
-    keys: dict[str, Any] = {
-        "record": spec.get("record", {}) | {"every": PARTS * study.record.every}
-    }
-    for name in counted_in_steps(study):
-        if is_free(study, name):
-            fixed[name] = PARTS * cast(int, value_of(study, name))
-            continue
-        axis = cast(dict[str, Any], _axis_with(study, name, spec))
-        axis[name] = [PARTS * value for value in axis[name]]
-        keys["sweep"] = spec["sweep"]
-    return SpecChange(fixed, keys)
-
-
-def _spec(study: Study) -> dict[str, Any]:
-    found: dict[str, Any] = parse_document(study.text, study.path).value
-    return found
-
-
-def _axis_with(
-    study: Study, setting: str, spec: dict[str, Any] | None = None
-) -> dict[str, Any] | None:
-    """The mapping of a spec in which the values of a setting on an axis are a list."""
-    place = study.place_of(setting)
-    if place is None or place[0] != "sweep":
-        return None
-    sweep = (spec or _spec(study))["sweep"]
-    axis = sweep[place[1]]
-    zipped = axis.get("zip") if isinstance(axis, dict) else None
-    for found in (sweep, zipped):
-        if isinstance(found, dict) and isinstance(found.get(setting), list):
-            return found
-    return None
 
 
 def _other_updates(

@@ -79,8 +79,10 @@ class Setting:
     each_step: EachStep = ""
     only_where: OnlyWhere | None = None
 
-    def in_parts(self, value: float, parts: int) -> float:
-        """What a value becomes where each step is cut into so many."""
+    def in_parts(self, value: float, parts: float) -> float:
+        """What a value becomes where each step is cut into so many; with 1 / k, what it
+        was before a step was cut into k.
+        """
         if self.in_steps:
             return value * parts
         if self.each_step == "time":

@@ -9,14 +9,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from sweep.spec.axes import Axis
+from sweep.spec.axis_keys import HOLD
 from sweep.spec.document import Place
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.settings import Setting, Value
+from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
 from sweep.spec.validating import ALL_PAIRS, UPDATE, Validate, time_step
 
 WITHOUT_GRID = "all-pairs"
+STEPS = "steps"
+
+
+class UncutError(ValueError):
+    """The steps of a study cannot be cut; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,7 @@ def study_variants(study: Study) -> list[StudyVariant]:
     found, mistakes = list[tuple[str, str, dict[str, Any]]](), Mistakes()
     with mistakes.noted():
         for name, parts in _shorter(asked).items():
-            found.append((name, "dt", _cut(study, _named(study, name), parts)))
+            found.append((name, "dt", _cut(study, name, parts)))
     if asked.search:
         spec = _named(study, WITHOUT_GRID) | {"neighbour_search": ALL_PAIRS}
         found.append((WITHOUT_GRID, "search", spec))
@@ -65,6 +71,38 @@ def study_variants(study: Study) -> list[StudyVariant]:
     ]
 
 
+def in_parts(study: Study, parts: int) -> dict[str, Any]:
+    """The spec of a study with each step cut into so many parts: frames stay at the
+    same times, settings that act once in each step change by their rules, and a trial
+    may take so many times as long. Raises UncutError where that cannot be.
+    """
+    if time_step(study.settings) is None:
+        raise UncutError(
+            f"model {study.model} has no time step that could be shorter: its equations"
+            " are not continuous in time"
+        )
+    spec, changed = _own(study), changed_by_steps(study)
+    for one in study.expressions:
+        if used := sorted(one.names & {*changed}):
+            raise UncutError(
+                f'"{one.text}" uses {" and ".join(used)}, which a shorter step changes:'
+                " it would mean something else"
+            )
+    for name, setting in changed.items():
+        _change(study, spec, name, setting, parts)
+    record = {"every": study.record.every * parts}
+    spec["record"] = spec.get("record", {}) | record
+    if study.time_limit is not None:
+        spec["time_limit"] = study.time_limit * parts
+    return spec
+
+
+def changed_by_steps(study: Study) -> dict[str, Setting]:
+    """The settings that a shorter step changes."""
+    settings = study.settings.items()
+    return {name: one for name, one in settings if one.in_steps or one.each_step}
+
+
 def unjudged(study: Study, variant: str) -> list[str]:
     """The recorded metrics that are of something else in a variant: with shorter steps
     those that measure what one step changes, and those derived from these or from
@@ -72,7 +110,7 @@ def unjudged(study: Study, variant: str) -> list[str]:
     """
     if study.validate is None or variant not in _shorter(study.validate):
         return []
-    known, changed = study.known.metrics, {*_changed(study)}
+    known, changed = study.known.metrics, {*changed_by_steps(study)}
     found = [name for name in study.record.metrics if known[name].per_step]
     for one in study.record.derive:
         if one.expression.names & {*found, *changed}:
@@ -96,15 +134,14 @@ def _other(study: Study) -> dict[str, str]:
 
 def _named(study: Study, name: str) -> dict[str, Any]:
     """The spec of a study without `validate`, as that of a variant."""
+    return _own(study) | {"study": f"{study.name}/{name}"}
+
+
+def _own(study: Study) -> dict[str, Any]:
+    """The spec of a study without `validate`."""
     spec: dict[str, Any] = parse_document(study.text, study.path).value
     left = {key: value for key, value in spec.items() if key != "validate"}
-    return copy.deepcopy(left) | {"study": f"{study.name}/{name}"}
-
-
-def _changed(study: Study) -> dict[str, Setting]:
-    """The settings that a shorter step changes."""
-    settings = study.settings.items()
-    return {name: one for name, one in settings if one.in_steps or one.each_step}
+    return copy.deepcopy(left)
 
 
 def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
@@ -117,35 +154,36 @@ def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
     return spec | {"fixed": spec.get("fixed", {}) | {UPDATE: order}}
 
 
-def _cut(study: Study, spec: dict[str, Any], parts: int) -> dict[str, Any]:
-    """The spec with each step cut into so many parts: frames stay at the same times,
-    and a trial may take so many times as long.
-    """
-    changed = _changed(study)
-    for one in study.expressions:
-        if used := sorted(one.names & {*changed}):
-            raise study.document.error(
-                ("validate", "dt"),
-                f'"{one.text}" uses {" and ".join(used)}, which a shorter step changes:'
-                " it would mean something else; leave dt out",
-            )
-    for name, setting in changed.items():
-        _change(study, spec, name, setting, parts)
-    record = {"every": study.record.every * parts}
-    spec["record"] = spec.get("record", {}) | record
-    if study.time_limit is not None:
-        spec["time_limit"] = study.time_limit * parts
-    return spec
+def _cut(study: Study, name: str, parts: int) -> dict[str, Any]:
+    """The spec of a variant whose steps are cut. Raises SpecError where they cannot."""
+    place = ("validate", "dt")
+    try:
+        return in_parts(study, parts) | {"study": f"{study.name}/{name}"}
+    except UncutError as error:
+        raise study.document.error(place, f"{error}; leave dt out") from None
+    except NotAllowedError as error:
+        raise study.document.error(place, str(error)) from None
 
 
 def _change(
     study: Study, spec: dict[str, Any], name: str, setting: Setting, parts: int
 ) -> None:
-    """Give a setting the value that it has where steps are cut."""
+    """Give a setting the value that it has where steps are cut. Raises UncutError, and
+    NotAllowedError where the setting cannot have it, as a number of steps that is too
+    large.
+    """
+
+    def cut(value: Any) -> Value:
+        return setting.coerce(setting.in_parts(value, parts))
+
+    held = next((one for one in study.axes if one.continued), None)
+    if name == STEPS and held and held.continued and held.continued.hold:
+        spec["sweep"][held.name][HOLD.name] = cut(held.continued.hold)
+        return
     place = study.place_of(name)
     if place is None or place[0] == "fixed":
         value = (study.preset_settings | study.fixed)[name]
-        new = _in_parts(study, setting, value, parts)
+        new = cut(value)
         if new != value:
             spec["fixed"] = spec.get("fixed", {}) | {name: new}
         return
@@ -153,31 +191,31 @@ def _change(
         spec["derive"][name] = _expression(setting, spec["derive"][name], parts)
         return
     axis = next(axis for axis in study.axes if name in axis.columns)
+    if zipped := _zipped(spec, axis, name):
+        zipped[name] = [cut(one) for one in zipped[name]]
+        return
     if not _is_plain(axis, name):
-        raise study.document.error(
-            ("validate", "dt"),
+        raise UncutError(
             f'"{name}" changes with the step, and stands on an axis that has more than'
-            " a list or a grid of its values; leave dt out",
+            " a list or a grid of its values"
         )
-    values = axis.columns[name].tolist()
-    spec["sweep"][name] = [_in_parts(study, setting, one, parts) for one in values]
+    spec["sweep"][name] = [cut(one) for one in axis.columns[name].tolist()]
+
+
+def _zipped(spec: dict[str, Any], axis: Axis, name: str) -> dict[str, Any] | None:
+    """The lists of an axis that varies several settings together, if the values of this
+    one are such a list.
+    """
+    given = spec["sweep"].get(axis.name) if axis.place[0] == "sweep" else None
+    zipped = given.get("zip") if isinstance(given, dict) else None
+    listed = isinstance(zipped, dict) and isinstance(zipped.get(name), list)
+    return zipped if listed else None
 
 
 def _is_plain(axis: Axis, name: str) -> bool:
     """Whether an axis has nothing but the values of one setting, in one design."""
     alone = list(axis.columns) == [name] and not axis.sampler and not axis.when
     return alone and axis.place == ("sweep", name)
-
-
-def _in_parts(study: Study, setting: Setting, value: Value, parts: int) -> Value:
-    """The value where steps are cut. Raises SpecError where the setting cannot have it,
-    as a number of steps that is too large.
-    """
-    assert isinstance(value, int | float)
-    try:
-        return setting.coerce(setting.in_parts(value, parts))
-    except ValueError as error:
-        raise study.document.error(("validate", "dt"), f"{error}") from None
 
 
 def _expression(setting: Setting, given: Any, parts: int) -> str:

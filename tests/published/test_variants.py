@@ -413,6 +413,9 @@ def test_half_a_time_step_keeps_the_times_of_frames(tmp_path: Path) -> None:
     assert (small.record.every, small.record.series) == (4, ("speed", "dispersion"))
     assert half.claims == [claim for claim in original.claims if claim.counted]
     assert half.clocks == {"small": 2}
+    values = small.preset_settings | small.fixed
+    assert (1 - float(values["drag"])) ** 2 == pytest.approx(0.9, rel=1e-14)
+    assert values["wander_range"] == pytest.approx(0.2 * 2**0.5, rel=1e-15)
 
 
 def test_numerics_are_judged_at_the_same_times(tmp_path: Path) -> None:
@@ -432,8 +435,9 @@ def test_numerics_are_judged_at_the_same_times(tmp_path: Path) -> None:
     raw = StoredStudy(half, results)
     assert list(raw.series["frame"].unique()) == [0, 4, 8]
     assert list(told.series["frame"].unique()) == [0, 2, 4]
-    for name, value in {"dt": 1.0, "steps": 4}.items():
-        assert list(told.trials[name].unique()) == [value]
+    for name, value in {"dt": 1.0, "steps": 4, "drag": 0.1}.items():
+        assert told.trials[name].unique() == pytest.approx([value], rel=1e-14)
+    assert told.trials["drag"].dtype == raw.trials["drag"].dtype
     untold = columns_of(["turn_rate", "turn_rate_unwrapped"])
     assert told.units == {
         name: unit for name, unit in raw.units.items() if name not in untold
@@ -542,18 +546,29 @@ def test_steps_on_an_axis_are_doubled(
 
 
 @pytest.mark.parametrize(
-    ("axis", "reason"),
+    ("axis", "more", "reason"),
     [
-        ("steps: {linspace: [4, 4, 1]}", "small.yaml has no list of steps"),
-        ("both: {zip: {dt: [0.5], steps: [4]}}", "small.yaml has no single dt"),
+        (
+            "more: {zip: {start_speed: [0.765], steps: {linspace: [4, 4, 1]}}}",
+            "",
+            '"steps" changes with the step, and stands on an axis that has more than a'
+            " list or a grid of its values",
+        ),
+        (
+            "start_speed: [0.765]",
+            "derive: {wander_range: 1 / steps}\n",
+            '"1 / steps" uses steps, which a shorter step changes: it would mean'
+            " something else",
+        ),
     ],
 )
 def test_half_a_step_says_why_a_claim_is_not_judged(
-    tmp_path: Path, axis: str, reason: str
+    tmp_path: Path, axis: str, more: str, reason: str
 ) -> None:
-    spec = LONGER.replace("AXIS", axis)
+    spec = LONGER.replace("AXIS", axis) + more
     half = variants(tmp_path, "numerics", FEWER, spec)["dt-half"].publication
-    assert {claim.untestable for claim in half.claims} == {reason}
+    said = f"small.yaml cannot have half a step: {reason}"
+    assert {claim.untestable for claim in half.claims} == {said}
     assert half.studies["small"].name == "quick/tiny/small"
     assert half.clocks == {}
 

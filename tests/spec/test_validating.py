@@ -87,6 +87,24 @@ def test_what_is_counted_in_steps_changes_wherever_it_stands() -> None:
     assert variants(derived)["dt-1of4"].derive["steps"].text == "(3 * n) * 4"
 
 
+def test_lists_that_vary_together_change_by_their_rules() -> None:
+    spec = changed(("steps: 9", "n: 12"), ("{n: 12, n: 12}", "{n: 12}"))
+    both = "[0.5, 1]\n  both: {zip: {steps: [4, 6], drag: [0, 0.19]}}"
+    study = variants(changed(("[0.5, 1]", both), spec=spec))["dt-1of2"]
+    (found,) = (one for one in study.axes if one.name == "both")
+    assert found.columns["steps"].tolist() == [8, 12]
+    assert found.columns["drag"] == pytest.approx([0.0, 0.1])
+
+
+def test_links_of_a_chain_take_as_long_with_shorter_steps() -> None:
+    chain = "{values: [0.5, 1], continue: up, hold: 7}"
+    spec = changed(("[0.5, 1]", chain), (", steps: 9", ""))
+    study = variants(spec)["dt-1of4"]
+    (axis,) = study.axes
+    assert axis.continued is not None
+    assert (axis.continued.hold, study.fixed["dt"]) == (28, 0.25)
+
+
 @pytest.mark.parametrize("parts", [1, 2, 7])
 def test_a_rule_says_what_a_setting_becomes(parts: int) -> None:
     def of(value: float, **about: Any) -> float:
@@ -183,7 +201,11 @@ def test_what_cannot_be_is_refused(spec: str, message: str) -> None:
         ),
         (
             changed(
-                ("[0.5, 1]", "[0.5, 1]\n  both: {zip: {dt: [1, 2], drag: [0, 0.1]}}")
+                (
+                    "[0.5, 1]",
+                    "[0.5, 1]\n  both: {zip: {dt: [1, 2],"
+                    " drag: {linspace: [0, 0.1, 2]}}}",
+                )
             ),
             '"drag" changes with the step, and stands on an axis that has more',
         ),
