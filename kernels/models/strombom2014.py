@@ -90,9 +90,7 @@ class Params(NamedTuple):
     ]
     graze_probability: Annotated[
         float,
-        About(
-            "p: probability that a sheep that grazes moves in a step", low=0, high=1
-        ),
+        About("p: probability that a sheep that grazes moves in a step", low=0, high=1),
     ]
     sheep_speed: Annotated[
         float, About("delta: speed of a sheep that moves", "length/time", low=0)
@@ -181,7 +179,7 @@ def sight(_params: Params) -> Sight:
     return Sight(math.inf)
 
 
-def count_kinds(_params: Params, n: int) -> tuple[int, int]:
+def _count_kinds(_params: Params, n: int) -> tuple[int, int]:
     """All are sheep but for the last one, the dog."""
     return n - 1, 1
 
@@ -237,9 +235,7 @@ def _sheep_velocity(
     if dog_x * dog_x + dog_y * dog_y > reach * reach:
         return _grazing(params, rng)
     near = work.near
-    found = search(
-        seen, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, work.near
-    )
+    found = search(seen, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, work.near)
     found -= int(found > 0 and near.boid[found - 1] == dog)
     crowd2 = params.repulsion_range * params.repulsion_range
     away_x, away_y, to_x, to_y = 0.0, 0.0, 0.0, 0.0
@@ -398,7 +394,7 @@ MODEL = Model(
     },
     state={"task_time": About("when the task was done; 0 before", "time")},
     kinds=("sheep", "dog"),
-    count_kinds=count_kinds,
+    count_kinds=_count_kinds,
     demands=(Demand("n >= 2", "there is a dog and at least one sheep: n must be 2"),),
     length="m",
     time="step",
