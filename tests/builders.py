@@ -156,7 +156,7 @@ def weightless(model: str) -> dict[str, Any]:
         for name in (
             *("border_turn", "min_speed", "noise", "interaction_range"),
             *("repulsion_range", "orientation_width", "attraction_width"),
-            *("attraction_strength", "flight_strength", "dog_noise", "dog_nearest"),
+            *("attraction_strength", "flight_strength", "dog_noise"),
             "target_radius",
         )
         if name in settings_of(model, BUILT_IN)

@@ -169,7 +169,9 @@ def test_kinds_follow_each_other_in_the_order_of_boids(
     assert kinds_of(a_job) == {"pacemaker": first, "follower": 12 - first}
 
 
-@pytest.mark.parametrize("model", [model for model in MODELS if model != MODEL.name])
+@pytest.mark.parametrize(
+    "model", [name for name, one in MODELS.items() if not one.state]
+)
 def test_a_model_without_state_has_no_room_for_any(model: str) -> None:
     simulation = Simulation(flown(builders.job(model, n=9)))
     work, frames = simulation.flight.work, simulation.flight.record.frames
