@@ -51,14 +51,14 @@ def spectra(offsets: Floats) -> tuple[Floats, Floats]:
     centred = offsets - offsets.mean(axis=1, keepdims=True)
     window = np.hanning(offsets.shape[1])
     power = np.abs(np.fft.rfft(centred * window, axis=1)[:, 1:]) ** 2
-    shares: Floats = power / power.sum(axis=1, keepdims=True)
-    return np.fft.rfftfreq(offsets.shape[1])[1:], shares
+    parts: Floats = power / power.sum(axis=1, keepdims=True)
+    return np.fft.rfftfreq(offsets.shape[1])[1:], parts
 
 
 def period(studies: Studies) -> Floats:
-    """The period of the peak of the spectrum of the dog's offset, by trial, in steps."""
-    frequencies, shares = spectra(_offsets(studies))
-    periods: Floats = 1.0 / frequencies[shares.argmax(axis=1)]
+    """The period of the peak of the spectrum of the dog's offset, in steps."""
+    frequencies, found = spectra(_offsets(studies))
+    periods: Floats = 1.0 / frequencies[found.argmax(axis=1)]
     return periods
 
 
