@@ -36,7 +36,7 @@ def _offsets(studies: Studies) -> Floats:
     for _, series in study.series.groupby("trial_id"):
         offsets = series.sort_values("frame")
         done = offsets["herding_time"].to_numpy(np.float64)
-        if np.isfinite(done[-1]):
+        if done[-1] >= DRIVEN:
             last = int(done[-1])
             rows.append(
                 offsets["dog_offset"].to_numpy(np.float64)[last - DRIVEN : last]
