@@ -397,7 +397,7 @@ MODEL = Model(
         "slow_near": AS_WRITTEN | {"near_speed": 0.6},
         "local_dog": AS_WRITTEN | {"dog_nearest": 20},
     },
-    metrics=("herded", "herding_time", "herd_radius", "herd_goal_distance"),
+    metrics=("herded", "herd_radius", "herd_goal_distance", "dog_offset"),
     sight=sight,
     advance=advance,
     symmetries={
