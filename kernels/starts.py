@@ -135,14 +135,36 @@ def start_opposite(
     """The flock of `start_portable` in the quarter of the world with the greatest x and
     y, but for the last boid, which starts in the quarter opposite to it.
 
-    Each coordinate is scaled down from the world to its quarter, so that a boid may
-    start where `start_free` would have it drawn again.
+    Raises RuntimeError where no free place is found.
     """
     flock = start_portable(n, settings, world, contact, rng, seed)
-    for places, length in ((flock.x, world.width), (flock.y, world.height)):
-        places *= 0.5
-        places[:-1] += 0.5 * length
+    if not _draw_in_quarters(flock, settings, world, contact, rng):
+        raise RuntimeError(
+            "no free place for a boid: obstacles fill the quarter of its start"
+        )
     return flock
+
+
+@jit
+def _draw_in_quarters(
+    flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
+) -> bool:
+    """Draw every position of `start_opposite` until it is allowed; False if no allowed
+    place is found.
+    """
+    last, margin = flock.x.size - 1, settings.start_margin
+    across, along = 0.5 * world.width - margin, 0.5 * world.height - margin
+    for i in range(flock.x.size):
+        left = margin if i == last else 0.5 * world.width
+        top = margin if i == last else 0.5 * world.height
+        for _ in range(MOST_DRAWS):
+            u, v = rng.random(), rng.random()
+            flock.x[i], flock.y[i] = left + u * across, top + v * along
+            if _is_allowed(settings, world, contact, flock.x[i], flock.y[i]):
+                break
+        else:
+            return False
+    return True
 
 
 @jit
@@ -358,9 +380,9 @@ STARTS = Registry(
                     " start_radius 0",
                 ),
                 Demand(
-                    "map == 'empty' or not start_free",
-                    "start_draws: opposite knows no obstacles: it needs map empty, or"
-                    " start_free false",
+                    "start_positions == 'continuous'",
+                    "start_draws: opposite draws anywhere in its quarters: it needs"
+                    " start_positions continuous",
                 ),
             ),
         ),

@@ -20,6 +20,7 @@ from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
+from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import preset_settings, settings_of
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
@@ -44,6 +45,14 @@ OBSERVATION = Observation(
     footprint_radius=2.0,
     coverage_cv_ddof=0,
 )
+
+
+def every_metric(model: str) -> tuple[str, ...]:
+    """The metrics that a trial of a model may record: all but those of boids that it
+    has not.
+    """
+    about = MODELS[model]
+    return tuple(name for name, one in METRICS.items() if not lacks_boids(about, one))
 
 
 SCALES = {"strombom2014": 0.5}
@@ -156,7 +165,7 @@ def weightless(model: str) -> dict[str, Any]:
             *("border_turn", "min_speed", "noise", "interaction_range"),
             "outer_noise",
             *("repulsion_range", "orientation_width", "attraction_width"),
-            *("attraction_strength", "flight_strength", "dog_noise", "dog_nearest"),
+            *("attraction_strength", "flight_strength", "dog_noise"),
             "target_radius",
         )
         if name in settings_of(model, BUILT_IN)
@@ -320,17 +329,17 @@ def exact_jobs(model: str) -> Iterator[Job]:
     Pixels are large, since without compilation the 480,000 of a whole world take a
     second.
     """
-    every_metric = tuple(METRICS)
+    metrics = every_metric(model)
     small = {"map": "random_obstacles", "n_obstacles": 3, "n": 14, "steps": 10}
     small |= scaled(
         model, width=240, height=210, obstacle_radius=12, obstacle_margin=30, pixel=2
     )
-    wanted = {"metrics": every_metric, "heatmaps": True, "seed": 27}
+    wanted = {"metrics": metrics, "heatmaps": True, "seed": 27}
     for preset, update, borders in product(MODELS[model].presets, UPDATES, BORDERS):
         yield job(
             model,
             preset,
-            series=every_metric,
+            series=metrics,
             every=3,
             update=update,
             **borders,

@@ -298,6 +298,7 @@ def test_the_page_shows_a_new_start() -> None:
         "python_random",
         "portable",
         "ordered",
+        "opposite",
         "in_a_row",
     ]
     assert "side by side" in control["text"]

@@ -16,11 +16,7 @@ SHEEP = 0
 
 @jit
 def _task_time(frames: Frames, f: int) -> float:
-    """When the task was done, 0 before: the first row of the state; NaN where boids
-    have none.
-    """
-    if frames.bodies.shape[1] == FIRST_STATE:
-        return math.nan
+    """When the task was done, 0 before: the first row of the state."""
     return float(frames.bodies[f, FIRST_STATE, 0])
 
 
@@ -47,8 +43,7 @@ def herded(
 ) -> None:
     """1 once the task of the dog is done, else 0."""
     for f in range(filled):
-        time = _task_time(frames, f)
-        values[f] = 1.0 if time > 0.0 else 0.0 * time
+        values[f] = 1.0 if _task_time(frames, f) > 0.0 else 0.0
 
 
 @jit

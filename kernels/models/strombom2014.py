@@ -33,7 +33,14 @@ from numpy.random import Generator
 
 from kernels.jit import jit
 from kernels.model import Model, Sight
-from kernels.neighbours import ALL_ROUND, move, move_all, nearest_image, search
+from kernels.neighbours import (
+    ALL_ROUND,
+    move,
+    move_all,
+    nearest_image,
+    search,
+    square_range,
+)
 from kernels.recording import STEP, Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, random_turn
@@ -73,6 +80,14 @@ class Params(NamedTuple):
             high=EVERYONE,
         ),
     ]
+    interaction_range: Annotated[
+        float,
+        About(
+            "distance up to which sheep, and the dog, see sheep; infinite in the paper",
+            "length",
+            low=0,
+        ),
+    ]
     inertia: Annotated[
         float, About("h: strength of the heading that a sheep has", low=0)
     ]
@@ -109,9 +124,9 @@ class Params(NamedTuple):
     dog_nearest: Annotated[
         int,
         About(
-            "how many of the nearest sheep the dog sees; one that sees none goes on",
+            "how many of the nearest sheep the dog sees; all, where there are fewer",
             "boids",
-            low=0,
+            low=1,
             high=EVERYONE,
         ),
     ]
@@ -135,6 +150,7 @@ AS_WRITTEN = COMMON | {
     "repulsion_range": 2.0,
     "detection_range": 65.0,
     "attraction_nearest": 49,
+    "interaction_range": math.inf,
     "inertia": 0.5,
     "repulsion_strength": 2.0,
     "attraction_strength": 1.05,
@@ -174,12 +190,12 @@ is our choice. There is no program of the authors, so as_run equals as_written.
 """
 
 
-def sight(_params: Params) -> Sight:
-    """Everybody: the nearest sheep may be anywhere."""
-    return Sight(math.inf)
+def sight(params: Params) -> Sight:
+    """All round, up to the range of interaction and at it."""
+    return Sight(params.interaction_range, inclusive=True)
 
 
-def count_kinds(_params: Params, n: int) -> tuple[int, int]:
+def _count_kinds(_params: Params, n: int) -> tuple[int, int]:
     """All are sheep but for the last one, the dog."""
     return n - 1, 1
 
@@ -235,7 +251,8 @@ def _sheep_velocity(
     if dog_x * dog_x + dog_y * dog_y > reach * reach:
         return _grazing(params, rng)
     near = work.near
-    found = search(seen, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, work.near)
+    range2 = square_range(params.interaction_range, True)
+    found = search(seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
     found -= int(found > 0 and near.boid[found - 1] == dog)
     crowd2 = params.repulsion_range * params.repulsion_range
     away_x, away_y, to_x, to_y = 0.0, 0.0, 0.0, 0.0
@@ -264,18 +281,16 @@ def _sheep_velocity(
 def _dog_velocity(
     params: Params, seen: Flock, world: World, work: Workspace, rng: Generator
 ) -> tuple[float, float]:
-    """The velocity of the dog, which sees N sheep.
+    """The velocity of the dog, which sees N sheep; without any it goes on.
 
     Where one is farther than f(N) = r_a N^(2/3) from their centre of mass, the dog goes
     to a point r_a behind the farthest one, to collect it; else to a point r_a sqrt(N)
     behind the centre, seen from the goal, to drive them.
     """
     dog, near = seen.x.size - 1, work.near
-    found = search(
-        seen, world, work.grid, dog, math.inf, ALL_ROUND, 0.0, 0.0, work.near
-    )
-    found = keep_nearest(near, found, max(params.dog_nearest, 1))
-    found = found if params.dog_nearest > 0 else 0
+    range2 = square_range(params.interaction_range, True)
+    found = search(seen, world, work.grid, dog, range2, ALL_ROUND, 0.0, 0.0, work.near)
+    found = keep_nearest(near, found, params.dog_nearest)
     speed, aim_x, aim_y = params.dog_speed, seen.vx[dog], seen.vy[dog]
     if found > 0:
         aim_x, aim_y, nearest2 = _aim(params, seen, world, work, found)
@@ -382,7 +397,7 @@ MODEL = Model(
         "slow_near": AS_WRITTEN | {"near_speed": 0.6},
         "local_dog": AS_WRITTEN | {"dog_nearest": 20},
     },
-    metrics=("herded", "herding_time", "herd_radius", "herd_goal_distance"),
+    metrics=("herded", "herd_radius", "herd_goal_distance", "dog_offset"),
     sight=sight,
     advance=advance,
     symmetries={
@@ -394,7 +409,7 @@ MODEL = Model(
     },
     state={"task_time": About("when the task was done; 0 before", "time")},
     kinds=("sheep", "dog"),
-    count_kinds=count_kinds,
+    count_kinds=_count_kinds,
     demands=(Demand("n >= 2", "there is a dog and at least one sheep: n must be 2"),),
     length="m",
     time="step",

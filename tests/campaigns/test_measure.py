@@ -10,6 +10,7 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from sweep.campaigns.launch import launch
 from sweep.campaigns.measure import MeasuredStudy, measure
@@ -18,6 +19,7 @@ from sweep.errors import ChoiceError, CodeError, SpecError, StoreError
 from sweep.replays.verify import verify
 from sweep.spec.adding import with_metrics
 from sweep.spec.built_in import EXPERIMENTS
+from sweep.spec.recorded import lacks
 from sweep.spec.strict_yaml import parse_document, read_documents
 from sweep.store.lock import Lock
 from sweep.store.manifest import table_names
@@ -96,7 +98,7 @@ def test_each_metric_is_that_of_a_launch_to_the_last_bit_or_refused(
     fit = [
         name
         for name, metric in METRICS.items()
-        if model == "patel2023" or not metric.potential
+        if not lacks(BUILT_IN.models[model], metric)
     ]
     refused = [name for name in fit if what_lacks(METRICS[name], every)]
     assert {name for name in fit if not METRICS[name].looks} <= set(refused)

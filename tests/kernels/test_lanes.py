@@ -65,6 +65,10 @@ mathematics library take one number.
 """
 
 
+def test_all_models_fly_together_but_those_with_a_state() -> None:
+    assert EXPECTED.keys() == {name for name, one in MODELS.items() if not one.state}
+
+
 @cache
 def compiled(model: str) -> tuple[list[str], bool, list[list[str]]]:
     """Of a kernel that is compiled anew in a process of its own: the functions that are
@@ -93,7 +97,7 @@ def test_what_is_called_lane_by_lane_is_known() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", sorted(MODELS))
+@pytest.mark.parametrize("model", sorted(EXPECTED))
 def test_what_is_called_lane_by_lane_is_known_of_all_models(model: str) -> None:
     """More of them would cost much of the speed, and nothing else would tell."""
     names, _, _ = compiled(model)

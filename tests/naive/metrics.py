@@ -188,11 +188,6 @@ def herd(bodies: Vector, ground: Any) -> Vector:
     return bodies[:, ground.kind == 0]
 
 
-def task_time(bodies: Vector) -> float:
-    """Of bodies with a row of state; else not known."""
-    return float(bodies[6, 0]) if len(bodies) > 6 else math.nan
-
-
 def dog_offset(bodies: Vector, ground: Any) -> float:
     """By complex numbers: the dog, in a frame whose real axis is the line."""
     goal = complex(ground.world.goal_x, ground.world.goal_y)
@@ -331,10 +326,8 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "flock_potential": lambda bodies, _counts, ground, seen: flock_potential(
         bodies, ground.potential, seen.flock_range
     ),
-    "herded": lambda bodies, *_: (
-        math.nan if math.isnan(task_time(bodies)) else int(task_time(bodies) > 0)
-    ),
-    "herding_time": lambda bodies, *_: task_time(bodies) or math.nan,
+    "herded": lambda bodies, *_: int(bodies[6, 0] > 0),
+    "herding_time": lambda bodies, *_: bodies[6, 0] or math.nan,
     "herd_radius": lambda bodies, _, ground, __: from_centre(
         herd(bodies, ground)
     ).mean(),

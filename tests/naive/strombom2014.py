@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.naive.flight import Bird, bordered, displacement, walk
+from tests.naive.flight import Bird, bordered, displacement, neighbours, walk
 from tests.naive.rules import Vector
 
 
@@ -34,6 +34,11 @@ def strombom2014(
             ways = ways.sum(axis=0, keepdims=True) / max(last, 1)
         return last > 0 and bool((np.hypot(*ways.T) < s["target_radius"]).all())
 
+    def in_sight(seen: list[Bird], i: int) -> list[Vector]:
+        """The ways to all other sheep."""
+        found = neighbours(world, seen, i, s["interaction_range"], inclusive=True)
+        return [way for j, way in found if j != last]
+
     def nearest(ways: list[Vector], count: int) -> list[Vector]:
         """In the order of `ways`; `sorted` is stable."""
         chosen = sorted(range(len(ways)), key=lambda k: float(ways[k] @ ways[k]))
@@ -45,9 +50,7 @@ def strombom2014(
         if math.hypot(*from_dog) > s["detection_range"]:
             moves = rng.random() < s["graze_probability"]
             return s["sheep_speed"] * anywhere() if moves else np.zeros(2)
-        ways = [
-            displacement(world, here, seen[j].position) for j in range(last) if j != i
-        ]
+        ways = in_sight(seen, i)
         drawn = nearest(ways, s["attraction_nearest"])
         crowd = [unit(way) for way in ways if math.hypot(*way) < s["repulsion_range"]]
         heading = (
@@ -63,10 +66,7 @@ def strombom2014(
         here, speed = seen[last].position, s["dog_speed"]
         to_goal = displacement(world, here, goal)
         aim = seen[last].velocity
-        herd = nearest(
-            [displacement(world, here, bird.position) for bird in seen[:last]],
-            s["dog_nearest"],
-        )
+        herd = nearest(in_sight(seen, last), s["dog_nearest"])
         if herd:
             centre = np.mean(herd, axis=0)
             off = [math.hypot(*(way - centre)) for way in herd]

@@ -10,7 +10,6 @@ import pytest
 from kernels.jit import jit
 from kernels.lanes.kernel import weights_of
 from kernels.lanes.vectors import WIDTH
-from kernels.metrics import METRICS
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import observe
@@ -22,7 +21,7 @@ from sweep.design.jobs import Job
 from sweep.trial import lanes
 from sweep.trial.lanes import Trials
 from sweep.trial.simulation import run
-from tests.builders import entered, job
+from tests.builders import entered, every_metric, job
 from tests.trial.test_lanes import numbers
 
 PLAIN, FORGETS, OBSERVES_TWICE = range(3)
@@ -150,7 +149,7 @@ def _known(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def trials(**changes: Any) -> list[Job]:
     weights = changes.pop("weights", (0.01, 0.02, 0.03, 0.005, 0.01, 0.02, 0.0, 0.04))
-    base = job(MODEL.name, "standard", metrics=tuple(METRICS), **changes)
+    base = job(MODEL.name, "standard", metrics=every_metric(MODEL.name), **changes)
     return [
         replace(base, settings=base.settings | {"pull_weight": one}, replicate=k)
         for k, one in enumerate(weights)

@@ -13,6 +13,7 @@ from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.errors import SpecError
+from sweep.spec.recorded import lacks
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.web.history import MOST, Cursor, History
@@ -339,9 +340,7 @@ def test_another_model_begins_with_its_preset_and_stands_still() -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
     names = tuple(
-        name
-        for name, metric in METRICS.items()
-        if not metric.potential or MODELS[model].pair_potential
+        name for name, metric in METRICS.items() if not lacks(MODELS[model], metric)
     )
     session = short_run(model)
     session.run()
