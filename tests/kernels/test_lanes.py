@@ -63,6 +63,8 @@ EXPECTED = {
 """Each lane has other obstacles near it, and other random numbers. Functions of the
 mathematics library take one number.
 """
+WITHOUT_STATE = [name for name, about in MODELS.items() if not about.state]
+"""A model with a state flies alone."""
 
 
 @cache
@@ -93,7 +95,7 @@ def test_what_is_called_lane_by_lane_is_known() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", sorted(MODELS))
+@pytest.mark.parametrize("model", sorted(WITHOUT_STATE))
 def test_what_is_called_lane_by_lane_is_known_of_all_models(model: str) -> None:
     """More of them would cost much of the speed, and nothing else would tell."""
     names, _, _ = compiled(model)
