@@ -281,8 +281,9 @@ def _flaws_of_state(model: Model) -> Iterator[str]:
 
 
 def _is_pair(pair: object, names: list[str]) -> bool:
-    known = isinstance(pair, tuple) and all(one in names for one in pair)
-    return known and len(pair) == 2
+    if not isinstance(pair, tuple) or len(pair) != 2:
+        return False
+    return all(one in names for one in pair)
 
 
 def _is_text(name: object) -> bool:

@@ -112,8 +112,8 @@ def velocity_correlation(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean cosine of the angle between the velocities of two boids, over all pairs: 1 if
-    all head the same way. A pair of which one is at rest counts as 0; NaN for one boid.
+    """Mean cosine of the angle between the velocities of two boids, over all pairs: 1
+    if all head the same way. A pair of which one is at rest counts as 0; NaN for one.
 
     phi_corr of Vasarhelyi et al. (2018) where all boids are of one flock. The square of
     the sum of the unit vectors is the sum over pairs, twice, and over the boids.

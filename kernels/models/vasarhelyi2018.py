@@ -299,9 +299,9 @@ def _from_walls(
 
 @jit
 def _out_of(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
-    """The unit vector from the nearest point of the border of obstacle `m` to (x, y), or
-    from (x, y) to it inside, and the distance, negative inside. In the middle of a disc
-    the vector is zero.
+    """The unit vector from the nearest point of the border of obstacle `m` to (x, y),
+    or from (x, y) to it inside, and the distance, negative inside. In the middle of a
+    disc the vector is zero.
     """
     dx, dy = x - world.obstacle_x[m], y - world.obstacle_y[m]
     if world.is_round[m]:

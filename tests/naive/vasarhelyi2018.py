@@ -107,7 +107,7 @@ def vasarhelyi2018(
         velocity = me.velocity + pull * s["dt"]
         if s["outer_noise"] > 0:
             size = math.sqrt(2 * s["outer_noise"] * s["dt"])
-            velocity = velocity + [rng.normal(0.0, size), rng.normal(0.0, size)]
+            velocity = velocity + np.array([rng.normal(0.0, size) for _ in range(2)])
         place = me.position + me.velocity * s["dt"]
         moved = bordered(world, place, velocity)
         return Drone(*moved, bordered(world, place, w).velocity, wait - 1)

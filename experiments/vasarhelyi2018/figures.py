@@ -1,0 +1,128 @@
+"""The flocks of Vasarhelyi et al. (2018) in ideal conditions, beside runs of the
+authors' own simulator.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from sweep.figures import (
+    BLUE,
+    STYLE,
+    VERMILION,
+    Drawing,
+    draw_flock,
+    draw_map,
+    note,
+)
+from sweep.tables.stored_study import StoredStudy
+
+Floats = NDArray[np.float64]
+Studies = Mapping[str, StoredStudy]
+
+PROGRAMS = Path(__file__).with_name("programs.csv")
+"""Means over 300..600 s of 12 runs each of the authors' simulator, in two conditions;
+of the distance of the two nearest robots the least.
+"""
+LATE = 0.5
+"""The share of a trial's frames before those that count."""
+LIMITS = {"scaled": ("scaled to v_flock", BLUE), "cut": ("cut at v_max", VERMILION)}
+MEASURES = {
+    "velocity_correlation": "velocity correlation",
+    "speed": "speed (m/s)",
+    "nearest_neighbour_distance": "to the nearest (m)",
+}
+
+
+def closest_tuned(studies: Studies, flock_speed: float, speed_limit: str) -> Floats:
+    """The least distance of two robots in the last half of a trial, by trial."""
+    return _closest(studies["tuned"], flock_speed, speed_limit)
+
+
+def closest_field(studies: Studies, flock_speed: float, speed_limit: str) -> Floats:
+    """The same with the parameters of flights outdoors."""
+    return _closest(studies["field"], flock_speed, speed_limit)
+
+
+def _closest(study: StoredStudy, flock_speed: float, speed_limit: str) -> Floats:
+    series, trials = study.series, study.trials
+    of = (trials["flock_speed"] == flock_speed) & (trials["speed_limit"] == speed_limit)
+    late = series[series["frame"] >= LATE * series["frame"].max()]
+    late = late[late["trial_id"].isin(trials.loc[of, "trial_id"])]
+    return late.groupby("trial_id")["least_distance"].min().to_numpy(np.float64)
+
+
+def ideal(studies: Studies) -> Figure:
+    """Correlation, speed and distance of trials by speed, with both limits, and the
+    runs of the authors' simulator.
+    """
+    known = pd.read_csv(PROGRAMS)
+    with style.context(STYLE):
+        figure = Figure(figsize=(8.4, 5.6))
+        panels = figure.subplots(2, 3)
+        for line, name in zip(panels, ("tuned", "field"), strict=True):
+            for axes, (metric, label) in zip(line, MEASURES.items(), strict=True):
+                _draw_trials(axes, studies[name].trials, metric)
+                theirs = known[known["parameters"] == name]
+                axes.plot(theirs["flock_speed"] + 0.45, theirs[metric], "kx", ms=4)
+                axes.set(ylabel=label, xlabel=f"v_flock (m/s), {name}")
+        panels[0, 0].legend(fontsize=7)
+        note(
+            figure,
+            "vasarhelyi2018: trials without noise, delay and loss, each a dot, means"
+            " over their last 300 s; crosses: runs of the authors' simulator",
+        )
+    return figure
+
+
+def _draw_trials(axes: Axes, trials: pd.DataFrame, metric: str) -> None:
+    """Each trial at its speed, those of one limit beside those of the other."""
+    for k, (limit, (text, colour)) in enumerate(LIMITS.items()):
+        rows = trials[trials["speed_limit"] == limit]
+        axes.plot(
+            rows["flock_speed"] + (0.15, -0.25)[k],
+            rows[f"{metric}_mean"],
+            "o",
+            ms=3,
+            color=colour,
+            alpha=0.6,
+            label=text,
+        )
+
+
+def obstacles(studies: Studies) -> Figure:
+    """The last frame of a trial with two squares, for both limits."""
+    study = studies["obstacles"]
+    with style.context(STYLE):
+        figure = Figure(figsize=(8.4, 4.6))
+        for axes, (limit, (text, colour)) in zip(
+            figure.subplots(1, 2), LIMITS.items(), strict=True
+        ):
+            trial = study.trials[study.trials["speed_limit"] == limit].iloc[0]
+            bodies = study.trajectory(str(trial["trial_id"]))[1][-1]
+            draw_map(axes, study.world(str(trial["trial_id"])), "m", downwards=False)
+            draw_flock(axes, bodies, 6.0, colour)
+            axes.set_title(
+                f"{text}: correlation {trial['velocity_correlation_mean']:.2f},"
+                f" {trial['speed_mean']:.2f} m/s",
+                loc="left",
+                fontsize=8,
+            )
+        note(figure, f"{study.name}: the first trial of each limit after 600 s")
+    return figure
+
+
+FIGURES = {
+    "ideal": Drawing(
+        ideal,
+        ("tuned", "field"),
+        "Correlation, speed and distance by speed and limit of the wanted velocity.",
+    ),
+    "obstacles": Drawing(obstacles, ("obstacles",), "Flocks round two squares."),
+}

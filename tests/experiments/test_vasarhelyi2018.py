@@ -1,0 +1,95 @@
+"""vasarhelyi2018 against runs of the authors' simulator, and the measures of its
+claims.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from experiments.vasarhelyi2018.figures import PROGRAMS, closest_field, closest_tuned
+from sweep.trial.simulation import Simulation
+from tests import builders
+
+KNOWN = pd.read_csv(PROGRAMS)
+CONDITIONS = {"tuned": ("tuned4_v6", 12.0), "field": ("field8", 16.0)}
+FLIGHTS, STEPS, LATE, PERIOD = 4, 60_000, 30_000, 20
+MEASURES = ("velocity_correlation", "speed", "nearest_neighbour_distance")
+
+
+def test_there_is_something_to_compare() -> None:
+    assert set(KNOWN["parameters"]) == set(CONDITIONS)
+    assert (KNOWN.groupby("parameters").size() == 12).all()
+
+
+def measured(flock: Any) -> list[float]:
+    """The three measures of a flock, by all pairs."""
+    _, _, vx, vy = state = builders.state(flock)
+    speed = np.hypot(vx, vy)
+    pairs = np.triu_indices(speed.size, 1)
+    cosines = (np.outer(vx, vx) + np.outer(vy, vy)) / np.outer(speed, speed)
+    off = np.hypot(*(state[:2, :, None] - state[:2, None]))
+    np.fill_diagonal(off, np.inf)
+    return [cosines[pairs].mean(), speed.mean(), off.min(axis=1).mean()]
+
+
+@pytest.mark.parametrize("parameters", CONDITIONS)
+def test_flights_are_those_of_the_authors_simulator(parameters: str) -> None:
+    """Means over 300..600 s of four flights without noise, read one step after each
+    choice of a wanted velocity, as the simulator was. Its 12 runs tell the spread of
+    one, s; the mean of four differs from theirs by s sqrt(1/4 + 1/12). At 5 such
+    errors, two-sided, one of the six checks fails by chance for one of 400 choices of
+    seeds, allowing for the uncertainty of s (Student's t of 11 degrees of freedom);
+    they are fixed. These conditions have one regime.
+    """
+    preset, distance = CONDITIONS[parameters]
+    means = []
+    for seed in range(FLIGHTS):
+        a_job = builders.job(
+            "vasarhelyi2018",
+            preset,
+            metrics=(),
+            every=STEPS,
+            seed=seed,
+            outer_noise=0,
+            start_distance=distance,
+        )
+        simulation = Simulation(a_job)
+        simulation.advance(LATE + 1)
+        found = []
+        for _ in range((STEPS - LATE) // PERIOD):
+            found.append(measured(simulation.flock))
+            simulation.advance(PERIOD)
+        means.append(np.mean(found, axis=0))
+    runs = KNOWN.loc[KNOWN["parameters"] == parameters, list(MEASURES)]
+    error = runs.std(ddof=1) * math.sqrt(1 / FLIGHTS + 1 / len(runs))
+    off = np.abs(np.mean(means, axis=0) - runs.mean())
+    assert (off < 5 * error).all(), (off / error).to_dict()
+
+
+class Made:
+    """A study of two trials with one limit and one with the other, of four frames."""
+
+    trials = pd.DataFrame(
+        {
+            "trial_id": ["a", "b", "c"],
+            "flock_speed": 6.0,
+            "speed_limit": ["scaled", "scaled", "cut"],
+        }
+    )
+    series = pd.DataFrame(
+        {
+            "trial_id": ["a"] * 4 + ["b"] * 4 + ["c"] * 4,
+            "frame": [0, 20, 40, 60] * 3,
+            "least_distance": [1, 1, 8, 9, 1, 1, 7, 6, 1, 1, 5, 5],
+        }
+    )
+
+
+def test_the_closest_are_those_of_the_last_half() -> None:
+    made: Any = {"tuned": Made, "field": Made}
+    assert closest_tuned(made, 6.0, "scaled").tolist() == [8.0, 6.0]
+    assert closest_field(made, 6.0, "cut").tolist() == [5.0]
+    assert closest_field(made, 8.0, "cut").size == 0
