@@ -55,6 +55,11 @@ def plus(one: Four, other: Four) -> Four:
     return one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3]
 
 
+def minus(one: Four, other: Four) -> Four:
+    """The four differences."""
+    return one[0] - other[0], one[1] - other[1], one[2] - other[2], one[3] - other[3]
+
+
 def times(one: Four, other: Four) -> Four:
     """The four products."""
     return one[0] * other[0], one[1] * other[1], one[2] * other[2], one[3] * other[3]
@@ -84,6 +89,10 @@ def _part(context: Any, builder: Any, one: Any) -> Any:
 
 def _add(_context: Any, builder: Any, one: Any, other: Any) -> Any:
     return builder.fadd(one, other)
+
+
+def _subtract(_context: Any, builder: Any, one: Any, other: Any) -> Any:
+    return builder.fsub(one, other)
 
 
 def _multiply(_context: Any, builder: Any, one: Any, other: Any) -> Any:
@@ -119,5 +128,6 @@ def _is_compiled(
 _is_compiled(four, _join, FOUR, NUMBER, NUMBER, NUMBER, NUMBER)
 _is_compiled(parts, _part, SIDES, FOUR)
 _is_compiled(plus, _add, FOUR, FOUR, FOUR)
+_is_compiled(minus, _subtract, FOUR, FOUR, FOUR)
 _is_compiled(times, _multiply, FOUR, FOUR, FOUR)
 _is_compiled(below, _compare, FOUR, NUMBER, FOUR)

@@ -5,7 +5,7 @@ ascending order of index.
 import math
 
 from kernels.arbitration import TINY
-from kernels.fours import below, four, parts, plus, times
+from kernels.fours import below, four, minus, parts, plus, times
 from kernels.indices import whole
 from kernels.jit import jit
 from kernels.near import Near
@@ -133,21 +133,20 @@ def ranged_sums(
     """
     bounds = four(cohesion2, cohesion2, alignment2, alignment2)
     none = four(0.0, 0.0, 0.0, 0.0)
-    units, sums, counts = none, none, none
+    away, sums, counts = none, none, none
     _shorten(near, found, separation2)
     for k in range(found):
         there = four(
             near.dx[k], near.dy[k], seen.vx[near.boid[k]], seen.vy[near.boid[k]]
         )
         factor, counted = near.factor[k], below(near.distance2[k], bounds)
-        units = plus(units, times(there, four(factor, factor, factor, factor)))
+        away = minus(away, times(there, four(factor, factor, factor, factor)))
         sums = plus(sums, times(there, counted))
         counts = plus(counts, counted)
-    to_x, to_y, _, _ = parts(units)
+    away_x, away_y, _, _ = parts(away)
     x, y, vx, vy = parts(sums)
     joined, _, aligned, _ = parts(counts)
-    # Not -to_x, which is -0 without neighbours.
-    return 0.0 - to_x, 0.0 - to_y, vx, vy, aligned, x, y, joined
+    return away_x, away_y, vx, vy, aligned, x, y, joined
 
 
 @jit

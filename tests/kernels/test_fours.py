@@ -7,12 +7,12 @@ import numba
 import numpy as np
 import pytest
 
-from kernels.fours import below, four, parts, plus, times
+from kernels.fours import below, four, minus, parts, plus, times
 from kernels.jit import jit
-from kernels.near import Near, build_near
+from kernels.near import build_near
 from kernels.rules import social
 from kernels.stamps import Definition, closure
-from kernels.state import Floats, Flock
+from kernels.state import Floats
 from tests import builders
 from tests.kernels.test_indices import needs_compiler, on_avx2
 
@@ -27,6 +27,7 @@ def _all_of_them(numbers: Floats, other: Floats, found: Floats) -> None:
     found[0], found[1], found[2], found[3] = parts(plus(one, two))
     found[4], found[5], found[6], found[7] = parts(times(one, two))
     found[8], found[9], found[10], found[11] = parts(below(numbers[0], two))
+    found[12], found[13], found[14], found[15] = parts(minus(one, two))
 
 
 @pytest.mark.filterwarnings("ignore:(overflow|invalid value)")
@@ -35,24 +36,12 @@ def test_compiled_code_has_the_bits_of_the_text() -> None:
     rng, text = np.random.default_rng(4), getattr(_all_of_them, "py_func", _all_of_them)
     for k in range(300):
         draw = rng.choice(ODD, (2, 4)) if k % 2 else rng.normal(size=(2, 4))
-        made, meant = np.full((2, 12), 7.0)
+        made, meant = np.full((2, 16), 7.0)
         _all_of_them(*draw, made)
         text(*draw, meant)
         assert np.array_equal(np.isnan(made), np.isnan(meant))
         numbers = ~np.isnan(made)
         assert made[numbers].tobytes() == meant[numbers].tobytes()
-
-
-def test_sums_without_neighbours_are_no_negative_zeros() -> None:
-    sums = _ranged(builders.a_flock(np.zeros(2), np.zeros(2)), build_near(2), 0)
-    assert np.array(sums).tobytes() == np.zeros(8).tobytes()
-
-
-@jit
-def _ranged(
-    flock: Flock, near: Near, found: int
-) -> tuple[float, float, float, float, float, float, float, float]:
-    return social.ranged_sums(flock, near, found, 1.0, 2.0, 3.0)
 
 
 @needs_compiler
@@ -69,5 +58,5 @@ def test_compiled_sums_add_four_at_once() -> None:
 def test_what_is_compiled_belongs_to_the_stamps_of_rules() -> None:
     """So an edit of it compiles them again, and gives trials other ids."""
     used = closure({Definition("kernels.rules.social", "ranged_sums")})
-    made = ("plus", "_add", "_multiply", "_join", "_part", "_compare", "_is_compiled")
-    assert {Definition("kernels.fours", name) for name in made} <= used
+    names = "_join _part _add _subtract _multiply _compare _is_compiled".split()
+    assert {Definition("kernels.fours", name) for name in names} <= used
