@@ -17,6 +17,7 @@ prints nothing, validates nothing.
     threads/     kernels for one flight on several cores
     state        Flock, World: what enters kernels
     workspace    what a model works with
+    fours        four numbers side by side
     indices      unsigned indices, and marks read a word at a time
     neighbours   who sees whom
     fetching     memory that is asked for before it is needed

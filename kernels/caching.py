@@ -47,7 +47,9 @@ def usual_folder() -> Path:
 FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
-"""The functions that `kernels.jit` compiles, in whatever package they stand."""
+"""The functions that `kernels.jit` compiles, in whatever package they stand, and those
+of kernels.fours.
+"""
 MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
 """Of functions that are made of others, for lanes or threads, these others."""
 MAKERS = tuple(Path(__file__).parent / name for name in ("lanes", "threads", "jit.py"))

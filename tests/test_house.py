@@ -96,6 +96,7 @@ def test_kernels_know_nothing_above_them_and_no_input_or_output(name: str) -> No
         "kernels/caching.py": {"contextlib", "glob", "sys", "time", "types", "weakref"},
         "kernels/registry.py": REGISTRY_MAY_IMPORT,
         "kernels/fetching.py": {"llvmlite"},
+        "kernels/fours.py": {"llvmlite"},
         "kernels/indices.py": {"llvmlite"},
     }.get(name, MADE.get(name.split("/")[1], set()))
     assert [module for module in imports(name) if not within(module, allowed)] == []
@@ -113,8 +114,8 @@ def test_one_module_says_how_kernels_are_compiled(name: str) -> None:
     of the processor that Python has no words for. Lanes have their own types, and
     threads their barrier.
     """
-    others = "__init__.py", "caching.py", "fetching.py", "indices.py", "jit.py"
-    allowed = [*(f"kernels/{other}" for other in others), "kernels/threads/barrier.py"]
+    others = "__init__", "caching", "fetching", "fours", "indices", "jit"
+    allowed = [*(f"kernels/{one}.py" for one in others), "kernels/threads/barrier.py"]
     if name not in allowed and "/lanes/" not in name:
         assert not any(within(module, {"numba"}) for module in imports(name))
 

@@ -1,0 +1,133 @@
+"""Four numbers side by side, with which compiled code computes at once.
+
+The order in which a sum is added up decides its bits, so that no loop over neighbours
+can add several of them at once. But it can add to four sums at once, which lie side by
+side in a register of the processor, and have the bits that they have one by one. The
+interpreter has tuples of four numbers, and lanes read the same text: kernels.lanes.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core.datamodel import models
+from numba.core.datamodel.registry import register_default
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+
+from kernels.caching import OURS
+
+Four = tuple[float, float, float, float]
+REGISTER = ir.VectorType(ir.DoubleType(), 4)
+NUMBER = types.float64
+SIDES = types.UniTuple(NUMBER, 4)
+
+
+class SideBySide(types.Type):
+    """Four numbers in one register, as compiled code has them."""
+
+    def __init__(self) -> None:
+        super().__init__("four numbers side by side")
+
+
+FOUR = SideBySide()
+
+
+@register_default(SideBySide)
+class _InRegister(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: SideBySide) -> None:
+        super().__init__(manager, kind, REGISTER)
+
+
+def four(a: float, b: float, c: float, d: float) -> Four:
+    """Four numbers side by side."""
+    return a, b, c, d
+
+
+def parts(one: Four) -> Four:
+    """Each of the four numbers for itself."""
+    return one[0], one[1], one[2], one[3]
+
+
+def plus(one: Four, other: Four) -> Four:
+    """The four sums."""
+    return one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3]
+
+
+def minus(one: Four, other: Four) -> Four:
+    """The four differences."""
+    return one[0] - other[0], one[1] - other[1], one[2] - other[2], one[3] - other[3]
+
+
+def times(one: Four, other: Four) -> Four:
+    """The four products."""
+    return one[0] * other[0], one[1] * other[1], one[2] * other[2], one[3] * other[3]
+
+
+def below(number: float, bounds: Four) -> Four:
+    """1 for each of four bounds that a number is below, else 0."""
+    return (
+        1.0 if number < bounds[0] else 0.0,
+        1.0 if number < bounds[1] else 0.0,
+        1.0 if number < bounds[2] else 0.0,
+        1.0 if number < bounds[3] else 0.0,
+    )
+
+
+def _join(_context: Any, builder: Any, *numbers: Any) -> Any:
+    made = ir.Constant(REGISTER, ir.Undefined)
+    for k, number in enumerate(numbers):
+        made = builder.insert_element(made, number, ir.IntType(32)(k))
+    return made
+
+
+def _part(context: Any, builder: Any, one: Any) -> Any:
+    numbers = [builder.extract_element(one, ir.IntType(32)(k)) for k in range(4)]
+    return context.make_tuple(builder, SIDES, numbers)
+
+
+def _add(_context: Any, builder: Any, one: Any, other: Any) -> Any:
+    return builder.fadd(one, other)
+
+
+def _subtract(_context: Any, builder: Any, one: Any, other: Any) -> Any:
+    return builder.fsub(one, other)
+
+
+def _multiply(_context: Any, builder: Any, one: Any, other: Any) -> Any:
+    return builder.fmul(one, other)
+
+
+def _compare(context: Any, builder: Any, number: Any, bounds: Any) -> Any:
+    test = builder.fcmp_ordered("<", _join(context, builder, *[number] * 4), bounds)
+    return builder.select(test, REGISTER([1.0] * 4), REGISTER([0.0] * 4))
+
+
+def _is_compiled(
+    function: Callable[..., Any], made: Callable[..., Any], result: Any, *given: Any
+) -> None:
+    """Have a function of arguments of the types `given` compiled to what
+    `made(context, builder, *arguments)` is.
+    """
+
+    @infer_global(function)
+    class _Template(AbstractTemplate):
+        def generic(self, _arguments: Any, _named: Any) -> Any:
+            return signature(result, *given)
+
+    def code(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return made(context, builder, *arguments)
+
+    lower_builtin(function, *given)(code)
+    OURS.add(function)
+
+
+# Statements of the module belong to the stamps of all its functions, as in
+# kernels.indices.
+_is_compiled(four, _join, FOUR, NUMBER, NUMBER, NUMBER, NUMBER)
+_is_compiled(parts, _part, SIDES, FOUR)
+_is_compiled(plus, _add, FOUR, FOUR, FOUR)
+_is_compiled(minus, _subtract, FOUR, FOUR, FOUR)
+_is_compiled(times, _multiply, FOUR, FOUR, FOUR)
+_is_compiled(below, _compare, FOUR, NUMBER, FOUR)
