@@ -58,5 +58,6 @@ def test_compiled_sums_add_four_at_once() -> None:
 def test_what_is_compiled_belongs_to_the_stamps_of_rules() -> None:
     """So an edit of it compiles them again, and gives trials other ids."""
     used = closure({Definition("kernels.rules.social", "ranged_sums")})
-    names = "_join _part _add _subtract _multiply _compare _is_compiled".split()
+    compiled_to = {"_join", "_part", "_add", "_subtract", "_multiply", "_compare"}
+    names = compiled_to | {"_is_compiled"}
     assert {Definition("kernels.fours", name) for name in names} <= used
