@@ -5,8 +5,8 @@ its own.
 import math
 
 from kernels.jit import jit
-from kernels.metrics.ground import FIRST_STATE, Ground, X, Y
-from kernels.recording import Frames
+from kernels.metrics.ground import Ground, X, Y
+from kernels.recording import FIRST_STATE, Frames
 from kernels.settings import Observation
 from kernels.state import Floats
 
