@@ -14,12 +14,12 @@ from kernels.events import note_start
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
-from kernels.settings import OPEN, Observation
+from kernels.settings import OPEN, Observation, Sensing
 from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
-from sweep.spec.settings import preset_settings, settings_of
+from sweep.spec.settings import preset_settings, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation
@@ -86,6 +86,14 @@ def job(
         streams=Streams(),
         time_limit=time_limit,
     )
+
+
+def a_sensing(**changes: Any) -> Sensing:
+    """The settings of sensing of ideal boids but for `changes`."""
+    a_job = job(**changes)
+    known = settings_of(a_job.model, BUILT_IN)
+    found: Sensing = settings_tuple(Sensing, a_job.settings, known)
+    return found
 
 
 def maps_of(model: str) -> list[str]:
