@@ -169,6 +169,7 @@ KERNEL_FACTS = {"kernels"} | {
         "model",
         "models",
         "registry",
+        "robots.publishers",
         "settings",
         "starts",
         "topology",

@@ -7,4 +7,5 @@ senses     what a flight keeps of what its boids know
 sensing    what a boid knows of others and of itself
 hearing    of whom it hears
 occlusion  what hides others from it
+publishers which models let their boids measure and hear
 """

@@ -1,6 +1,5 @@
 """What a flight keeps of the senses of its boids: settings, errors, messages."""
 
-import cmath
 import math
 from typing import NamedTuple
 
@@ -201,8 +200,13 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
 def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, float]:
     """The matrix exponential of (0, 1; -k, -1 / time) times `dt`, by rows."""
     rate = 0.5 / time
-    root = cmath.sqrt(rate * rate - k)
-    one, other = cmath.exp((root - rate) * dt), cmath.exp((-root - rate) * dt)
-    even = (0.5 * (one + other)).real
-    odd = (0.5 * (one - other) / root).real if root != 0.0 else dt * one.real
+    square = rate * rate - k
+    root = math.sqrt(abs(square))
+    if square > 0.0:
+        slow, fast = math.exp((root - rate) * dt), math.exp(-(root + rate) * dt)
+        even, odd = 0.5 * (slow + fast), 0.5 * (slow - fast) / root
+    else:
+        even = odd = math.exp(-rate * dt)
+        even *= math.cos(root * dt)
+        odd *= math.sin(root * dt) / root if root > 0.0 else dt
     return even + rate * odd, odd, -k * odd, even - rate * odd

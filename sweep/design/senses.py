@@ -1,17 +1,14 @@
 """What the settings of sensing must fulfil together, and the model that has them."""
 
-import ast
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.lanes.calls import named_by, plain_of, publishes
-from kernels.lanes.syntax import tree_of
-from kernels.state import remember
+from kernels.robots.publishers import publishes, to_publish
 from sweep.design.points import Points
-from sweep.errors import SpecError
+from sweep.spec.document import Place
 from sweep.spec.study import Study
 
 MOST_BYTES = 2**28
@@ -75,12 +72,12 @@ def _refuse(
         first = int(np.argmax(wrong))
         values = [points.column(name)[first] for name in names]
         said = f"{say(names[0], *values)}{points.describe(first, names)}"
-        raise _error(study, names, said)
+        raise study.document.error(_place(study, names), said)
 
 
-def _error(study: Study, names: Sequence[str], said: str) -> SpecError:
-    place = next(filter(None, map(study.place_of, names)), None)
-    return study.document.error(place or ("model",), said)
+def _place(study: Study, names: Sequence[str]) -> Place:
+    """Where the first of these settings stands that the spec has."""
+    return next(filter(None, map(study.place_of, names)), None) or ("model",)
 
 
 def _infinite(name: str, _value: float) -> str:
@@ -138,7 +135,9 @@ def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> Non
             more = " or velocity_noise" if needs == "position_noise" else ""
             wanted = "position_noise and velocity_noise" if needs == "noises" else needs
             said = f"{name} has no effect without {wanted}{more}"
-            raise _error(study, (name,), f"{said}: set that too, or leave {name} out")
+            raise study.document.error(
+                _place(study, (name,)), f"{said}: set that too, or leave {name} out"
+            )
 
 
 def _check_model(study: Study, points: Points) -> None:
@@ -156,25 +155,10 @@ def _check_model(study: Study, points: Points) -> None:
         ("occlusion", points.column("occlusion") != "none"),
     ):
         if on.any():
+            change = to_publish(model.advance)
             said = (
                 f"{name} needs a model whose boids measure and hear, and {model.name}"
-                f" calls no `publish`:{_what_to_change(model.advance)} see"
+                f" calls no `publish`: {change + ', and ' if change else ''}see"
                 " docs/own-models.md"
             )
-            raise _error(study, (name,), said)
-
-
-def _what_to_change(advance: Callable[..., bool]) -> str:
-    """Where a model calls `remember`, and what is to stand there."""
-    plain = plain_of(advance)
-    for node in ast.walk(tree_of(plain)):
-        if isinstance(node, ast.Call):
-            called = plain_of(named_by(node.func, plain.__globals__))
-            if called is plain_of(remember):
-                line = plain.__code__.co_firstlineno + node.lineno - 1
-                given = ast.unparse(node.args[-1])
-                return (
-                    f" in {plain.__code__.co_filename}:{line} write"
-                    f" publish(flock, {given}, work) for {ast.unparse(node)};"
-                )
-    return ""
+            raise study.document.error(_place(study, (name,)), said)
