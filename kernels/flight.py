@@ -27,6 +27,7 @@ from kernels.recording import (
     keep_frame,
 )
 from kernels.robots.robots import ChanceKeys, build_robots
+from kernels.robots.senses import build_senses, go_on_with, never
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
@@ -145,6 +146,14 @@ def begin(
         _begun(model, params, flock, kind, rng),
         kind,
         build_robots(keys),
+        build_senses(
+            robots.sensing,
+            schedule.n,
+            params.dt,
+            keys.flown,
+            never(schedule.n),
+            never(schedule.n),
+        ),
     )
     flight = Flight(
         model,
@@ -223,12 +232,15 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     """Take up to `steps` steps, but no more than are left and than frames have room
     for. False if the state is not finite.
 
-    Raises RuntimeError where the model has taken another number of steps.
+    Raises RuntimeError where the model has taken another number of steps, or does not
+    let its boids know what they measure and hear.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
     before, left = flight.step, flight.schedule.steps - flight.step
     wanted = min(steps, left, room)
+    clock = flight.work.robots.clock
+    begun = int(clock[0])
     going = flight.model.advance(
         flight.flock,
         flight.world,
@@ -242,6 +254,11 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
         raise RuntimeError(
             f"advance returns {going}: it must return True, or False after a step whose"
             " numbers are not finite, as observe says"
+        )
+    if flight.work.near.senses is not None and clock[0] - begun != flight.step - before:
+        raise RuntimeError(
+            f"advance called publish in {clock[0] - begun} of {flight.step - before}"
+            " steps; call it at the beginning of each"
         )
     if going and flight.step - before != wanted:
         raise RuntimeError(
@@ -257,7 +274,9 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
     """
     sight, topology = flight.model.sight(flight.params), flight.work.near.topology
     reach = min(sight.range, topology.around)
-    grid = build_grid(flight.flock, flight.world, reach, room)
+    published = flight.work.near.senses is not None
+    known = flight.work.before if published else flight.flock
+    grid = build_grid(known, flight.world, reach, room, published)
     flight.work = flight.work._replace(grid=grid)
 
 
@@ -297,6 +316,9 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     flight.work.heading_y[:] = earlier.work.heading_y
     if list(flight.model.state) == list(earlier.model.state):
         flight.work.state[:] = flight.work.state_before[:] = earlier.work.state
+    if go_on_with(flight.work.near.senses, earlier.work.near.senses):
+        for here, there in zip(flight.work.before, earlier.work.before, strict=True):
+            here[:] = there
     rebuild_grid(flight)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):

@@ -17,10 +17,10 @@ from numpy.random import Generator
 
 from kernels.angles import cosine_sine
 from kernels.jit import jit
-from kernels.neighbours import nearest_image
 from kernels.registry import Registry
 from kernels.settings import COMPONENTS, HEADING, INTEGER, Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
+from kernels.torus import nearest_image
 from kernels.worlds import Reach, inside_any
 
 MOST_DRAWS = 100_000

@@ -15,13 +15,13 @@ from kernels.events import note_start
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
-from kernels.settings import OPEN, Observation
+from kernels.settings import OPEN, Observation, Sensing
 from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
 from sweep.spec.recorded import lacks_boids
-from sweep.spec.settings import preset_settings, settings_of
+from sweep.spec.settings import preset_settings, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation
@@ -103,6 +103,14 @@ def job(
         streams=Streams(),
         time_limit=time_limit,
     )
+
+
+def a_sensing(**changes: Any) -> Sensing:
+    """The settings of sensing of ideal boids but for `changes`."""
+    a_job = job(**changes)
+    known = settings_of(a_job.model, BUILT_IN)
+    found: Sensing = settings_tuple(Sensing, a_job.settings, known)
+    return found
 
 
 def maps_of(model: str) -> list[str]:
@@ -221,6 +229,8 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         there.occupancy,
         work.state,
         work.kind,
+        work.robots,
+        work.near.senses,
     )._replace(state_before=work.state_before)
     watch = simulation.flight.record.watch
     for state in (

@@ -170,6 +170,7 @@ KERNEL_FACTS = {"kernels"} | {
         "model",
         "models",
         "registry",
+        "robots.publishers",
         "settings",
         "starts",
         "topology",

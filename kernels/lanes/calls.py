@@ -37,7 +37,12 @@ def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
 
 def searches(function: Any) -> bool:
     """Whether a function of ours searches for neighbours, itself or by another one."""
-    return SEARCH in _reached(function)
+    return calls(function, search)
+
+
+def calls(function: Any, other: Any) -> bool:
+    """Whether a function of ours calls another one, itself or by others."""
+    return plain_of(other) in _reached(function)
 
 
 @cache

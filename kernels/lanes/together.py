@@ -40,6 +40,7 @@ from kernels.lanes.vectors import WIDTH
 from kernels.model import Model
 from kernels.neighbours import CROWDED
 from kernels.recording import STEP, Record, keep_frame
+from kernels.robots.publishers import publishes
 from kernels.settings import METRIC
 from kernels.state import Floats, Flock, World
 
@@ -118,6 +119,9 @@ class Formation:
             raise ValueError("flights differ in the kinds of their boids")
         if any(one.work.near.topology.kind != METRIC for one in flights):
             raise ValueError("boids do not interact with all in sight")
+        if any(one.work.near.senses is not None for one in flights):
+            raise ValueError("boids do not know all that they see")
+        self._publishes = publishes(first.model.advance)
         alike = all(one.scenery is first.scenery for one in flights)
         self._kernel = kernel_of(first.model, alike)
         n = first.flock.x.size
@@ -206,6 +210,8 @@ class Formation:
             steps,
             (work.heading_x, work.heading_y),
         )
+        if self._publishes:
+            work.robots.clock[:] = flight.step
         if found == FORGETFUL:
             raise RuntimeError("a model does not keep the velocities before a step")
         return bool(found == FINITE)

@@ -37,7 +37,6 @@ from kernels.neighbours import (
     ALL_ROUND,
     move,
     move_all,
-    nearest_image,
     search,
     square_range,
 )
@@ -47,6 +46,7 @@ from kernels.rules.headings import direction, random_turn
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
 from kernels.state import Flock, World, remember
 from kernels.topology import keep_nearest
+from kernels.torus import nearest_image
 from kernels.workspace import Workspace
 
 CENTRE = 1

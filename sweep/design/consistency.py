@@ -6,6 +6,7 @@ import numpy as np
 
 from kernels.settings import PIXELS, Demand
 from sweep.design.points import SIDES, Points
+from sweep.design.senses import check_senses
 from sweep.spec.expressions import parse
 from sweep.spec.study import Study
 
@@ -41,7 +42,8 @@ DEMANDS = (
 
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError for the first point whose settings do not go together, whose
-    boids cannot be divided among threads, or whose replicates have no flock.
+    boids cannot sense as wanted or be divided among threads, or whose replicates have
+    no flock.
     """
     for demand in dict.fromkeys(_demands(study)):
         condition = parse(demand.condition, study.settings)
@@ -55,6 +57,7 @@ def check_consistency(study: Study, points: Points) -> None:
         if not holds.all():
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
+    check_senses(study, points)
     _check_threads(study, points)
     _check_flocks(study, points)
 

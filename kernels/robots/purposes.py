@@ -1,0 +1,9 @@
+"""What random numbers of robots are for: the last part of their addresses, see
+kernels.chance. Each kind of number has one of its own.
+"""
+
+LOSS, SENT_ERROR, OWN_ERROR = 100, 101, 102
+"""Whether a packet is lost, with the address (step of the sample, hearer, speaker);
+errors of measurement that others see, and those of what a boid knows of itself, with
+(step, boid, axis).
+"""
