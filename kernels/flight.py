@@ -144,7 +144,7 @@ def begin(
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
         kind,
-        build_robots(keys),
+        build_robots(robots, keys, schedule.n, params.dt),
     )
     flight = Flight(
         model,

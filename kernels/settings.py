@@ -291,10 +291,18 @@ class Actuation(NamedTuple):
     wheels: Annotated[
         bool, About("a boid moves only where it heads, and turns to change that")
     ]
+    motor_spread: Annotated[
+        float,
+        About(
+            "standard deviation of the logarithms of factors that each robot has of its"
+            " own, of its lag and of each limit",
+            low=0,
+        ),
+    ]
 
 
 class Breakdowns(NamedTuple):
-    """Which boids fail, when and how; see kernels.robots.failures."""
+    """Which boids fail, when and how; see kernels.robots.breakdowns."""
 
     failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
     failing_time: Annotated[float, About("when they fail", "time", low=0)]
@@ -313,7 +321,7 @@ class RobotSettings(NamedTuple):
 
     sensing: Sensing
     actuation: Actuation
-    failures: Breakdowns
+    breakdowns: Breakdowns
 
 
 class StartSettings(NamedTuple):
@@ -436,6 +444,7 @@ COMMON: dict[str, Any] = {
     "motor_max_speed": math.inf,
     "motor_noise": 0.0,
     "wheels": False,
+    "motor_spread": 0.0,
     "failing_share": 0.0,
     "failing_time": 0.0,
     "failing_how": FAILURES[0],

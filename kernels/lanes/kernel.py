@@ -20,6 +20,7 @@ from kernels.lanes.texts import function_of
 from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
 from kernels.model import Model
 from kernels.near import Near
+from kernels.robots import actuation
 from kernels.state import Flock
 from kernels.workspace import Workspace
 
@@ -80,9 +81,18 @@ def _whole(found: Any) -> Any:
     return found
 
 
+@piece
+def _follow(
+    _work: Any, _i: Any, _vx: Any, _vy: Any, wanted_x: Any, wanted_y: Any
+) -> tuple[Any, Any]:
+    """`kernels.robots.actuation.drive` of ideal boids: others fly alone."""
+    return wanted_x, wanted_y
+
+
 SUBSTITUTES.update(
     {
         indices.whole: _whole,
+        actuation.drive: _follow,
         neighbours.search: search,
         neighbours.move: move,
         neighbours.move_all: move_all,

@@ -14,6 +14,7 @@ from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About
 from kernels.state import Flock, World, remember
@@ -152,6 +153,7 @@ def advance(
             ax, ay = _pull(params, seen, i, work, found)
             way_x, way_y = flock.vx[i], flock.vy[i]
             vx, vy = way_x + ax * dt, way_y + ay * dt
+            vx, vy = drive(work, i, way_x, way_y, vx, vy)
             x, vx = confine(flock.x[i] + way_x * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + way_y * dt, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy

@@ -9,6 +9,7 @@ from kernels.jit import jit
 from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.obstacles import repulsion_linear
 from kernels.rules.social import alignment_from, cohesion, separation_linear
@@ -242,6 +243,7 @@ def advance(
                 seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             vx, vy = _new_velocity(params, seen, world, i, work, found)
+            vx, vy = drive(work, i, seen.vx[i], seen.vy[i], vx, vy)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (
                 seen.x[i],
                 seen.y[i],

@@ -1,0 +1,73 @@
+"""Which boids fail, when and how."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.chance import ChanceKey, chance
+from kernels.jit import jit
+from kernels.settings import FAILURES, Breakdowns
+from kernels.state import Floats
+
+STOP, DRIFT, SILENT, BLIND = range(len(FAILURES))
+NEVER = 2**62
+"""A step that is not reached."""
+WHO = 32
+"""What the random numbers are for by which boids are chosen."""
+CLOSE = 1e-9
+"""Times that differ by less, as parts of a step, are the same."""
+
+
+class Failing(NamedTuple):
+    """`fails_at` (N,) is for each boid the step from which it has failed, counted as
+    the clock counts, or NEVER; and `how` all that fail do.
+    """
+
+    fails_at: NDArray[np.int64]
+    how: int
+
+    @property
+    def moves(self) -> bool:
+        """Whether some boid moves otherwise than its model wants."""
+        return self.how in (STOP, DRIFT) and bool((self.fails_at < NEVER).any())
+
+    def silent_from(self) -> NDArray[np.int64]:
+        """The step from which nobody sees a boid (N,), or NEVER."""
+        return self._from(SILENT)
+
+    def blind_from(self) -> NDArray[np.int64]:
+        """The step from which a boid sees nobody (N,), or NEVER."""
+        return self._from(BLIND)
+
+    def _from(self, how: int) -> NDArray[np.int64]:
+        if self.how == how:
+            return self.fails_at
+        return np.full_like(self.fails_at, NEVER)
+
+
+def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
+    """Which of `n` boids fail, and in which step of length `dt`.
+
+    So many boids fail as the share of all says, rounded, and not each with a
+    probability: then the number varies from trial to trial only if a study says so. It
+    is the boids with the least random numbers, so that those who fail at a smaller
+    share do so at a larger one. Their first failed step is the first one that begins at
+    `failing_time` or later.
+    """
+    count = math.floor(settings.failing_share * n + 0.5)
+    fails_at = np.full(n, NEVER, np.int64)
+    before = settings.failing_time / dt - CLOSE
+    if count and before < NEVER - 1:
+        drawn = np.zeros(n)
+        _draw(key, drawn)
+        fails_at[np.argsort(drawn, kind="stable")[:count]] = math.ceil(before) + 1
+    return Failing(fails_at, settings.failing_how)
+
+
+@jit
+def _draw(key: ChanceKey, drawn: Floats) -> None:
+    """A uniform number for each boid, which depends on nothing but its index."""
+    for i in range(drawn.size):
+        drawn[i] = chance(key, i, WHO, 0, 0)
