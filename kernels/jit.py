@@ -1,4 +1,4 @@
-"""How kernels are compiled: four decorators. Nothing else in the project calls numba,
+"""How kernels are compiled: three decorators. Nothing else in the project calls numba,
 but for kernels.indices and kernels.fetching, which say what functions of their own are
 compiled to, and for kernels.lanes, which makes types of its own and what these kernels
 call.
@@ -43,13 +43,6 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
     arrays.
     """
     return _compiled(function, forceinline=True, _nrt=False)
-
-
-def jit_apart(function: Callable[P, R]) -> Callable[P, R]:
-    """As `jit`, but what calls the function does not take in its code: for what is
-    seldom needed where it is called often.
-    """
-    return _compiled(function, _nrt=False)
 
 
 def jit_with_memory(function: Callable[P, R]) -> Callable[P, R]:

@@ -8,21 +8,20 @@ from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey, chance
 from kernels.jit import jit
+from kernels.robots.purposes import FAILS
 from kernels.settings import FAILURES, Breakdowns
 from kernels.state import Floats
 
 STOP, DRIFT, SILENT, BLIND = range(len(FAILURES))
-NEVER = 2**62
-"""A step that is not reached."""
-WHO = 32
-"""What the random numbers are for by which boids are chosen."""
+NEVER = np.iinfo(np.int64).max
+"""The step in which what does not happen happens."""
 CLOSE = 1e-9
 """Times that differ by less, as parts of a step, are the same."""
 
 
 class Failing(NamedTuple):
-    """`fails_at` (N,) is for each boid the step from which it has failed, counted as
-    the clock counts, or NEVER; and `how` all that fail do.
+    """`fails_at` (N,) is for each boid the number of steps done when it fails, or
+    NEVER, and `how` what all that fail do.
     """
 
     fails_at: NDArray[np.int64]
@@ -34,11 +33,11 @@ class Failing(NamedTuple):
         return self.how in (STOP, DRIFT) and bool((self.fails_at < NEVER).any())
 
     def silent_from(self) -> NDArray[np.int64]:
-        """The step from which nobody sees a boid (N,), or NEVER."""
+        """The steps (N,), counted from 0, from which nobody sees a boid, or NEVER."""
         return self._from(SILENT)
 
     def blind_from(self) -> NDArray[np.int64]:
-        """The step from which a boid sees nobody (N,), or NEVER."""
+        """The steps (N,), counted from 0, from which a boid sees nobody, or NEVER."""
         return self._from(BLIND)
 
     def _from(self, how: int) -> NDArray[np.int64]:
@@ -58,11 +57,11 @@ def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
     """
     count = math.floor(settings.failing_share * n + 0.5)
     fails_at = np.full(n, NEVER, np.int64)
-    before = settings.failing_time / dt - CLOSE
-    if count and before < NEVER - 1:
+    steps = settings.failing_time / dt - CLOSE
+    if count and steps < NEVER:
         drawn = np.zeros(n)
         _draw(key, drawn)
-        fails_at[np.argsort(drawn, kind="stable")[:count]] = math.ceil(before) + 1
+        fails_at[np.argsort(drawn, kind="stable")[:count]] = math.ceil(steps)
     return Failing(fails_at, settings.failing_how)
 
 
@@ -70,4 +69,4 @@ def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
 def _draw(key: ChanceKey, drawn: Floats) -> None:
     """A uniform number for each boid, which depends on nothing but its index."""
     for i in range(drawn.size):
-        drawn[i] = chance(key, i, WHO, 0, 0)
+        drawn[i] = chance(key, i, 0, 0, FAILS)

@@ -8,26 +8,21 @@ from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey, normals
 from kernels.jit import jit
+from kernels.robots.purposes import FACTOR
 from kernels.settings import Actuation
 from kernels.state import Floats
-
-MADE = 33
-"""What the random numbers are for by which robots differ from each other."""
-
 
 class Motors(NamedTuple):
     """The motors of N boids for steps of one length; arrays are (N,).
 
-    `act` says whether any boid moves otherwise than its model wants. `kept` is the part
-    of the difference from the wanted velocity that is left after a step, `change` the
-    most that a velocity changes in it, `cosine` and `sine` are those of the most that a
-    heading turns in it, `least` and `most` the limits of the speed. `changes` and
-    `turns` say whether there are such limits. `noise` is the standard deviation that a
-    step adds to each component. `driven` (1,) counts the calls of `drive` while motors
-    act.
+    `kept` is the part of the difference from the wanted velocity that is left after a
+    step, `change` the most that a velocity changes in it, `cosine` and `sine` are those
+    of the most that a heading turns in it, `least` and `most` the limits of the speed.
+    `changes` and `turns` say whether there are such limits. `noise` is the standard
+    deviation of what a step adds to each component. `driven` (1,) counts the calls of
+    `drive`.
     """
 
-    act: bool
     wheels: bool
     changes: bool
     turns: bool
@@ -56,20 +51,22 @@ def motors_are_ideal(settings: Actuation) -> bool:
 
 def build_motors(
     settings: Actuation, some_fail: bool, key: ChanceKey, n: int, dt: float
-) -> Motors:
+) -> Motors | None:
     """The motors of `n` boids, for steps of length `dt`; `some_fail` says that some
-    boids stop or drift.
+    boids stop or drift. None where all move as their model wants: then kernels are
+    compiled without any of this.
 
     With motor_spread s each robot has factors exp(s z) of its own, with standard normal
     numbers z, of its lag, its acceleration, its turn rate and both limits of its speed.
     """
+    if motors_are_ideal(settings) and not some_fail:
+        return None
     lags, changes, turns, speeds = _factors(settings.motor_spread, key, n)
     angles = np.minimum(
         np.radians(settings.motor_turn_rate) * dt * turns, math.pi
     ).tolist()
     lag = settings.motor_lag
     return Motors(
-        act=some_fail or not motors_are_ideal(settings),
         wheels=settings.wheels,
         changes=settings.motor_acceleration < math.inf,
         turns=settings.motor_turn_rate < math.inf,
@@ -99,7 +96,7 @@ def _draw(key: ChanceKey, spread: float, factors: Floats) -> None:
     """Factors that depend on nothing but the spread and the index of a robot."""
     for i in range(factors.shape[1]):
         for k in range(0, 4, 2):
-            one, other = normals(key, i, MADE, k, 0)
+            one, other = normals(key, i, k, 0, FACTOR)
             factors[k, i], factors[k + 1, i] = (
                 math.exp(spread * one),
                 math.exp(spread * other),

@@ -28,13 +28,14 @@ class Robots(NamedTuple):
     """The layers of one flight.
 
     `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
-    address that begins with it, so that none depends on those before.
+    address that begins with it, so that none depends on those before. `motors` are
+    None where all boids move as their model wants.
     """
 
     clock: NDArray[np.int64]
     keys: ChanceKeys
     failing: Failing
-    motors: Motors
+    motors: Motors | None
 
 
 def build_robots(
