@@ -19,6 +19,7 @@ prints nothing, validates nothing.
     workspace    what a model works with
     indices      unsigned indices, and marks read a word at a time
     neighbours   who sees whom
+    torus        distances on a torus
     fetching     memory that is asked for before it is needed
     arbitration  how forces share one acceleration
     angles       cosine and sine by arithmetic alone

@@ -27,6 +27,7 @@ from kernels.recording import (
     keep_frame,
 )
 from kernels.robots.robots import ChanceKeys, build_robots
+from kernels.robots.senses import build_senses, go_on_with
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
@@ -135,6 +136,7 @@ def begin(
     flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
+    layers = build_robots(robots, keys, schedule.n, params.dt)
     work = build_workspace(
         flock,
         scenery.world,
@@ -144,7 +146,15 @@ def begin(
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
         kind,
-        build_robots(robots, keys, schedule.n, params.dt),
+        layers,
+        build_senses(
+            robots.sensing,
+            schedule.n,
+            params.dt,
+            keys.flown,
+            layers.failing.silent_from(),
+            layers.failing.blind_from(),
+        ),
     )
     flight = Flight(
         model,
@@ -223,12 +233,15 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     """Take up to `steps` steps, but no more than are left and than frames have room
     for. False if the state is not finite.
 
-    Raises RuntimeError where the model has taken another number of steps.
+    Raises RuntimeError where the model has taken another number of steps, does not let
+    its boids know what they measure and hear, or does not drive each of them.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
     before, left = flight.step, flight.schedule.steps - flight.step
     wanted = min(steps, left, room)
+    robots = flight.work.robots
+    begun, driven = int(robots.clock[0]), int(robots.driven[0])
     going = flight.model.advance(
         flight.flock,
         flight.world,
@@ -243,10 +256,21 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             f"advance returns {going}: it must return True, or False after a step whose"
             " numbers are not finite, as observe says"
         )
-    if going and flight.step - before != wanted:
+    taken = flight.step - before
+    if flight.work.near.senses is not None and robots.clock[0] - begun != taken:
         raise RuntimeError(
-            f"advance took {flight.step - before} steps of {wanted}; call observe once"
-            " in each"
+            f"advance called publish in {robots.clock[0] - begun} of {taken}"
+            " steps; call it at the beginning of each"
+        )
+    called = robots.driven[0] - driven
+    if robots.motors is not None and called != taken * flight.schedule.n:
+        raise RuntimeError(
+            f"advance called drive {called} times in {taken} steps of"
+            f" {flight.schedule.n} boids; call it once for each boid in each step"
+        )
+    if going and taken != wanted:
+        raise RuntimeError(
+            f"advance took {taken} steps of {wanted}; call observe once in each"
         )
     return going
 
@@ -257,7 +281,9 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
     """
     sight, topology = flight.model.sight(flight.params), flight.work.near.topology
     reach = min(sight.range, topology.around)
-    grid = build_grid(flight.flock, flight.world, reach, room)
+    published = flight.work.near.senses is not None
+    known = flight.work.before if published else flight.flock
+    grid = build_grid(known, flight.world, reach, room, published)
     flight.work = flight.work._replace(grid=grid)
 
 
@@ -297,6 +323,9 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     flight.work.heading_y[:] = earlier.work.heading_y
     if list(flight.model.state) == list(earlier.model.state):
         flight.work.state[:] = flight.work.state_before[:] = earlier.work.state
+    if go_on_with(flight.work.near.senses, earlier.work.near.senses):
+        for here, there in zip(flight.work.before, earlier.work.before, strict=True):
+            here[:] = there
     rebuild_grid(flight)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):

@@ -14,6 +14,7 @@ from kernels.metrics.flocks import labels
 from kernels.near import build_near
 from kernels.neighbours import cone, search, square_range
 from kernels.recording import silent
+from kernels.robots.sensing import publish
 from kernels.state import Floats
 
 
@@ -41,9 +42,14 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     faced = flight.model.faces_heading
     ahead_x = float((work.heading_x if faced else flock.vx)[boid])
     ahead_y = float((work.heading_y if faced else flock.vy)[boid])
-    near = build_near(flock.x.size, work.near.topology)
+    others = flock
+    if work.near.senses is not None:
+        flock, work = _copied(flock), _copied(work)
+        others = work.before
+        publish(flock, others, work)
+    near = build_near(flock.x.size, work.near.topology, work.near.senses)
     found = search(
-        flock,
+        others,
         flight.world,
         work.grid,
         boid,

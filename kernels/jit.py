@@ -1,4 +1,4 @@
-"""How kernels are compiled: three decorators. Nothing else in the project calls numba,
+"""How kernels are compiled: four decorators. Nothing else in the project calls numba,
 but for kernels.indices and kernels.fetching, which say what functions of their own are
 compiled to, and for kernels.lanes, which makes types of its own and what these kernels
 call.
@@ -43,6 +43,13 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
     arrays.
     """
     return _compiled(function, forceinline=True, _nrt=False)
+
+
+def jit_apart(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile `function`, which must not allocate, once for all that call it, and not
+    into each of them: for what is long, and not called in most flights.
+    """
+    return _compiled(function, _nrt=False)
 
 
 def jit_with_memory(function: Callable[P, R]) -> Callable[P, R]:

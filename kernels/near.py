@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.indices import PIECE, Marks, build_marks
+from kernels.robots.senses import Senses
 from kernels.settings import METRIC
 from kernels.state import Floats, Indices
 
@@ -29,7 +30,8 @@ class Near(NamedTuple):
 
     `factor`, of the same shape, is room for a number that a rule computes of each.
     `mark` says of everyone whether it is one; it has whole words of marks, at least N.
-    `topology` says who counts of those in sight.
+    `topology` says who counts of those in sight. `senses` say who is heard of; None
+    where these are all.
     """
 
     boid: Indices
@@ -39,10 +41,13 @@ class Near(NamedTuple):
     factor: Floats
     mark: Marks
     topology: Topology
+    senses: Senses | None = None
 
 
-def build_near(n: int, topology: Topology = EVERYBODY) -> Near:
+def build_near(
+    n: int, topology: Topology = EVERYBODY, senses: Senses | None = None
+) -> Near:
     """Room for the neighbours of one of `n` boids."""
     who = np.zeros(n + PIECE, np.uint32)
     dx, dy, distance2, factor = np.zeros((4, n + PIECE))
-    return Near(who, dx, dy, distance2, factor, build_marks(n), topology)
+    return Near(who, dx, dy, distance2, factor, build_marks(n), topology, senses)

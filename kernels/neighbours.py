@@ -13,7 +13,7 @@ the processor's cache.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,12 @@ from kernels.indices import (
 )
 from kernels.jit import jit
 from kernels.near import Near
+from kernels.robots.hearing import heard
+from kernels.robots.senses import Senses
 from kernels.settings import METRIC
 from kernels.state import Flock, Indices, World, aligned, is_large
 from kernels.topology import UNSETTLED, select
+from kernels.torus import nearest_image
 
 FAR = 9
 ALL_ROUND = -4.0
@@ -53,8 +56,9 @@ class Grid(NamedTuple):
     which block a list goes on that fills one. Blocks that no list needs are a chain of
     their own, which begins with `spare` (1,). `column` and `row` (N,) say in which cell
     a boid is. Lists of more than `longest` are not read; with `everyone` there are no
-    lists. `ahead` says how many boids ahead memory is asked for, 0 for none. Indices
-    are unsigned, which numba reads faster.
+    lists. `ahead` says how many boids ahead memory is asked for, 0 for none.
+    `published` says that the grid has boids where others know them, which only
+    `move_published` changes. Indices are unsigned, which numba reads faster.
     """
 
     columns: int
@@ -64,6 +68,7 @@ class Grid(NamedTuple):
     longest: int
     everyone: bool
     ahead: int | None
+    published: bool
     blocks: Indices
     following: Indices
     spare: Indices
@@ -73,18 +78,20 @@ class Grid(NamedTuple):
 
 class Gaze(NamedTuple):
     """What one boid can see: the square of its range, the bound of its cone times
-    |h|^2, and the vector h ahead.
+    |h|^2, the vector h ahead, and where it is.
     """
 
     range2: float
     bound: float
     ahead_x: float
     ahead_y: float
+    x: float
+    y: float
 
 
 def all_pairs(n: int) -> Grid:
     """The grid without lists: every search reads everyone."""
-    return Grid(1, 1, 0.0, 0.0, n, True, None, *_lists(1, 1, n))
+    return Grid(1, 1, 0.0, 0.0, n, True, None, False, *_lists(1, 1, n))
 
 
 def _lists(cells: int, room: int, n: int) -> tuple[Indices, ...]:
@@ -103,14 +110,21 @@ def _lists(cells: int, room: int, n: int) -> tuple[Indices, ...]:
     )
 
 
-def build_grid(flock: Flock, world: World, search_range: float, room: int = 0) -> Grid:
+def build_grid(
+    flock: Flock,
+    world: World,
+    search_range: float,
+    room: int = 0,
+    published: bool = False,
+) -> Grid:
     """The grid of `flock` for searches up to `search_range`; all-pairs where a grid
     would not pay.
 
     Cells tile the world, so that the fold is the torus where positions wrap. There are
     at most about 4 N of them. A block has room for `room` boids; if that is 0, for all
     of a small flock, for twice the mean of a large one. With a `room` there are lists
-    also where most are too long to be read.
+    also where most are too long to be read. `published` says whether the places of
+    `flock` are those that boids know of each other.
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
@@ -127,6 +141,7 @@ def build_grid(flock: Flock, world: World, search_range: float, room: int = 0) -
         n // CROWDED,
         False,
         AHEAD if is_large(n) else None,
+        published,
         *_lists(cells, min(room, n), n),
     )
     fill(grid, flock)
@@ -290,7 +305,13 @@ def move(grid: Grid, i: int, x: float, y: float) -> None:
     """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are
     left to the end of the step.
     """
-    if grid.everyone or not math.isfinite(x + y):
+    if not (grid.everyone or grid.published):
+        _move(grid, i, x, y)
+
+
+@jit
+def _move(grid: Grid, i: int, x: float, y: float) -> None:
+    if not math.isfinite(x + y):
         return
     old_column, old_row = int(grid.column[i]), int(grid.row[i])
     column = _index(x, grid.columns_per_length, grid.columns)
@@ -309,11 +330,24 @@ def move(grid: Grid, i: int, x: float, y: float) -> None:
 @jit
 def move_all(grid: Grid, flock: Flock) -> None:
     """Tell `grid` where all boids are now, in index order."""
+    if not (grid.everyone or grid.published):
+        _move_all(grid, flock)
+
+
+@jit
+def move_published(grid: Grid, others: Flock) -> None:
+    """Tell a `published` grid where boids know all others to be now."""
+    if grid.published:
+        _move_all(grid, others)
+
+
+@jit
+def _move_all(grid: Grid, flock: Flock) -> None:
     for i in range(flock.x.size):
         if grid.ahead is not None:
             k = min(i + AHEAD, flock.x.size - 1)
             _fetch_crossing(grid, k, flock.x[k], flock.y[k])
-        move(grid, i, flock.x[i], flock.y[i])
+        _move(grid, i, flock.x[i], flock.y[i])
 
 
 @jit
@@ -372,21 +406,42 @@ def search(
     In sight are those nearer than the square root of `range2` and within the `cone`
     about the vector h = (ahead_x, ahead_y): with the cosine s/(|d||h|) of the angle,
     s|s| >= view |d|^2 |h|^2. Where h is zero, a boid sees all round. Neighbours are
-    those of them who count by the topology of `near`.
+    those of them of whom it hears by the senses of `near`, and who count by its
+    topology.
     """
     bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
     around = near.topology.around
-    first = Gaze(min(range2, around * around), bound, ahead_x, ahead_y)
+    x, y = _own_place(near.senses, seen, i)
+    first = Gaze(min(range2, around * around), bound, ahead_x, ahead_y, x, y)
     found = _search_in_sight(seen, world, grid, i, first, near)
+    found = heard(near.senses, world, i, near, found)
     if near.topology.kind == METRIC:
         return found
     if first.range2 < range2:
         found = select(near, found, around)
         if found != UNSETTLED:
             return found
-        gaze = Gaze(range2, bound, ahead_x, ahead_y)
+        gaze = Gaze(range2, bound, ahead_x, ahead_y, x, y)
         found = _search_everyone(seen, world, i, gaze, near)
+        found = heard(near.senses, world, i, near, found)
     return select(near, found, math.inf)
+
+
+@jit
+def _own_place(senses: Senses | None, seen: Flock, i: int) -> tuple[float, float]:
+    """Where boid `i` knows itself to be."""
+    if senses is None:
+        return seen.x[i], seen.y[i]
+    return senses.own.x[i], senses.own.y[i]
+
+
+@jit
+def _own_cell(senses: Senses | None, grid: Grid, i: int, gaze: Gaze) -> Any:
+    """The cell in which boid `i` knows itself to be."""
+    if senses is None:
+        return grid.row[i] * grid.columns + grid.column[i]
+    row = _index(gaze.y, grid.rows_per_length, grid.rows)
+    return row * grid.columns + _index(gaze.x, grid.columns_per_length, grid.columns)
 
 
 @jit
@@ -396,7 +451,7 @@ def _search_in_sight(
     """All in sight of boid `i`, in ascending order; the range of `gaze` is at most that
     of `grid`.
     """
-    cell = grid.row[i] * grid.columns + grid.column[i]
+    cell = _own_cell(near.senses, grid, i, gaze)
     if grid.everyone or grid.blocks[cell, 0] > grid.longest:
         return _search_everyone(seen, world, i, gaze, near)
     if grid.ahead is not None:
@@ -441,7 +496,7 @@ def _look_at_block(
         j = grid.blocks[block, k + unsigned(1)]
         near.boid[found] = j
         near.dx[found], near.dy[found], near.distance2[found], is_near = _look(
-            seen, world, i, j, gaze
+            seen, world, j, gaze
         )
         # Branchless: always write the slot, advance only if the boid is near. The
         # processor would mispredict this branch.
@@ -472,7 +527,7 @@ def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) 
     """
     n, found = unsigned(seen.x.size), unsigned(0)
     for j in range(n):
-        near.mark[j] = _look(seen, world, i, j, gaze)[3]
+        near.mark[j] = _look(seen, world, j, gaze)[3]
     near.mark[i] = False
     for first in range(unsigned(0), n, WORD):
         marks = word(near.mark, first)
@@ -481,7 +536,7 @@ def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) 
             marks = without_lowest(marks)
             near.boid[found] = j
             near.dx[found], near.dy[found], near.distance2[found], _ = _look(
-                seen, world, i, j, gaze
+                seen, world, j, gaze
             )
             found += unsigned(1)
     return signed(found)
@@ -489,13 +544,12 @@ def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) 
 
 @jit
 def _look(
-    seen: Flock, world: World, i: int, j: int, gaze: Gaze
+    seen: Flock, world: World, j: int, gaze: Gaze
 ) -> tuple[float, float, float, bool]:
-    """The displacement from boid `i` to `j`, its square, and whether `j` is in range
-    and in view.
+    """The displacement from where a boid looks to boid `j`, its square, and whether `j`
+    is in range and in view.
     """
-    dx = seen.x[j] - seen.x[i]
-    dy = seen.y[j] - seen.y[i]
+    dx, dy = seen.x[j] - gaze.x, seen.y[j] - gaze.y
     if world.minimum_image:
         dx = nearest_image(dx, world.width)
         dy = nearest_image(dy, world.height)
@@ -505,15 +559,3 @@ def _look(
     # A model without a heading says so with zeros, and then no cone is computed.
     all_round = (gaze.ahead_x == 0.0) & (gaze.ahead_y == 0.0)
     return dx, dy, distance2, (distance2 < gaze.range2) & (all_round | in_view)
-
-
-@jit
-def nearest_image(d: float, period: float) -> float:
-    """The difference `d` of two coordinates in [0, period),
-    taken the short way round.
-    """
-    if d > 0.5 * period:
-        return d - period
-    if d < -0.5 * period:
-        return d + period
-    return d

@@ -151,8 +151,11 @@ class WorldSettings(NamedTuple):
 
 
 OWN_NOISES = ("none", "shared", "independent")
+NO_OWN_NOISE, OWN_SHARED, OWN_INDEPENDENT = range(3)
 NOISE_FORMS = ("independent", "coupled")
+INDEPENDENT, COUPLED = range(2)
 OCCLUSION = ("none", "obstacles", "boids", "both")
+NOTHING_HIDES, HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH = range(4)
 FAILURES = ("stop", "drift", "silent", "blind")
 
 

@@ -11,13 +11,14 @@ from kernels.near import Near, Topology, build_near
 from kernels.neighbours import Grid, build_grid
 from kernels.occupancy import Occupancy
 from kernels.robots.robots import Robots
+from kernels.robots.senses import Senses
 from kernels.state import Floats, Flock, Kinds, World, empty_flock, laid_out
 from kernels.worlds import Reach
 
 
 class Workspace(NamedTuple):
     """`grid` and `near` find neighbours, `reach` and `occupancy` obstacles; `before` is
-    the flock before a step.
+    the flock before a step, or what boids know of it, see kernels.robots.sensing.
 
     `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, at first
     (1, 0). Models use them in which a boid at rest still has a heading.
@@ -51,18 +52,20 @@ def build_workspace(
     state: Floats,
     kind: Kinds,
     robots: Robots,
+    senses: Senses | None = None,
 ) -> Workspace:
     """The workspace of `flock`, whose model searches neighbours up to `search_range`.
-    `state`, `kind` and `robots` become its own.
+    `state`, `kind`, `robots` and `senses` become its own.
     """
     n = flock.x.size
-    grid = build_grid(flock, world, min(search_range, topology.around))
+    cell = min(search_range, topology.around)
+    grid = build_grid(flock, world, cell, published=senses is not None)
     if grid.everyone:
         topology = topology._replace(around=math.inf)
     at_rest = (flock.vx == 0.0) & (flock.vy == 0.0)
     return Workspace(
         grid,
-        build_near(n, topology),
+        build_near(n, topology, senses),
         reach,
         occupancy,
         laid_out(empty_flock(n)),

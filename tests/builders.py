@@ -198,6 +198,8 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         there.occupancy,
         work.state,
         work.kind,
+        work.robots,
+        work.near.senses,
     )._replace(state_before=work.state_before)
     watch = simulation.flight.record.watch
     for state in (

@@ -8,6 +8,7 @@ from typing import Any
 from kernels.caching import OURS
 from kernels.lanes.syntax import tree_of, writes_elements
 from kernels.neighbours import search
+from kernels.robots.sensing import publish
 
 
 def plain_of(function: Any) -> Any:
@@ -15,7 +16,7 @@ def plain_of(function: Any) -> Any:
     return getattr(function, "py_func", function)
 
 
-SEARCH = plain_of(search)
+SEARCH, PUBLISH = map(plain_of, (search, publish))
 
 
 def is_ours(function: Any) -> bool:
@@ -38,6 +39,11 @@ def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
 def searches(function: Any) -> bool:
     """Whether a function of ours searches for neighbours, itself or by another one."""
     return SEARCH in _reached(function)
+
+
+def publishes(function: Any) -> bool:
+    """Whether a function of ours, or one that it calls, lets boids measure and hear."""
+    return PUBLISH in _reached(function)
 
 
 @cache

@@ -18,6 +18,8 @@ from kernels.lanes.vectors import WHOLE
 
 SAME_IN_ALL: set[Callable[..., Any]] = set()
 """Functions whose result is the same in all lanes, whatever they are given."""
+LIKE_FIRST: set[Callable[..., Any]] = set()
+"""Functions whose result is of the type of their first argument."""
 
 
 class NotForLanesError(Exception):
@@ -61,6 +63,8 @@ class Facts:
                     return whole.vector
                 if isinstance(whole, types.Array) and not self.differs(node.slice):
                     return whole.dtype
+            case ast.Call(_, [first, *_]) if plain_of(self.called(node)) in LIKE_FIRST:
+                return self.kind(first)
             case ast.IfExp() if not self.differs(node.test):
                 kind = self.kind(node.body)
                 return kind if kind == self.kind(node.orelse) else None

@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 from kernels import indices, neighbours, recording
 from kernels.events import N_EVENTS
 from kernels.jit import jit_as
+from kernels.lanes.calls import plain_of
 from kernels.lanes.conversion import SUBSTITUTES, converted
-from kernels.lanes.facts import SAME_IN_ALL
+from kernels.lanes.facts import LIKE_FIRST, SAME_IN_ALL
 from kernels.lanes.rows import rows, stack_all, write_turned
 from kernels.lanes.search import move, move_all, search
 from kernels.lanes.texts import function_of
 from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
 from kernels.model import Model
 from kernels.near import Near
-from kernels.robots import actuation
-from kernels.state import Flock
+from kernels.robots import actuation, sensing
+from kernels.state import Flock, remember
 from kernels.workspace import Workspace
 
 ALL = 2**WIDTH - 1
@@ -89,6 +90,30 @@ def _follow(
     return wanted_x, wanted_y
 
 
+_remember = converted(remember)
+
+
+@piece
+def _publish(flock: Any, others: Any, _work: Any) -> None:
+    """`kernels.robots.sensing.publish` of boids that know all that they see."""
+    _remember(flock, others)
+
+
+@piece
+def _others_of(flock: Any, work: Any, sequential: Any) -> Any:
+    return flock if sequential else work.before
+
+
+@piece
+def _own_of(flock: Any, _work: Any) -> Any:
+    return flock
+
+
+@piece
+def _is_measured(_work: Any) -> bool:
+    return False
+
+
 SUBSTITUTES.update(
     {
         indices.whole: _whole,
@@ -97,9 +122,14 @@ SUBSTITUTES.update(
         neighbours.move: move,
         neighbours.move_all: move_all,
         recording.observe: _note,
+        sensing.publish: _publish,
+        sensing.others_of: _others_of,
+        sensing.own_of: _own_of,
+        sensing.is_measured: _is_measured,
     }
 )
-SAME_IN_ALL.add(getattr(recording.observe, "py_func", recording.observe))
+SAME_IN_ALL.update(map(plain_of, (recording.observe, sensing.is_measured)))
+LIKE_FIRST.update(map(plain_of, (sensing.others_of, sensing.own_of)))
 
 
 def weights_of(model: Model) -> tuple[str, ...]:
@@ -145,7 +175,7 @@ def _kernel(
             flock = Flock({_rows_of("bodies", 0, 6)})
             before = Flock({_rows_of("bodies", 6, 12)})
             heading_x, heading_y = {_rows_of("bodies", 12, 14)}
-            near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks, 0)
+            near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks, 0, None)
             work = Workspace(
                 grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind, 0
             )

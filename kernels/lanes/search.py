@@ -303,9 +303,8 @@ def search(
     """kernels.neighbours.search in all lanes: those who may be a neighbour in any lane,
     and in which they are.
     """
-    gaze = Gaze(
-        range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y
-    )
+    bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
+    gaze = Gaze(range2, bound, ahead_x, ahead_y, seen.x[i], seen.y[i])
     n = seen.x.size
     look_roughly(world, places, i, gaze, view, n)
     places.close[i] = 0
@@ -316,7 +315,7 @@ def search(
     # Each store has a place that the processor knows early: otherwise all reads wait.
     for k in range(listed):
         near.dx[k], near.dy[k], near.distance2[k], is_near = look(
-            seen, world, i, near.boid[k], gaze
+            seen, world, near.boid[k], gaze
         )
         near.mark[k] = bits_of(is_near)
         count = count + is_near

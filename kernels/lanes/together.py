@@ -22,6 +22,7 @@ from kernels.coverage import unvisited
 from kernels.events import N_EVENTS, count
 from kernels.flight import Flight, Scenery
 from kernels.jit import jit
+from kernels.lanes.calls import publishes
 from kernels.lanes.facts import NotForLanesError
 from kernels.lanes.kernel import ALL, kernel_of, weights_of
 from kernels.lanes.marks import (
@@ -118,6 +119,9 @@ class Formation:
             raise ValueError("flights differ in the kinds of their boids")
         if any(one.work.near.topology.kind != METRIC for one in flights):
             raise ValueError("boids do not interact with all in sight")
+        if any(one.work.near.senses is not None for one in flights):
+            raise ValueError("boids do not know all that they see")
+        self._publishes = publishes(first.model.advance)
         alike = all(one.scenery is first.scenery for one in flights)
         self._kernel = kernel_of(first.model, alike)
         n = first.flock.x.size
@@ -206,6 +210,8 @@ class Formation:
             steps,
             (work.heading_x, work.heading_y),
         )
+        if self._publishes:
+            work.robots.clock[:] = flight.step
         if found == FORGETFUL:
             raise RuntimeError("a model does not keep the velocities before a step")
         return bool(found == FINITE)

@@ -11,11 +11,12 @@ from kernels.model import Model, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_inverse, wall_repulsion
 from kernels.rules.social import flocking_sums
 from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, InParts
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 OBSTACLE_FIRST, SEPARATION_FIRST = 0, 1
@@ -174,15 +175,21 @@ def _obstacle_and_wall(
 
 @jit
 def _acceleration(
-    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
+    params: Params,
+    others: Flock,
+    own: Flock,
+    world: World,
+    i: int,
+    work: Workspace,
+    found: int,
 ) -> tuple[float, float]:
     """The forces on boid `i` in order of priority, each served from what the earlier
     ones left of the budget.
     """
-    x, y = seen.x[i], seen.y[i]
+    x, y = own.x[i], own.y[i]
     range2 = square_range(params.separation_range, params.range_inclusive)
     crowd_x, crowd_y, to_x, to_y, sum_vx, sum_vy = flocking_sums(
-        seen, work.near, found, range2
+        others, work.near, found, range2
     )
     first_x, first_y = (
         -params.separation_weight * crowd_x,
@@ -200,8 +207,8 @@ def _acceleration(
         ax, ay, left = serve(
             ax,
             ay,
-            weight * (sum_vx * share - seen.vx[i]),
-            weight * (sum_vy * share - seen.vy[i]),
+            weight * (sum_vx * share - own.vx[i]),
+            weight * (sum_vy * share - own.vy[i]),
             left,
         )
         weight = params.cohesion_weight
@@ -234,22 +241,23 @@ def advance(
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.perception_range, params.range_inclusive)
     view = cone(params.fov)
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    own = own_of(flock, work)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen,
+                others,
                 world,
                 work.grid,
                 i,
                 range2,
                 view,
-                seen.vx[i],
-                seen.vy[i],
+                own.vx[i],
+                own.vy[i],
                 work.near,
             )
-            ax, ay = _acceleration(params, seen, world, i, work, found)
+            ax, ay = _acceleration(params, others, own, world, i, work, found)
             vx, vy = limit(
                 flock.vx[i] + ax * params.dt,
                 flock.vy[i] + ay * params.dt,

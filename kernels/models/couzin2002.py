@@ -26,10 +26,11 @@ from kernels.neighbours import (
 )
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, turned, turned_towards
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 PLAIN_SUMS, UNIT_VECTORS = 0, 1
@@ -145,7 +146,7 @@ def sight(params: Params) -> Sight:
 
 @jit
 def _desired(
-    params: Params, seen: Flock, i: int, work: Workspace, found: int
+    params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
     """The direction that boid `i` desires, not scaled; zero where nothing draws it.
 
@@ -157,7 +158,7 @@ def _desired(
     repulsion2 = params.repulsion_range * params.repulsion_range
     outer = params.repulsion_range + params.orientation_width
     orientation2, view = outer * outer, cone(params.fov)
-    own_x, own_y = direction(seen.vx[i], seen.vy[i], 0.0, 0.0)
+    own_x, own_y = direction(own.vx[i], own.vy[i], 0.0, 0.0)
     away_x, away_y, crowd = 0.0, 0.0, 0.0
     with_x, with_y, to_x, to_y = 0.0, 0.0, 0.0, 0.0
     for k in range(found):
@@ -170,7 +171,8 @@ def _desired(
             crowd += 1.0
         elif along * abs(along) >= view:
             if square < orientation2:
-                vx, vy = seen.vx[work.near.boid[k]], seen.vy[work.near.boid[k]]
+                j = work.near.boid[k]
+                vx, vy = others.vx[j], others.vy[j]
                 x, y = direction(vx, vy, 0.0, 0.0)
                 with_x += x
                 with_y += y
@@ -213,15 +215,16 @@ def advance(
     range2 = square_range(params.repulsion_range + widths, False)
     cosine, sine = cosine_sine(min(math.radians(params.max_turn) * params.dt, math.pi))
     speed, dt = params.max_speed, params.dt
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    own = own_of(flock, work)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             own_x, own_y = direction(flock.vx[i], flock.vy[i], 0.0, 0.0)
-            x, y = _desired(params, seen, i, work, found)
+            x, y = _desired(params, others, own, i, work, found)
             x, y = direction(x, y, own_x, own_y)
             miss_x, miss_y = _missed(rng, params.noise)
             x, y = turned(x, y, miss_x, miss_y)

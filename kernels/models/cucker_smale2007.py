@@ -15,9 +15,10 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 SUM, MEAN = 0, 1
@@ -109,7 +110,7 @@ def sight(params: Params) -> Sight:
 
 @jit
 def _pull(
-    params: Params, seen: Flock, i: int, work: Workspace, found: int
+    params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
     """The sum of a_ij (v_j - v_i) over the `found` neighbours of boid `i`, Eq. (1), or
     with weights `mean` this sum by the number of boids.
@@ -118,9 +119,9 @@ def _pull(
     x, y = 0.0, 0.0
     for k in range(found):
         weight = math.pow(sigma2 + work.near.distance2[k], -params.exponent)
-        x += weight * (seen.vx[work.near.boid[k]] - seen.vx[i])
-        y += weight * (seen.vy[work.near.boid[k]] - seen.vy[i])
-    share = 1.0 / seen.x.size if params.weights == MEAN else 1.0
+        x += weight * (others.vx[work.near.boid[k]] - own.vx[i])
+        y += weight * (others.vy[work.near.boid[k]] - own.vy[i])
+    share = 1.0 / others.x.size if params.weights == MEAN else 1.0
     return params.strength * share * x, params.strength * share * y
 
 
@@ -143,14 +144,15 @@ def advance(
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.interaction_range, True)
-    seen, dt = flock if sequential else work.before, params.dt
+    others = others_of(flock, work, sequential)
+    own, dt = own_of(flock, work), params.dt
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            ax, ay = _pull(params, seen, i, work, found)
+            ax, ay = _pull(params, others, own, i, work, found)
             way_x, way_y = flock.vx[i], flock.vy[i]
             vx, vy = way_x + ax * dt, way_y + ay * dt
             vx, vy = drive(work, i, way_x, way_y, vx, vy)

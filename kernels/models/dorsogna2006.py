@@ -23,9 +23,10 @@ from kernels.neighbours import (
 )
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, Demand
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 TINY = 1e-300
@@ -175,16 +176,16 @@ def advance(
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.interaction_range, True)
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
     rate, dt = params.propulsion / params.mass, params.dt
     decay = math.exp(-rate * dt)
     grown = -math.expm1(-rate * dt) / rate if rate > 0.0 else dt
     brake = params.friction / params.mass * grown
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             ax, ay = _force(params, work.near, found)
             vx, vy = _paced(flock.vx[i], flock.vy[i], decay, brake)

@@ -12,6 +12,7 @@ from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.social import protected_sums
 from kernels.settings import (
@@ -24,7 +25,7 @@ from kernels.settings import (
     Demand,
     InParts,
 )
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 
@@ -118,7 +119,13 @@ def _pair_potential(params: Params) -> PairPotential:
 
 @jit
 def _new_velocity(
-    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
+    params: Params,
+    others: Flock,
+    own: Flock,
+    world: World,
+    i: int,
+    work: Workspace,
+    found: int,
 ) -> tuple[float, float]:
     """The velocity of boid `i` after cohesion, then alignment of the changed velocity,
     separation, borders and limits.
@@ -128,9 +135,9 @@ def _new_velocity(
         square_range(params.perception_range, False),
     )
     crowd_x, crowd_y, x, y, sum_vx, sum_vy, count = protected_sums(
-        seen, work.near, found, crowd2, range2, params.protected_count_once
+        others, work.near, found, crowd2, range2, params.protected_count_once
     )
-    vx, vy, dt = seen.vx[i], seen.vy[i], params.dt
+    vx, vy, dt = own.vx[i], own.vy[i], params.dt
     if count > 0:
         share, centering, matching = (
             1.0 / count,
@@ -144,8 +151,8 @@ def _new_velocity(
         )
     avoiding, turn = params.separation_weight * dt, params.border_turn * dt
     vx, vy = vx - avoiding * crowd_x, vy - avoiding * crowd_y
-    vx += turn * turn_back(seen.x[i], world.width, params.border_margin)
-    vy += turn * turn_back(seen.y[i], world.height, params.border_margin)
+    vx += turn * turn_back(own.x[i], world.width, params.border_margin)
+    vy += turn * turn_back(own.y[i], world.height, params.border_margin)
     return clamp_speed(vx, vy, params.min_speed, params.max_speed)
 
 
@@ -167,14 +174,15 @@ def advance(
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(max(params.separation_range, params.perception_range), False)
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    own = own_of(flock, work)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            vx, vy = _new_velocity(params, seen, world, i, work, found)
+            vx, vy = _new_velocity(params, others, own, world, i, work, found)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
             y, vy = confine(

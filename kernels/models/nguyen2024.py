@@ -13,12 +13,13 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_unit
 from kernels.rules.social import ranged_sums
 from kernels.rules.steering import wander
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, InParts
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 
@@ -118,7 +119,8 @@ def _obstacle_reach(params: Params) -> float:
 @jit
 def _acceleration(
     params: Params,
-    seen: Flock,
+    others: Flock,
+    own: Flock,
     world: World,
     i: int,
     work: Workspace,
@@ -130,7 +132,7 @@ def _acceleration(
     """
     most, inclusive = params.max_force, params.range_inclusive
     away_x, away_y, vx, vy, aligned, to_x, to_y, joined = ranged_sums(
-        seen,
+        others,
         work.near,
         found,
         square_range(params.separation_range, inclusive),
@@ -140,8 +142,8 @@ def _acceleration(
     x, y = limit(away_x, away_y, most)
     ax, ay = params.separation_weight * x, params.separation_weight * y
     share = 1.0 / max(aligned, 1.0)
-    x = vx * share - seen.vx[i] if aligned > 0.0 else 0.0
-    y = vy * share - seen.vy[i] if aligned > 0.0 else 0.0
+    x = vx * share - own.vx[i] if aligned > 0.0 else 0.0
+    y = vy * share - own.vy[i] if aligned > 0.0 else 0.0
     x, y = limit(x, y, most)
     ax, ay = ax + params.alignment_weight * x, ay + params.alignment_weight * y
     share = 1.0 / max(joined, 1.0)
@@ -150,7 +152,7 @@ def _acceleration(
     x, y = wander(rng, params.wander_range)
     ax, ay = ax + params.wander_weight * x, ay + params.wander_weight * y
     x, y = limit(
-        *repulsion_unit(world, work.reach, params.obstacle_range, seen.x[i], seen.y[i]),
+        *repulsion_unit(world, work.reach, params.obstacle_range, own.x[i], own.y[i]),
         most,
     )
     return ax + params.obstacle_weight * x, ay + params.obstacle_weight * y
@@ -177,15 +179,16 @@ def advance(
         max(params.separation_range, params.alignment_range, params.cohesion_range),
         True,
     )
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    own = own_of(flock, work)
     step, kept = params.displacement_factor * params.dt, 1.0 - params.drag
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            ax, ay = _acceleration(params, seen, world, i, work, found, rng)
+            ax, ay = _acceleration(params, others, own, world, i, work, found, rng)
             vx, vy = flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + step * vx, vx, world.width, world.borders)

@@ -10,6 +10,7 @@ from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import is_measured, others_of, own_of, publish
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.obstacles import repulsion_linear
 from kernels.rules.social import alignment_from, cohesion, separation_linear
@@ -23,7 +24,7 @@ from kernels.settings import (
     Demand,
     InParts,
 )
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 ALWAYS, IN_MARGIN, NEVER = 0, 1, 2
@@ -146,14 +147,14 @@ def _pair_potential(params: Params) -> PairPotential:
 
 
 @jit
-def _move(seen: Flock, world: World, params: Params, i: int) -> None:
-    """Move boid `i` of `seen` at a speed within the limits: Eqs. (22) and (2)."""
-    vx, vy = clamp_speed(seen.vx[i], seen.vy[i], params.min_speed, params.max_speed)
-    seen.x[i], seen.vx[i] = confine(
-        seen.x[i] + vx * params.dt, vx, world.width, world.borders
+def _move(moved: Flock, world: World, params: Params, i: int) -> None:
+    """Move boid `i` of `moved` at a speed within the limits: Eqs. (22) and (2)."""
+    vx, vy = clamp_speed(moved.vx[i], moved.vy[i], params.min_speed, params.max_speed)
+    moved.x[i], moved.vx[i] = confine(
+        moved.x[i] + vx * params.dt, vx, world.width, world.borders
     )
-    seen.y[i], seen.vy[i] = confine(
-        seen.y[i] + vy * params.dt, vy, world.height, world.borders
+    moved.y[i], moved.vy[i] = confine(
+        moved.y[i] + vy * params.dt, vy, world.height, world.borders
     )
 
 
@@ -170,7 +171,13 @@ def _border(params: Params, position: float, velocity: float, length: float) -> 
 
 @jit
 def _new_velocity(
-    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
+    params: Params,
+    others: Flock,
+    own: Flock,
+    world: World,
+    i: int,
+    work: Workspace,
+    found: int,
 ) -> tuple[float, float]:
     """The velocity of boid `i` after five rules; each rule acts on the result of the
     one before.
@@ -180,11 +187,11 @@ def _new_velocity(
         near, found, square_range(params.separation_range, params.range_inclusive)
     )
     weight = params.separation_weight * dt
-    vx, vy = seen.vx[i] + weight * x, seen.vy[i] + weight * y
+    vx, vy = own.vx[i] + weight * x, own.vy[i] + weight * y
     x, y = alignment_from(
         vx,
         vy,
-        seen,
+        others,
         near,
         found,
         square_range(params.alignment_range, params.range_inclusive),
@@ -196,10 +203,10 @@ def _new_velocity(
     )
     weight = params.cohesion_weight * dt
     vx, vy = vx + weight * x, vy + weight * y
-    vx += _border(params, seen.x[i], vx, world.width) * dt
-    vy += _border(params, seen.y[i], vy, world.height) * dt
+    vx += _border(params, own.x[i], vx, world.width) * dt
+    vy += _border(params, own.y[i], vy, world.height) * dt
     x, y = repulsion_linear(
-        world, work.reach, params.obstacle_range, seen.x[i], seen.y[i]
+        world, work.reach, params.obstacle_range, own.x[i], own.y[i]
     )
     weight = params.obstacle_weight * dt
     return vx + weight * x, vy + weight * y
@@ -221,32 +228,35 @@ def advance(
     p += v dt, then v += dt times the sum of the rules at the new position. In a
     synchronous update all boids move before any of them looks. The velocity at the end
     of a step is limited only at the beginning of the next step. So recorded velocities
-    are faster than the moves: as run about 21 px a step, while moves are 10 px.
+    are faster than the moves: as run about 21 px a step, while moves are 10 px. Boids
+    that measure and hear know where all, and they themselves, were before the move.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(
         max(params.separation_range, params.alignment_range, params.cohesion_range),
         True,
     )
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    moved = flock if sequential or is_measured(work) else work.before
+    own = own_of(moved, work)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         if not sequential:
             for i in range(flock.x.size):
-                _move(seen, world, params, i)
-            move_all(work.grid, seen)
+                _move(moved, world, params, i)
+            move_all(work.grid, moved)
         for i in range(flock.x.size):
             if sequential:
-                _move(seen, world, params, i)
-                move(work.grid, i, seen.x[i], seen.y[i])
+                _move(moved, world, params, i)
+                move(work.grid, i, moved.x[i], moved.y[i])
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            vx, vy = _new_velocity(params, seen, world, i, work, found)
-            vx, vy = drive(work, i, seen.vx[i], seen.vy[i], vx, vy)
+            vx, vy = _new_velocity(params, others, own, world, i, work, found)
+            vx, vy = drive(work, i, moved.vx[i], moved.vy[i], vx, vy)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (
-                seen.x[i],
-                seen.y[i],
+                moved.x[i],
+                moved.y[i],
                 vx,
                 vy,
             )

@@ -12,9 +12,10 @@ from kernels.model import MOST_CELLS, Model, OccupancySettings, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.avoidance import steer_to_avoid
 from kernels.rules.borders import confine
-from kernels.rules.social import alignment, cohesion, separation_direction
+from kernels.rules.social import alignment_from, cohesion, separation_direction
 from kernels.rules.steering import arrival, seek
 from kernels.settings import (
     COMMON,
@@ -25,7 +26,7 @@ from kernels.settings import (
     Demand,
     InParts,
 )
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 SAFETY_FIRST, FLOCKING_FIRST = 0, 1
@@ -306,12 +307,12 @@ def _limited(params: Params, x: float, y: float, most: float) -> tuple[float, fl
 
 @jit
 def _avoidance(
-    params: Params, seen: Flock, i: int, work: Workspace, record: Record
+    params: Params, own: Flock, i: int, work: Workspace, record: Record
 ) -> tuple[float, float]:
     """The weighted steering of boid `i` round obstacles. A dead end is counted."""
     ahead, step, turn = params.look_ahead, params.path_step, params.angle_step
     x, y, is_dead_end = steer_to_avoid(
-        work.occupancy, seen.x[i], seen.y[i], seen.vx[i], seen.vy[i], ahead, step, turn
+        work.occupancy, own.x[i], own.y[i], own.vx[i], own.vy[i], ahead, step, turn
     )
     record.watch.events[DEAD_ENDS] += int(is_dead_end)
     return params.obstacle_weight * x, params.obstacle_weight * y
@@ -319,12 +320,14 @@ def _avoidance(
 
 @jit
 def _flocking(
-    params: Params, seen: Flock, i: int, work: Workspace, found: int
+    params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
     """The weighted separation, alignment and cohesion of boid `i`."""
     crowd2 = square_range(params.separation_range, params.range_inclusive)
     crowd_x, crowd_y = separation_direction(work.near, found, crowd2)
-    with_x, with_y = alignment(seen, i, work.near, found, math.inf)
+    with_x, with_y = alignment_from(
+        own.vx[i], own.vy[i], others, work.near, found, math.inf
+    )
     to_x, to_y = cohesion(work.near, found, math.inf)
     away, pace = (
         params.separation_weight,
@@ -340,16 +343,16 @@ def _flocking(
 
 @jit
 def _navigation(
-    params: Params, seen: Flock, world: World, i: int
+    params: Params, own: Flock, world: World, i: int
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """The weighted arrival and seek of boid `i`; zero if it does not know the goal."""
-    if i >= _leaders(params, seen.x.size):
+    if i >= _leaders(params, own.x.size):
         return (0.0, 0.0), (0.0, 0.0)
     dx, dy, vx, vy = (
-        world.goal_x - seen.x[i],
-        world.goal_y - seen.y[i],
-        seen.vx[i],
-        seen.vy[i],
+        world.goal_x - own.x[i],
+        world.goal_y - own.y[i],
+        own.vx[i],
+        own.vy[i],
     )
     stop, slow, gain = params.stop_distance, params.slow_distance, params.arrival_gain
     there_x, there_y = arrival(dx, dy, vx, vy, stop, slow, params.max_speed, gain)
@@ -364,7 +367,8 @@ def _navigation(
 @jit
 def _acceleration(
     params: Params,
-    seen: Flock,
+    others: Flock,
+    own: Flock,
     world: World,
     i: int,
     work: Workspace,
@@ -374,9 +378,9 @@ def _acceleration(
     """The terms of boid `i` in order of priority, added until their sum is longer than
     the pool, and limited.
     """
-    obstacle = _avoidance(params, seen, i, work, record)
-    apart, along, together = _flocking(params, seen, i, work, found)
-    there, sought = _navigation(params, seen, world, i)
+    obstacle = _avoidance(params, own, i, work, record)
+    apart, along, together = _flocking(params, others, own, i, work, found)
+    there, sought = _navigation(params, own, world, i)
     terms = (obstacle, apart, there, sought, along, together)
     if params.priority == FLOCKING_FIRST:
         terms = (together, along, there, sought, obstacle, apart)
@@ -405,12 +409,13 @@ def advance(
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.perception_range, params.range_inclusive)
     view = cone(params.fov)
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    own = own_of(flock, work)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen,
+                others,
                 world,
                 work.grid,
                 i,
@@ -420,7 +425,7 @@ def advance(
                 work.heading_y[i],
                 work.near,
             )
-            ax, ay = _acceleration(params, seen, world, i, work, found, record)
+            ax, ay = _acceleration(params, others, own, world, i, work, found, record)
             vx, vy = _limited(
                 params,
                 flock.vx[i] + ax * params.dt,

@@ -16,10 +16,11 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
-from kernels.rules.headings import direction, random_turn, turned, velocity_sum
+from kernels.rules.headings import direction, random_turn, turned, velocity_sum_from
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 SCALAR, VECTORIAL = 0, 1
@@ -134,7 +135,13 @@ def sight(params: Params) -> Sight:
 
 @jit
 def _new_velocity(
-    params: Params, seen: Flock, i: int, work: Workspace, found: int, rng: Generator
+    params: Params,
+    others: Flock,
+    own: Flock,
+    i: int,
+    work: Workspace,
+    found: int,
+    rng: Generator,
 ) -> tuple[float, float]:
     """The velocity that boid `i` takes.
 
@@ -144,8 +151,8 @@ def _new_velocity(
     vector. Where the sum is zero, the old heading stands for it. One number is drawn
     for each boid and step, whatever the noise.
     """
-    own_x, own_y = seen.vx[i], seen.vy[i]
-    x, y, count = velocity_sum(seen, i, work.near, found)
+    own_x, own_y = own.vx[i], own.vy[i]
+    x, y, count = velocity_sum_from(own_x, own_y, others, work.near, found)
     vectorial = params.noise_type == VECTORIAL
     cosine, sine = random_turn(rng, math.tau if vectorial else params.noise)
     if vectorial:
@@ -176,14 +183,15 @@ def advance(
     sequential = params.update == SEQUENTIAL
     moves_with_new = params.moves_with == NEW_HEADING
     range2 = square_range(params.interaction_range, True)
-    seen = flock if sequential else work.before
+    others = others_of(flock, work, sequential)
+    own = own_of(flock, work)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+                others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            vx, vy = _new_velocity(params, seen, i, work, found, rng)
+            vx, vy = _new_velocity(params, others, own, i, work, found, rng)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             way_x = vx if moves_with_new else flock.vx[i]
             way_y = vy if moves_with_new else flock.vy[i]

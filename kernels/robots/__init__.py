@@ -2,6 +2,11 @@
 model wants, and which of them fail.
 
 robots      what all layers share
+purposes    what their random numbers are for
+senses      what a flight keeps of what its boids know
+sensing     what a boid knows of others and of itself
+hearing     of whom it hears
+occlusion   what hides others from it
 breakdowns  which boids fail, when and how
 motors      what limits the motors of each boid
 actuation   how a boid follows the velocity that its model wants

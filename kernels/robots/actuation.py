@@ -46,7 +46,7 @@ def _driven(
 ) -> tuple[float, float]:
     if motors is None:
         return wanted_x, wanted_y
-    motors.driven[0] += 1
+    work.robots.driven[0] += 1
     clock, failing = work.robots.clock[0], work.robots.failing
     has_failed = clock > failing.fails_at[i]
     if has_failed and failing.how == STOP:
@@ -122,4 +122,5 @@ def _speed(motors: Motors, i: int, before: float, aim: float) -> float:
     """
     speed = aim + (before - aim) * motors.kept[i]
     speed = max(before - motors.change[i], min(speed, before + motors.change[i]))
-    return max(motors.least[i], min(speed, motors.most[i]))
+    speed = max(motors.least[i], min(speed, motors.most[i]))
+    return speed

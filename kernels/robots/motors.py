@@ -4,13 +4,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey, normals
 from kernels.jit import jit
 from kernels.robots.purposes import FACTOR
 from kernels.settings import Actuation
 from kernels.state import Floats
+
 
 class Motors(NamedTuple):
     """The motors of N boids for steps of one length; arrays are (N,).
@@ -19,8 +19,7 @@ class Motors(NamedTuple):
     step, `change` the most that a velocity changes in it, `cosine` and `sine` are those
     of the most that a heading turns in it, `least` and `most` the limits of the speed.
     `changes` and `turns` say whether there are such limits. `noise` is the standard
-    deviation of what a step adds to each component. `driven` (1,) counts the calls of
-    `drive`.
+    deviation of what a step adds to each component.
     """
 
     wheels: bool
@@ -33,7 +32,6 @@ class Motors(NamedTuple):
     sine: Floats
     least: Floats
     most: Floats
-    driven: NDArray[np.int64]
 
 
 def motors_are_ideal(settings: Actuation) -> bool:
@@ -79,7 +77,6 @@ def build_motors(
         sine=np.array([math.sin(one) for one in angles]),
         least=settings.motor_min_speed * speeds,
         most=settings.motor_max_speed * speeds,
-        driven=np.zeros(1, np.int64),
     )
 
 

@@ -1,6 +1,5 @@
 """What the layers between a model and its boids share."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +8,8 @@ from numpy.typing import NDArray
 from kernels.chance import NO_KEY, ChanceKey
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, build_motors, motors_are_ideal
-from kernels.settings import RobotSettings, Sensing
+from kernels.robots.senses import senses_are_ideal
+from kernels.settings import RobotSettings
 
 
 class ChanceKeys(NamedTuple):
@@ -28,11 +28,13 @@ class Robots(NamedTuple):
     """The layers of one flight.
 
     `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
-    address that begins with it, so that none depends on those before. `motors` are
-    None where all boids move as their model wants.
+    address that begins with it, so that none depends on those before. `driven` (1,)
+    counts the calls of `drive` while there are `motors`, which are None where all boids
+    move as their model wants.
     """
 
     clock: NDArray[np.int64]
+    driven: NDArray[np.int64]
     keys: ChanceKeys
     failing: Failing
     motors: Motors | None
@@ -45,31 +47,19 @@ def build_robots(
     fails = failing(settings.breakdowns, keys.made, n, dt)
     return Robots(
         np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
         keys,
         fails,
         build_motors(settings.actuation, fails.moves, keys.made, n, dt),
     )
 
 
-def is_ideal(settings: RobotSettings) -> bool:
-    """Whether boids know what is, do what their model wants, and all hold: then no
-    layer changes a bit.
+def is_ideal(settings: RobotSettings, dt: float) -> bool:
+    """Whether, in steps of `dt`, boids know what is and do what their model wants, and
+    none fails: then no layer changes a bit.
     """
-    fails = settings.breakdowns.failing_share > 0.0
     return (
-        _senses_are_ideal(settings.sensing)
+        senses_are_ideal(settings.sensing, dt)
         and motors_are_ideal(settings.actuation)
-        and not fails
-    )
-
-
-def _senses_are_ideal(sensing: Sensing) -> bool:
-    return (
-        sensing.position_noise == 0.0
-        and sensing.velocity_noise == 0.0
-        and sensing.sensing_delay == 0.0
-        and sensing.sensing_period == 0.0
-        and sensing.radio_range == math.inf
-        and sensing.packet_loss == 0.0
-        and sensing.occlusion == 0
+        and settings.breakdowns.failing_share == 0.0
     )

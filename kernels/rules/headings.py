@@ -20,7 +20,15 @@ def velocity_sum(
     Of boids with one speed its direction is the average heading of Eq. (2) of Vicsek et
     al. (1995), the arctangent of the mean sine over the mean cosine.
     """
-    x, y, count = seen.vx[i], seen.vy[i], 1.0
+    return velocity_sum_from(seen.vx[i], seen.vy[i], seen, near, found)
+
+
+@jit
+def velocity_sum_from(
+    vx: float, vy: float, seen: Flock, near: Near, found: int
+) -> tuple[float, float, float]:
+    """`velocity_sum` of a boid whose own velocity is (vx, vy), and not the one seen."""
+    x, y, count = vx, vy, 1.0
     for k in range(found):
         x += seen.vx[near.boid[k]]
         y += seen.vy[near.boid[k]]

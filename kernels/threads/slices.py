@@ -22,14 +22,19 @@ from kernels.jit import jit_as
 from kernels.lanes.calls import named_by, plain_of
 from kernels.lanes.syntax import names_in, stores_in, tree_of
 from kernels.lanes.texts import function_of
+from kernels.robots import sensing
 from kernels.state import Flock
 from kernels.threads import observing
 from kernels.threads.barrier import wait
 
-REMEMBER, MOVE_ALL, OBSERVE = map(
-    plain_of, (state.remember, neighbours.move_all, recording.observe)
+REMEMBER, PUBLISH, MOVE_ALL, OBSERVE = map(
+    plain_of,
+    (state.remember, sensing.publish, neighbours.move_all, recording.observe),
 )
-ONCE_A_STEP = {REMEMBER: "remember", MOVE_ALL: "move_all", OBSERVE: "observe"}
+KEEPS = REMEMBER, PUBLISH
+"""The functions that keep the flock before a step: of boids that know all that they
+see, the second one does what the first one does.
+"""
 TEAM, WAIT, OF_TEAM, OF_SLICE = "_team", "_wait", "_observe", "_remember"
 OURS = {TEAM, WAIT, OF_TEAM, OF_SLICE}
 FIXED = (
@@ -164,14 +169,14 @@ class _Text:
     def _check_parts(self) -> None:
         """Refuse parts of which it cannot be told how often they are to be done."""
         called = [self._called_by(one) for one in self._parts]
-        for function, name in ONCE_A_STEP.items():
-            if function is not MOVE_ALL and called.count(function) != 1:
+        for functions, name in ((KEEPS, "publish"), ((OBSERVE,), "observe")):
+            if sum(map(called.count, functions)) != 1:
                 raise self._refused(self._tree, f"it does not call {name} once a step")
         for one, function in zip(self._parts, called, strict=True):
             if isinstance(one, ast.For):
                 self._check_loop(one)
             elif function is None:
-                said = "between loops over boids it does more than remember, move_all"
+                said = "between loops over boids it does more than publish, move_all"
                 raise self._refused(one, f"{said} and observe")
 
     def _check_loop(self, loop: ast.For) -> None:
@@ -192,7 +197,7 @@ class _Text:
             return OBSERVE
         if isinstance(part, ast.Expr) and isinstance(part.value, ast.Call):
             found = plain_of(named_by(part.value.func, self._names))
-            return found if found in (REMEMBER, MOVE_ALL) else None
+            return found if found in (*KEEPS, MOVE_ALL) else None
         return None
 
     def _is_observed(self, node: ast.If) -> bool:
@@ -230,9 +235,12 @@ class _Text:
             yield from self._call(one, one.value)
 
     def _call(self, one: ast.Expr, call: ast.Call) -> Iterator[ast.stmt]:
-        if self._called_by(one) is REMEMBER:
+        if self._called_by(one) in KEEPS:
             call.func = ast.Name(OF_SLICE, ast.Load())
-            call.args.append(ast.Name(TEAM, ast.Load()))
+            given, call.args[2:] = call.args[2:], [ast.Name(TEAM, ast.Load())]
+            for work in given:
+                tick = f"{ast.unparse(work)}.robots.clock[0] += 1"
+                yield ast.If(_expression(f"{TEAM}.rank == 0"), _statements(tick), [])
             yield from (one, *_gate())
             return
         yield ast.If(_expression(f"{TEAM}.rank == {TEAM}.size - 1"), [one], [])

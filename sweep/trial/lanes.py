@@ -29,6 +29,7 @@ from sweep.design.design import evenly
 from sweep.design.jobs import Job
 from sweep.trial.generators import lent_to_all
 from sweep.trial.result import Result
+from sweep.trial.robots import has_robots
 from sweep.trial.simulation import COMPILING_SECONDS, LOG, Simulation, one_step, run
 
 AT_ONCE = WIDTH
@@ -184,7 +185,7 @@ def _kind(job: Job) -> Any:
     """What trials have in common that fly together; None for one that flies alone, as
     one does that may be ended by the clock, that keeps its last state, that has several
     threads, that finds neighbours without a grid, or whose boids do not interact with
-    all in sight.
+    all in sight or do not know all that they see.
     """
     model = job.known.models[job.model]
     n, steps = int(job.settings["n"]), int(job.settings["steps"])
@@ -192,7 +193,7 @@ def _kind(job: Job) -> Any:
         return None
     if job.threads > 1 or job.all_pairs:
         return None
-    if job.settings["neighbours"] != ALL_IN_SIGHT:
+    if job.settings["neighbours"] != ALL_IN_SIGHT or has_robots(job):
         return None
     share = searched_share(job.model, job.known, job.settings)
     if not can_fly_together(model, n, share):

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.caching import is_kept
-from kernels.chance import ChanceKey
 from kernels.coverage import heatmap, no_coverage
 from kernels.flight import (
     Flight,
@@ -31,14 +30,9 @@ from kernels.metrics import Metric
 from kernels.model import Model
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
-from kernels.robots.robots import ChanceKeys
 from kernels.settings import (
-    Actuation,
-    Breakdowns,
     Observation,
-    RobotSettings,
     Schedule,
-    Sensing,
     StartSettings,
     WorldSettings,
 )
@@ -53,6 +47,7 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
+from sweep.trial.robots import has_robots, keys_of, robots_of
 from sweep.trial.scenery import coverage_of, landscape_of, start_of
 from sweep.trial.state import State, Taken, changing, check, digest, joined
 
@@ -187,6 +182,8 @@ class Simulation:
             flight.scenery,
             flight.work.grid,
             flight.work.kind,
+            flight.work.robots.failing,
+            flight.work.robots.motors,
             flight.record.frames,
             flight.record.coverage.stamp,
         )
@@ -299,12 +296,13 @@ def _flight(job: Job, together: bool) -> Flight:
         else no_coverage()
     )
     flock, random = start_of(job, landscape, group(StartSettings))
+    threads = 1 if has_robots(job) else job.threads
     with random.lent() as rng:
         flight = begin(
-            starting(in_threads(model, job.threads), job.begins),
+            starting(in_threads(model, threads), job.begins),
             params,
             schedule,
-            RobotSettings(group(Sensing), group(Actuation), group(Breakdowns)),
+            robots_of(job),
             observation,
             landscape.scenery,
             flock,
@@ -315,14 +313,6 @@ def _flight(job: Job, together: bool) -> Flight:
         )
     place(flight, job.begins)
     return flight
-
-
-def keys_of(job: Job) -> ChanceKeys:
-    """The keys of what is random about the robots of a trial."""
-    made, flown = (stream(job, purpose) for purpose in ("made", "flown"))
-    return ChanceKeys(
-        *(ChanceKey(*map(int, one.generate_state(2))) for one in (made, flown))
-    )
 
 
 def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:

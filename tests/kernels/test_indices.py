@@ -130,7 +130,10 @@ def _compiled(function: Any) -> tuple[str, str]:
     """
     options: Any = {"error_model": "numpy", "_nrt": False}
     made: Any = numba.njit(**options)(function.py_func)
-    flock, gaze = builders.a_flock(np.zeros(2), np.zeros(2)), Gaze(1.0, 0.0, 0.0, 0.0)
+    flock, gaze = (
+        builders.a_flock(np.zeros(2), np.zeros(2)),
+        Gaze(1.0, *np.zeros(5).tolist()),
+    )
     made(flock, builders.a_world(), np.uint64(0), gaze, build_near(2))
     [code], [machine] = made.inspect_llvm().values(), made.inspect_asm().values()
     return code, machine

@@ -9,7 +9,8 @@ import pytest
 from kernels.lanes.rows import rows
 from kernels.lanes.search import build_places, look_roughly, move
 from kernels.lanes.vectors import OPTIONS, WIDTH
-from kernels.neighbours import ALL_ROUND, Gaze, cone, nearest_image
+from kernels.neighbours import ALL_ROUND, Gaze, cone
+from kernels.torus import nearest_image
 from tests.builders import a_world
 
 N = 41
@@ -28,7 +29,8 @@ def told(places, x, y):  # type: ignore[no-untyped-def]
 def noted(world, places, i, range2, view, x, y, n):  # type: ignore[no-untyped-def]
     ahead_x, ahead_y = rows(x)[0], rows(y)[0]
     bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
-    look_roughly(world, places, i, Gaze(range2, bound, ahead_x, ahead_y), view, n)
+    gaze = Gaze(range2, bound, ahead_x, ahead_y, x[i], y[i])
+    look_roughly(world, places, i, gaze, view, n)
 
 
 def are_close(

@@ -18,12 +18,12 @@ from kernels.neighbours import (
     cone,
     move,
     move_all,
-    nearest_image,
     search,
     square_range,
 )
 from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World
+from kernels.torus import nearest_image
 from sweep.testing import assert_keeps
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different

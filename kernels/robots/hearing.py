@@ -1,0 +1,71 @@
+"""Of whom among those in sight a boid hears: radio range, lost packets, what hides
+them, and boids that fail.
+"""
+
+import math
+
+from kernels.chance import chance
+from kernels.jit import jit, jit_apart
+from kernels.near import Near
+from kernels.robots.occlusion import is_hidden
+from kernels.robots.purposes import LOSS
+from kernels.robots.senses import NOW, SAMPLED, SENT, Senses
+from kernels.state import World
+from kernels.torus import nearest_image
+
+
+@jit
+def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -> int:
+    """Keep in `near` those of the `found` boids of whom boid `i` hears, in their order,
+    and return how many they are.
+
+    No bit depends on how they were found: whether a packet is lost is a hash of the
+    step of the sample and of both boids.
+    """
+    if senses is None:
+        return found
+    return _keep_heard(senses, world, i, near, found)
+
+
+@jit_apart
+def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) -> int:
+    kept = 0
+    for k in range(found):
+        near.boid[kept] = near.boid[k]
+        near.dx[kept], near.dy[kept] = near.dx[k], near.dy[k]
+        near.distance2[kept] = near.distance2[k]
+        kept += int(hears(senses, world, i, int(near.boid[k])))
+    return kept
+
+
+@jit
+def hears(senses: Senses, world: World, i: int, j: int) -> bool:
+    """Whether boid `i` hears of boid `j`, by where both truly were at the last sample.
+
+    A packet is lost with the probability packet_loss (d / packet_loss_range)^2, at most
+    1: G. Vasarhelyi et al. (2018), Optimized flocking of autonomous drones in confined
+    environments, Science Robotics 3, eaat3536, as their simulator has it.
+    """
+    if senses.blind_from[i] <= senses.times[NOW]:
+        return False
+    if senses.silent_from[j] <= senses.times[SENT]:
+        return False
+    dx = senses.place[0, j] - senses.place[0, i]
+    dy = senses.place[1, j] - senses.place[1, i]
+    if world.minimum_image:
+        dx, dy = nearest_image(dx, world.width), nearest_image(dy, world.height)
+    distance2 = dx * dx + dy * dy
+    if distance2 > senses.radio_range * senses.radio_range:
+        return False
+    if senses.packet_loss > 0.0 and _is_lost(senses, i, j, distance2):
+        return False
+    return not is_hidden(senses, world, i, j, dx, dy)
+
+
+@jit
+def _is_lost(senses: Senses, i: int, j: int, distance2: float) -> bool:
+    """Whether boid `i` has lost the packet of `j` in the last sample."""
+    scale2 = senses.packet_loss_range * senses.packet_loss_range
+    share = 1.0 if scale2 == math.inf else distance2 / scale2
+    drawn = chance(senses.key, senses.times[SAMPLED], i, j, LOSS)
+    return drawn < senses.packet_loss * share

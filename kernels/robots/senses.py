@@ -1,0 +1,202 @@
+"""What a flight keeps of the senses of its boids: settings, errors, messages."""
+
+import cmath
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.chance import ChanceKey
+from kernels.robots.breakdowns import NEVER
+from kernels.settings import (
+    COUPLED,
+    HIDDEN_BY_BOIDS,
+    HIDDEN_BY_BOTH,
+    HIDDEN_BY_OBSTACLES,
+    NO_OWN_NOISE,
+    NOTHING_HIDES,
+    OWN_SHARED,
+    Sensing,
+)
+from kernels.state import Floats, Flock, empty_flock, laid_out
+
+NOT_BEGUN = -1
+SINCE, NOW, SAMPLED, SENT = range(4)
+"""Places in the times of Senses."""
+
+
+class ErrorLaw(NamedTuple):
+    """How the error (q, u) of a measured coordinate and of its velocity changes in a
+    step: (q, u) <- M (q, u) + L g, with g two independent standard normal numbers.
+
+    M is (qq, qu; uq, uu), and L the lower triangle (from_q, 0; across, from_u). With
+    the standard deviations `position` and `velocity`, q and u independent, the errors
+    are stationary from the start on. `is_none` says that both are 0.
+    """
+
+    is_none: bool
+    position: float
+    velocity: float
+    qq: float
+    qu: float
+    uq: float
+    uu: float
+    from_q: float
+    across: float
+    from_u: float
+
+
+class Senses(NamedTuple):
+    """What boids know, and of whom they hear; see kernels.robots.sensing.
+
+    `own` is what each knows of itself. `messages` (D + 1, 4, N) are x, y, vx and vy
+    that each has measured in the last steps, for a `delay` of D steps. `errors` (4, N)
+    are those of x, y, vx and vy that others see, `own_errors` (4, N) those that the
+    boid has itself. `place` (2, N) is where all were when others were last sampled,
+    which is done every `period` steps.
+
+    `times` (4,) are steps, counted from 0: in which these senses begin, NOT_BEGUN
+    before; the step that is taken; that of the last sample; and that in which was sent
+    what is known since.
+
+    A boid whose number i is in no message from step `silent_from[i]` on; from
+    `blind_from[i]` on it knows of nobody.
+    """
+
+    own: Flock
+    messages: Floats
+    errors: Floats
+    own_errors: Floats
+    place: Floats
+    times: NDArray[np.int64]
+    silent_from: NDArray[np.int64]
+    blind_from: NDArray[np.int64]
+    key: ChanceKey
+    law: ErrorLaw
+    knows_itself: bool
+    shares_errors: bool
+    delay: int
+    period: int
+    radio_range: float
+    packet_loss: float
+    packet_loss_range: float
+    obstacles_hide: bool
+    boids_hide: bool
+    body_radius: float
+
+
+def senses_are_ideal(sensing: Sensing, dt: float) -> bool:
+    """Whether boids know exactly and at once what they see, in steps of `dt`."""
+    return (
+        sensing.position_noise == 0.0
+        and sensing.velocity_noise == 0.0
+        and steps_of(sensing.sensing_delay, dt) == 0
+        and steps_of(sensing.sensing_period, dt) <= 1
+        and sensing.radio_range == math.inf
+        and sensing.packet_loss == 0.0
+        and sensing.occlusion == NOTHING_HIDES
+    )
+
+
+def steps_of(time: float, dt: float) -> int:
+    """How many steps of `dt` a time is, which is a whole number of them."""
+    return round(time / dt)
+
+
+def build_senses(
+    sensing: Sensing,
+    n: int,
+    dt: float,
+    key: ChanceKey,
+    silent_from: NDArray[np.int64],
+    blind_from: NDArray[np.int64],
+) -> Senses | None:
+    """The senses of `n` boids at the start of a flight in steps of `dt`, of which these
+    are silent and blind from those steps (N,) on. None where boids know all that they
+    see: then kernels are compiled without any of this.
+    """
+    all_well = min(silent_from.min(), blind_from.min()) == NEVER
+    if senses_are_ideal(sensing, dt) and all_well:
+        return None
+    delay = steps_of(sensing.sensing_delay, dt)
+    return Senses(
+        laid_out(empty_flock(n)),
+        np.zeros((delay + 1, 4, n)),
+        np.zeros((4, n)),
+        np.zeros((4, n)),
+        np.zeros((2, n)),
+        np.full(4, NOT_BEGUN),
+        silent_from,
+        blind_from,
+        key,
+        error_law(sensing, dt),
+        sensing.own_noise == NO_OWN_NOISE,
+        sensing.own_noise == OWN_SHARED,
+        delay,
+        max(1, steps_of(sensing.sensing_period, dt)),
+        sensing.radio_range,
+        sensing.packet_loss,
+        sensing.packet_loss_range,
+        sensing.occlusion in (HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOTH),
+        sensing.occlusion in (HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH),
+        sensing.body_radius,
+    )
+
+
+def go_on_with(mine: Senses | None, earlier: Senses | None) -> bool:
+    """Let senses go on where `earlier` ones of as many boids are, if they remember the
+    same; else they begin anew in the next step. Whether they go on.
+    """
+    if mine is None or earlier is None:
+        return False
+    if (mine.law, mine.delay) != (earlier.law, earlier.delay):
+        return False
+    for here, there in zip(mine.own, earlier.own, strict=True):
+        here[:] = there
+    mine.messages[:], mine.place[:] = earlier.messages, earlier.place
+    mine.errors[:], mine.own_errors[:] = earlier.errors, earlier.own_errors
+    mine.times[:] = earlier.times
+    return True
+
+
+def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
+    """The law of the errors of measurement in steps of `dt`.
+
+    Independent errors are AR(1) with the correlation exp(-dt / noise_time). Coupled
+    ones are the exact solution of dq = u dt, du = -(u / noise_time) dt - k q dt + noise
+    with k = (velocity_noise / position_noise)^2, a damped spring driven by white noise
+    (Uhlenbeck and Ornstein 1930, On the theory of the Brownian motion, Physical Review
+    36, 823-841, section IV). With the stationary covariance S = diag(position_noise^2,
+    velocity_noise^2) and M the exponential of the matrix of the equations times dt, the
+    covariance of what noise adds is S - M S M', so that S stays for any dt.
+    """
+    place, pace, time = (
+        sensing.position_noise,
+        sensing.velocity_noise,
+        sensing.noise_time,
+    )
+    if sensing.noise_form == COUPLED:
+        qq, qu, uq, uu = _spring(time, (pace / place) ** 2, dt)
+    else:
+        qq = uu = math.exp(-dt / time) if time > 0.0 else 0.0
+        qu = uq = 0.0
+    p2, v2 = place * place, pace * pace
+    var_q = p2 - (qq * qq * p2 + qu * qu * v2)
+    cross = -(qq * uq * p2 + qu * uu * v2)
+    var_u = v2 - (uq * uq * p2 + uu * uu * v2)
+    from_q = math.sqrt(max(var_q, 0.0))
+    across = cross / from_q if from_q > 0.0 else 0.0
+    from_u = math.sqrt(max(var_u - across * across, 0.0))
+    is_none = place == 0.0 and pace == 0.0
+    return ErrorLaw(is_none, place, pace, qq, qu, uq, uu, from_q, across, from_u)
+
+
+def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, float]:
+    """The matrix exponential of (0, 1; -k, -1 / time) times `dt`, by rows."""
+    rate = 0.5 / time
+    root = cmath.sqrt(rate * rate - k)
+    one, other = cmath.exp((root - rate) * dt), cmath.exp((-root - rate) * dt)
+    even = (0.5 * (one + other)).real
+    odd = (0.5 * (one - other) / root).real if root != 0.0 else dt * one.real
+    return even + rate * odd, odd, -k * odd, even - rate * odd

@@ -1,0 +1,145 @@
+"""What a boid knows of others and of itself.
+
+At the beginning of a step each boid measures where it is and how fast, and sends that.
+What others know of it is what it sent `sensing_delay` ago, as it was at the last sample
+of `sensing_period`; at first, what it sent at the start. It has errors of measurement,
+which go on from step to step. What it knows of itself has no delay.
+
+A model calls `publish` at the beginning of each step. It reads of others what
+`others_of` gives, and of the boid itself what `own_of` gives, wherever a rule asks for
+it. The flock itself is where boids truly are: the model moves them from there.
+"""
+
+from kernels.chance import normals
+from kernels.jit import jit, jit_apart
+from kernels.neighbours import Grid, move_published
+from kernels.robots.purposes import OWN_ERROR, SENT_ERROR
+from kernels.robots.senses import NOT_BEGUN, NOW, SAMPLED, SENT, SINCE, Senses
+from kernels.state import Floats, Flock, remember
+from kernels.workspace import Workspace
+
+
+@jit
+def others_of(flock: Flock, work: Workspace, sequential: bool) -> Flock:
+    """What boids know of others: the flock itself in a `sequential` update, so that
+    later ones know the new state of earlier ones; else the flock before the step.
+
+    Where boids have senses it is what was sent before the step, in any update.
+    """
+    return flock if sequential and work.near.senses is None else work.before
+
+
+@jit
+def own_of(flock: Flock, work: Workspace) -> Flock:
+    """What boids know of themselves: `flock`, but for errors of measurement."""
+    return _own_of(work.near.senses, flock)
+
+
+@jit
+def _own_of(senses: Senses | None, flock: Flock) -> Flock:
+    if senses is None:
+        return flock
+    return senses.own
+
+
+@jit
+def is_measured(work: Workspace) -> bool:
+    """Whether boids have senses of their own, and do not know all that they see."""
+    return work.near.senses is not None
+
+
+@jit
+def publish(flock: Flock, others: Flock, work: Workspace) -> None:
+    """Before a step, keep the velocities of `flock`, and let boids know of each other:
+    fill `others`, which `others_of` gives, and what `own_of` gives.
+    """
+    _publish(work.near.senses, flock, others, work)
+    work.robots.clock[0] += 1
+
+
+@jit
+def _publish(
+    senses: Senses | None, flock: Flock, others: Flock, work: Workspace
+) -> None:
+    if senses is None:
+        remember(flock, others)
+    else:
+        _send(senses, flock, others, work.grid, work.robots.clock[0])
+
+
+@jit_apart
+def _send(senses: Senses, flock: Flock, others: Flock, grid: Grid, step: int) -> None:
+    """Let all measure and send, and receive what arrives in this step."""
+    _begin_step(senses, step)
+    for i in range(flock.x.size):
+        flock.previous_vx[i], flock.previous_vy[i] = flock.vx[i], flock.vy[i]
+        _measure(senses, flock, i)
+    if senses.times[SAMPLED] == senses.times[NOW]:
+        _sample(senses, flock, others)
+        move_published(grid, others)
+
+
+@jit
+def _begin_step(senses: Senses, step: int) -> None:
+    """Note which step is taken, and whether others are sampled in it."""
+    times = senses.times
+    times[NOW] = step
+    if times[SINCE] == NOT_BEGUN:
+        times[SINCE] = step
+    if (step - times[SINCE]) % senses.period == 0:
+        times[SAMPLED] = step
+        times[SENT] = max(step - senses.delay, times[SINCE])
+
+
+@jit
+def _slot(senses: Senses, step: int) -> int:
+    """Where the messages of a step are."""
+    return (step - senses.times[SINCE]) % (senses.delay + 1)
+
+
+@jit
+def _measure(senses: Senses, flock: Flock, i: int) -> None:
+    """Let boid `i` measure its state, and keep that as its message."""
+    if not senses.law.is_none:
+        _err(senses, senses.errors, i, SENT_ERROR)
+        if not (senses.knows_itself or senses.shares_errors):
+            _err(senses, senses.own_errors, i, OWN_ERROR)
+        elif senses.shares_errors:
+            for row in range(4):
+                senses.own_errors[row, i] = senses.errors[row, i]
+    slot = _slot(senses, senses.times[NOW])
+    error, own = senses.errors, senses.own_errors
+    senses.messages[slot, 0, i] = flock.x[i] + error[0, i]
+    senses.messages[slot, 1, i] = flock.y[i] + error[1, i]
+    senses.messages[slot, 2, i] = flock.vx[i] + error[2, i]
+    senses.messages[slot, 3, i] = flock.vy[i] + error[3, i]
+    senses.own.x[i], senses.own.y[i] = flock.x[i] + own[0, i], flock.y[i] + own[1, i]
+    senses.own.vx[i] = flock.vx[i] + own[2, i]
+    senses.own.vy[i] = flock.vy[i] + own[3, i]
+
+
+@jit
+def _err(senses: Senses, errors: Floats, i: int, purpose: int) -> None:
+    """Change the errors of boid `i` as in one step; draw them where senses begin."""
+    law, step = senses.law, senses.times[NOW]
+    for axis in range(2):
+        one, other = normals(senses.key, step, i, axis, purpose)
+        q, u = errors[axis, i], errors[2 + axis, i]
+        if step == senses.times[SINCE]:
+            new_q, new_u = law.position * one, law.velocity * other
+        else:
+            new_q = law.qq * q + law.qu * u + law.from_q * one
+            new_u = law.uq * q + law.uu * u + (law.across * one + law.from_u * other)
+        errors[axis, i], errors[2 + axis, i] = new_q, new_u
+
+
+@jit
+def _sample(senses: Senses, flock: Flock, others: Flock) -> None:
+    """Let boids know the messages that arrive in this step."""
+    slot = _slot(senses, senses.times[SENT])
+    for i in range(flock.x.size):
+        others.x[i] = senses.messages[slot, 0, i]
+        others.y[i] = senses.messages[slot, 1, i]
+        others.vx[i] = senses.messages[slot, 2, i]
+        others.vy[i] = senses.messages[slot, 3, i]
+        senses.place[0, i], senses.place[1, i] = flock.x[i], flock.y[i]
