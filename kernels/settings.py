@@ -271,16 +271,20 @@ class Actuation(NamedTuple):
         ),
     ]
     motor_acceleration: Annotated[
-        float, About("greatest change of the velocity", "length/time^2", low=0)
+        float,
+        About(
+            "greatest change of the velocity", "length/time^2", low=0, exclusive=True
+        ),
     ]
     motor_turn_rate: Annotated[
-        float, About("greatest change of the heading", "degrees/time", low=0)
+        float,
+        About("greatest change of the heading", "degrees/time", low=0, exclusive=True),
     ]
     motor_min_speed: Annotated[
         float, About("lower limit of the speed", "length/time", low=0)
     ]
     motor_max_speed: Annotated[
-        float, About("upper limit of the speed", "length/time", low=0)
+        float, About("upper limit of the speed", "length/time", low=0, exclusive=True)
     ]
     motor_noise: Annotated[
         float,

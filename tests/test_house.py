@@ -165,6 +165,7 @@ KERNEL_FACTS = {"kernels"} | {
     for name in (
         "catalogue",
         "identity",
+        "lanes.calls",
         "metrics",
         "model",
         "models",

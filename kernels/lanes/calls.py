@@ -8,6 +8,7 @@ from typing import Any
 from kernels.caching import OURS
 from kernels.lanes.syntax import tree_of, writes_elements
 from kernels.neighbours import search
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import publish
 
 
@@ -16,7 +17,7 @@ def plain_of(function: Any) -> Any:
     return getattr(function, "py_func", function)
 
 
-SEARCH, PUBLISH = map(plain_of, (search, publish))
+SEARCH, PUBLISH, DRIVE = map(plain_of, (search, publish, drive))
 
 
 def is_ours(function: Any) -> bool:
@@ -44,6 +45,11 @@ def searches(function: Any) -> bool:
 def publishes(function: Any) -> bool:
     """Whether a function of ours, or one that it calls, lets boids measure and hear."""
     return PUBLISH in _reached(function)
+
+
+def drives(function: Any) -> bool:
+    """Whether a function of ours drives boids, itself or by another one."""
+    return DRIVE in _reached(function)
 
 
 @cache

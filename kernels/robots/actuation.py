@@ -122,5 +122,4 @@ def _speed(motors: Motors, i: int, before: float, aim: float) -> float:
     """
     speed = aim + (before - aim) * motors.kept[i]
     speed = max(before - motors.change[i], min(speed, before + motors.change[i]))
-    speed = max(motors.least[i], min(speed, motors.most[i]))
-    return speed
+    return float(max(motors.least[i], min(speed, motors.most[i])))

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kernels.settings import PIXELS, Demand
+from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.points import SIDES, Points
 from sweep.spec.expressions import parse
 from sweep.spec.study import Study
@@ -55,6 +56,7 @@ def check_consistency(study: Study, points: Points) -> None:
         if not holds.all():
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
+    check_motors(study, points)
     _check_threads(study, points)
     _check_flocks(study, points)
 
@@ -119,6 +121,7 @@ def _demands(study: Study) -> Iterator[Demand]:
             condition = f"start_draws != '{name}' or ({demand.condition})"
             yield demand._replace(condition=condition)
     yield from DEMANDS
+    yield from MOTOR_DEMANDS
     if study.record.heatmaps:
         yield from PIXELS
     for metric in metrics:
