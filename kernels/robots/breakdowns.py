@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 from kernels.chance import ChanceKey, chance
 from kernels.jit import jit
 from kernels.robots.purposes import FAILS
+from kernels.robots.senses import NEVER, never
 from kernels.settings import FAILURES, Breakdowns
 from kernels.state import Floats
 
 STOP, DRIFT, SILENT, BLIND = range(len(FAILURES))
-NEVER = np.iinfo(np.int64).max
-"""The step in which what does not happen happens."""
 CLOSE = 1e-9
 """Times that differ by less, as parts of a step, are the same."""
 
@@ -43,7 +42,7 @@ class Failing(NamedTuple):
     def _from(self, how: int) -> NDArray[np.int64]:
         if self.how == how:
             return self.fails_at
-        return np.full_like(self.fails_at, NEVER)
+        return never(self.fails_at.size)
 
 
 def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
@@ -56,7 +55,7 @@ def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
     `failing_time` or later.
     """
     count = math.floor(settings.failing_share * n + 0.5)
-    fails_at = np.full(n, NEVER, np.int64)
+    fails_at = never(n)
     steps = settings.failing_time / dt - CLOSE
     if count and steps < NEVER:
         drawn = np.zeros(n)

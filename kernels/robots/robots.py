@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import NO_KEY, ChanceKey
+from kernels.robots import senses
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, build_motors, motors_are_ideal
-from kernels.robots.senses import senses_are_ideal
 from kernels.settings import RobotSettings
 
 
@@ -59,7 +59,7 @@ def is_ideal(settings: RobotSettings, dt: float) -> bool:
     none fails: then no layer changes a bit.
     """
     return (
-        senses_are_ideal(settings.sensing, dt)
+        senses.is_ideal(settings.sensing, dt)
         and motors_are_ideal(settings.actuation)
         and settings.breakdowns.failing_share == 0.0
     )

@@ -1,6 +1,5 @@
 """What a flight keeps of the senses of its boids: settings, errors, messages."""
 
-import cmath
 import math
 from typing import NamedTuple
 
@@ -8,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey
-from kernels.robots.breakdowns import NEVER
 from kernels.settings import (
     COUPLED,
     HIDDEN_BY_BOIDS,
@@ -21,6 +19,8 @@ from kernels.settings import (
 )
 from kernels.state import Floats, Flock, empty_flock, laid_out
 
+NEVER = np.iinfo(np.int64).max
+"""The step in which what does not happen happens."""
 NOT_BEGUN = -1
 SINCE, NOW, SAMPLED, SENT = range(4)
 """Places in the times of Senses."""
@@ -86,7 +86,12 @@ class Senses(NamedTuple):
     body_radius: float
 
 
-def senses_are_ideal(sensing: Sensing, dt: float) -> bool:
+def never(n: int) -> NDArray[np.int64]:
+    """The steps (N,) of what happens to none of `n` boids."""
+    return np.full(n, NEVER)
+
+
+def is_ideal(sensing: Sensing, dt: float) -> bool:
     """Whether boids know exactly and at once what they see, in steps of `dt`."""
     return (
         sensing.position_noise == 0.0
@@ -117,7 +122,7 @@ def build_senses(
     see: then kernels are compiled without any of this.
     """
     all_well = min(silent_from.min(), blind_from.min()) == NEVER
-    if senses_are_ideal(sensing, dt) and all_well:
+    if is_ideal(sensing, dt) and all_well:
         return None
     delay = steps_of(sensing.sensing_delay, dt)
     return Senses(
@@ -195,8 +200,13 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
 def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, float]:
     """The matrix exponential of (0, 1; -k, -1 / time) times `dt`, by rows."""
     rate = 0.5 / time
-    root = cmath.sqrt(rate * rate - k)
-    one, other = cmath.exp((root - rate) * dt), cmath.exp((-root - rate) * dt)
-    even = (0.5 * (one + other)).real
-    odd = (0.5 * (one - other) / root).real if root != 0.0 else dt * one.real
+    square = rate * rate - k
+    root = math.sqrt(abs(square))
+    if square > 0.0:
+        slow, fast = math.exp((root - rate) * dt), math.exp(-(root + rate) * dt)
+        even, odd = 0.5 * (slow + fast), 0.5 * (slow - fast) / root
+    else:
+        even = odd = math.exp(-rate * dt)
+        even *= math.cos(root * dt)
+        odd *= math.sin(root * dt) / root if root > 0.0 else dt
     return even + rate * odd, odd, -k * odd, even - rate * odd
