@@ -20,9 +20,10 @@ from kernels.model import Model, Sight
 from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
+from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, About, Demand
-from kernels.state import Flock, Kinds, World, remember
+from kernels.state import Flock, Kinds, World
 from kernels.workspace import Workspace
 
 PREY, PREDATOR = 0, 1
@@ -134,19 +135,19 @@ def advance(
     steps: int,
 ) -> bool:
     """Take `steps` steps; False after the first one that is not finite."""
-    seen, near = work.before, work.near
+    others, near = others_of(flock, work, False), work.near
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, near
+                others, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, near
             )
             if work.kind[i] == PREY:
                 vx, vy = prey_velocity(params, work.kind, near, found)
             else:
                 vx, vy = predator_velocity(params, work.kind, near, found)
             vx, vy = limit(vx, vy, params.max_speed)
-            x, y = seen.x[i] + vx * params.dt, seen.y[i] + vy * params.dt
+            x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
             flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)
             flock.y[i], flock.vy[i] = confine(y, vy, world.height, world.borders)
         move_all(work.grid, flock)

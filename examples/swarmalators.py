@@ -16,9 +16,10 @@ from kernels.model import Model, Sight
 from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
+from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, About
-from kernels.state import Floats, Flock, Kinds, World, remember
+from kernels.state import Floats, Flock, Kinds, World
 from kernels.workspace import Workspace
 
 PHASE = 0
@@ -105,16 +106,17 @@ def advance(
     steps: int,
 ) -> bool:
     """Take `steps` steps; False after the first one that is not finite."""
-    seen, near, phases = work.before, work.near, work.state_before[PHASE]
+    others = others_of(flock, work, False)
+    near, phases = work.near, work.state_before[PHASE]
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             found = search(
-                seen, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, near
+                others, world, work.grid, i, math.inf, ALL_ROUND, 0.0, 0.0, near
             )
             vx, vy, turn = rates(params, phases, i, near, found)
             vx, vy = limit(vx, vy, params.max_speed)
-            x, y = seen.x[i] + vx * params.dt, seen.y[i] + vy * params.dt
+            x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
             flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)
             flock.y[i], flock.vy[i] = confine(y, vy, world.height, world.borders)
             work.state[PHASE, i] = phases[i] + turn * params.dt

@@ -13,10 +13,11 @@ from kernels.model import Model, Sight
 from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.social import cohesion
 from kernels.settings import COMMON, About
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 PULL = About("strength of the pull together", "1/time^2", low=0, rule="cohesion")
@@ -67,12 +68,13 @@ def advance(
     steps: int,
 ) -> bool:
     """Take `steps` steps; False after the first one whose numbers are not finite."""
-    seen, range2 = work.before, square_range(params.perception_range, False)
+    others, near = others_of(flock, work, False), work.near
+    range2 = square_range(params.perception_range, False)
     for _ in range(steps):
-        remember(flock, seen)  # all boids react to the flock before the step
+        publish(flock, others, work)  # all react to the flock before the step
         for i in range(flock.x.size):
-            near, vx, vy = work.near, seen.vx[i], seen.vy[i]
-            found = search(seen, world, work.grid, i, range2, ALL_ROUND, vx, vy, near)
+            vx, vy = flock.vx[i], flock.vy[i]
+            found = search(others, world, work.grid, i, range2, ALL_ROUND, vx, vy, near)
             pull_x, pull_y = cohesion(near, found, range2)
             swirl_x, swirl_y = swirl(near, found)
             ax = params.cohesion_weight * pull_x + params.swirl_weight * swirl_x

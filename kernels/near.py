@@ -41,7 +41,7 @@ class Near(NamedTuple):
     factor: Floats
     mark: Marks
     topology: Topology
-    senses: Senses | None = None
+    senses: Senses | None
 
 
 def build_near(

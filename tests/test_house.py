@@ -165,11 +165,11 @@ KERNEL_FACTS = {"kernels"} | {
     for name in (
         "catalogue",
         "identity",
-        "lanes.calls",
         "metrics",
         "model",
         "models",
         "registry",
+        "robots.publishers",
         "settings",
         "starts",
         "topology",

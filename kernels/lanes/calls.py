@@ -8,8 +8,6 @@ from typing import Any
 from kernels.caching import OURS
 from kernels.lanes.syntax import tree_of, writes_elements
 from kernels.neighbours import search
-from kernels.robots.actuation import drive
-from kernels.robots.sensing import publish
 
 
 def plain_of(function: Any) -> Any:
@@ -17,7 +15,7 @@ def plain_of(function: Any) -> Any:
     return getattr(function, "py_func", function)
 
 
-SEARCH, PUBLISH, DRIVE = map(plain_of, (search, publish, drive))
+SEARCH = plain_of(search)
 
 
 def is_ours(function: Any) -> bool:
@@ -39,17 +37,12 @@ def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
 
 def searches(function: Any) -> bool:
     """Whether a function of ours searches for neighbours, itself or by another one."""
-    return SEARCH in _reached(function)
+    return calls(function, search)
 
 
-def publishes(function: Any) -> bool:
-    """Whether a function of ours, or one that it calls, lets boids measure and hear."""
-    return PUBLISH in _reached(function)
-
-
-def drives(function: Any) -> bool:
-    """Whether a function of ours drives boids, itself or by another one."""
-    return DRIVE in _reached(function)
+def calls(function: Any, other: Any) -> bool:
+    """Whether a function of ours calls another one, itself or by others."""
+    return plain_of(other) in _reached(function)
 
 
 @cache

@@ -22,7 +22,6 @@ from kernels.coverage import unvisited
 from kernels.events import N_EVENTS, count
 from kernels.flight import Flight, Scenery
 from kernels.jit import jit
-from kernels.lanes.calls import publishes
 from kernels.lanes.facts import NotForLanesError
 from kernels.lanes.kernel import ALL, kernel_of, weights_of
 from kernels.lanes.marks import (
@@ -41,6 +40,7 @@ from kernels.lanes.vectors import WIDTH
 from kernels.model import Model
 from kernels.neighbours import CROWDED
 from kernels.recording import STEP, Record, keep_frame
+from kernels.robots.publishers import publishes
 from kernels.settings import METRIC
 from kernels.state import Floats, Flock, World
 

@@ -7,6 +7,7 @@ import numpy as np
 from kernels.settings import PIXELS, Demand
 from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.points import SIDES, Points
+from sweep.design.senses import check_senses
 from sweep.spec.expressions import parse
 from sweep.spec.study import Study
 
@@ -42,7 +43,8 @@ DEMANDS = (
 
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError for the first point whose settings do not go together, whose
-    boids cannot be divided among threads, or whose replicates have no flock.
+    boids cannot sense as wanted or be divided among threads, or whose replicates have
+    no flock.
     """
     for demand in dict.fromkeys(_demands(study)):
         condition = parse(demand.condition, study.settings)
@@ -57,6 +59,7 @@ def check_consistency(study: Study, points: Points) -> None:
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
     check_motors(study, points)
+    check_senses(study, points)
     _check_threads(study, points)
     _check_flocks(study, points)
 

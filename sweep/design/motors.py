@@ -1,13 +1,13 @@
-"""What the settings of motors and breakdowns must fulfil together, and with a model."""
-
-import sys
+"""What the settings of motors and breakdowns must fulfil together, and the model that
+has them.
+"""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kernels.lanes.calls import drives
+from kernels.robots.publishers import drives, publishes, to_publish
 from kernels.settings import Demand
 from sweep.design.points import Points
-from sweep.spec.expressions import parse
 from sweep.spec.study import Study
 
 MOTOR_DEMANDS = (
@@ -17,62 +17,75 @@ MOTOR_DEMANDS = (
     ),
     Demand(
         "failing_share == 0 or failing_time < steps * dt",
-        "failing_time is not before the end of a trial, steps * dt, and no boid fails",
+        "failing_time is not before the end of a trial, steps * dt: no boid fails",
     ),
 )
 LIMITS = "motor_acceleration", "motor_turn_rate", "motor_max_speed"
-LIMITED = " or ".join(f"{name} <= {sys.float_info.max!r}" for name in LIMITS)
-ACT = {
-    "motor_lag": "motor_lag > 0",
-    **{name: f"{name} <= {sys.float_info.max!r}" for name in LIMITS},
-    "motor_min_speed": "motor_min_speed > 0",
-    "motor_noise": "motor_noise > 0",
-    "wheels": "wheels",
-    "failing_share": (
-        "failing_share > 0 and (failing_how == 'stop' or failing_how == 'drift')"
-    ),
-}
-"""When a setting makes a boid move otherwise than its model wants."""
-NEEDS = {
-    "failing_time": ("failing_share > 0", "failing_share is 0"),
-    "failing_how": ("failing_share > 0", "failing_share is 0"),
-    "motor_spread": (
-        f"motor_lag > 0 or motor_min_speed > 0 or {LIMITED}",
-        "there is no lag and no limit, of which each robot could have its own",
-    ),
-}
-"""What makes a setting matter, and what to say where it does not at any point."""
 LINE = "vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)"
-MENDED = (
-    f"add `{LINE}` to its `advance`, before `confine`, and `from"
-    " kernels.robots.actuation import drive`"
-)
-"""What lets the boids of a model have motors."""
+Mask = NDArray[np.bool_]
 
 
 def check_motors(study: Study, points: Points) -> None:
-    """Raise SpecError for settings that matter at no point, and for motors of a model
-    that does not drive its boids.
+    """Raise SpecError for a setting that has no effect at any point, and for a model
+    that does not drive its boids where these have motors, or some stop or drift.
     """
-    for name, (condition, why) in NEEDS.items():
-        if study.place_of(name) and not _holds(study, points, condition).any():
-            place = study.place_of(name) or ("model",)
-            raise study.document.error(place, f"{name} has no effect: {why}")
+    act = _acting(points)
+    fails = points.column("failing_share") > 0.0
+    limits = [act[name] for name in (*LIMITS, "motor_lag", "motor_min_speed")]
+    for name, matters, needs in (
+        ("failing_time", fails, "failing_share"),
+        ("failing_how", fails, "failing_share"),
+        ("motor_spread", np.any(limits, axis=0), "a lag or a limit of the motors"),
+    ):
+        place = study.place_of(name)
+        if place and not matters.any() and _is_set(points, name):
+            raise study.document.error(
+                place,
+                f"{name} has no effect without {needs}: set that too, or leave {name}"
+                " out",
+            )
+    _check_model(study, act, fails)
+
+
+def _is_set(points: Points, name: str) -> bool:
+    """Whether a setting is not at each point what it usually is."""
+    values = points.column(name)
+    return bool((values != ("stop" if name == "failing_how" else 0.0)).any())
+
+
+def _acting(points: Points) -> dict[str, Mask]:
+    """For each setting the points at which it lets boids move otherwise than their
+    model wants.
+    """
+    above = {
+        name: points.column(name) > 0.0
+        for name in ("motor_lag", "motor_min_speed", "motor_noise", "wheels")
+    }
+    below = {name: ~np.isinf(points.column(name)) for name in LIMITS}
+    stray = np.isin(points.column("failing_how"), ("stop", "drift"))
+    return (
+        above | below | {"failing_share": stray & (points.column("failing_share") > 0)}
+    )
+
+
+def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
+    """Refuse motors and breakdowns of which the model's kernel knows nothing."""
     model = study.known.models[study.model]
-    if drives(model.advance):
-        return
-    for name, condition in ACT.items():
-        holds = _holds(study, points, condition)
-        if holds.any():
-            where = points.describe(int(np.argmax(holds)), [name])
+    needed = {name: on.any() for name, on in act.items()}
+    if not drives(model.advance):
+        for name in filter(needed.get, needed):
             raise study.document.error(
                 study.place_of(name) or ("model",),
-                f"{name} is for models that drive their boids, and {study.model} does"
-                f" not: {MENDED}{where}",
+                f"{name} needs a model that drives its boids, and {model.name} calls no"
+                f" `drive`: before confine write `{LINE}`, and see docs/own-models.md",
             )
-
-
-def _holds(study: Study, points: Points, text: str) -> np.ndarray:
-    """At which points a condition holds."""
-    place = ("model",)
-    return points.evaluate(study, parse(text, study.settings), place)
+    if not publishes(model.advance):
+        needed["failing_share"] = fails.any()
+        for name in filter(needed.get, needed):
+            change = to_publish(model.advance)
+            raise study.document.error(
+                study.place_of(name) or ("model",),
+                f"{name} needs a model that counts its steps, and {model.name} calls no"
+                f" `publish`: {change + ', and ' if change else ''}see"
+                " docs/own-models.md",
+            )

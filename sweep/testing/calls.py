@@ -29,7 +29,7 @@ WORLD, APART = 2 * SIDE, 4
 """The side of the world, and the distance between pairs of boids, in ranges of sight.
 Larger groups would be searched without the grid.
 """
-REMEMBER = "call remember(flock, seen) at the beginning of each step"
+PUBLISH = "call publish(flock, others, work) at the beginning of each step"
 MOVE = (
     "call move(work.grid, i, x, y) after each boid that moves, or"
     " move_all(work.grid, flock) at the end of each step"
@@ -69,7 +69,7 @@ def _pairs(length: float) -> dict[str, Floats]:
 
 
 def _forgotten(job: Job, state: State) -> str | None:
-    """What is wrong if a step does not begin with `remember`."""
+    """What is wrong if a step does not begin with `publish`."""
     after = _after(job, state)
     for name in ("vx", "vy"):
         before = state.arrays[f"flock.{name}"]
@@ -77,7 +77,7 @@ def _forgotten(job: Job, state: State) -> str | None:
         for boid in np.flatnonzero(before != kept)[:1].tolist():
             return (
                 f"after a step previous_{name} of boid {boid} is {float(kept[boid])!r},"
-                f" and its {name} before was {float(before[boid])!r}; {REMEMBER}"
+                f" and its {name} before was {float(before[boid])!r}; {PUBLISH}"
             )
     unknown = {
         name: np.full_like(array, np.nan)
@@ -86,7 +86,7 @@ def _forgotten(job: Job, state: State) -> str | None:
     }
     other = _after(job, state._replace(arrays=state.arrays | unknown))
     if _bits(after) != _bits(other):
-        return f"boids see in work.before what an earlier step has left; {REMEMBER}"
+        return f"boids see in work.before what an earlier step has left; {PUBLISH}"
     return None
 
 

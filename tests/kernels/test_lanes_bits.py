@@ -49,7 +49,7 @@ def _alone(rule: Any, lane: int) -> tuple[np.ndarray, np.ndarray]:
     boid = np.zeros(N + 1, np.uint32)
     boid[: listed.size] = listed
     near = Near(
-        boid, dx, dy, dx * dx + dy * dy, factor, np.zeros(N, np.bool_), EVERYBODY
+        boid, dx, dy, dx * dx + dy * dy, factor, np.zeros(N, np.bool_), EVERYBODY, None
     )
     rng = Generator(PCG64(lane))
     rule(row, near, listed.size, rng, LanesWatch(events))
@@ -64,7 +64,14 @@ def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
     def fly(row, boid, ways, marks, count, rngs, events):
         dx, dy, distance2, factor = ways
         near = Near(
-            boid, rows(dx), rows(dy), rows(distance2), rows(factor), marks, EVERYBODY
+            boid,
+            rows(dx),
+            rows(dy),
+            rows(distance2),
+            rows(factor),
+            marks,
+            EVERYBODY,
+            None,
         )
         count_rows = rows(count)
         listed = found(count_rows[0], N, marks)

@@ -94,6 +94,7 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
             np.full(BOIDS + PIECE, np.nan),
             np.zeros(BOIDS, np.bool_),
             EVERYBODY,
+            None,
         ),
         "found": found,
         "seen": builders.a_flock(*rng.normal(0, 3, (4, BOIDS))),

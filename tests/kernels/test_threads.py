@@ -97,7 +97,7 @@ REFUSED = {
     "it has a test that boids could change": (
         ("        move_all(", "        if flock.x[0] > 1:\n            move_all("),
     ),
-    "it does not call remember once a step": (("        remember(flock, seen)\n", ""),),
+    "it does not call publish once a step": (("        remember(flock, seen)\n", ""),),
     "it does not call observe once a step": (
         ("if not observe(flock, world, record)", "if dt > 1"),
     ),

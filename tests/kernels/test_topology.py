@@ -22,7 +22,7 @@ from kernels.neighbours import (
     search,
     square_range,
 )
-from kernels.settings import METRIC, NEAREST, OPEN, TORUS, VORONOI, Sensing
+from kernels.settings import METRIC, NEAREST, OPEN, TORUS, VORONOI
 from kernels.state import Flock, World
 from kernels.topology import UNSETTLED, select, topology_of
 from sweep.spec.study import Streams
@@ -183,7 +183,7 @@ def test_round_a_torus_a_flock_has_six_voronoi_neighbours_in_the_mean() -> None:
     x, y = rng.uniform(0, WIDTH, n), rng.uniform(0, HEIGHT, n)
     flock = builders.a_flock(x, y, *np.ones((2, n)))
     world = builders.a_world(WIDTH, HEIGHT, TORUS, True)
-    topology = topology_of(Sensing(VORONOI, 1), n, world)
+    topology = topology_of(builders.a_sensing(neighbours="voronoi"), n, world)
     grid = build_grid(flock, world, topology.around)
     assert not grid.everyone
     pairs = {
@@ -195,8 +195,8 @@ def test_round_a_torus_a_flock_has_six_voronoi_neighbours_in_the_mean() -> None:
     assert {(j, i) for i, j in pairs} == pairs
 
 
-@pytest.mark.parametrize("kind", [NEAREST, VORONOI])
-def test_a_search_seldom_looks_further_than_around(kind: int) -> None:
+@pytest.mark.parametrize("kind", ["nearest", "voronoi"])
+def test_a_search_seldom_looks_further_than_around(kind: str) -> None:
     """Boids at random places round a torus: of 2000 fewer than 4 do, which is four
     times what kernels.topology promises.
     """
@@ -204,7 +204,7 @@ def test_a_search_seldom_looks_further_than_around(kind: int) -> None:
     x, y = rng.uniform(0, WIDTH, n), rng.uniform(0, HEIGHT, n)
     flock = builders.a_flock(x, y, *np.ones((2, n)))
     world = builders.a_world(WIDTH, HEIGHT, TORUS, True)
-    topology = topology_of(Sensing(kind, 7), n, world)
+    topology = topology_of(builders.a_sensing(neighbours=kind), n, world)
     grid, near = build_grid(flock, world, topology.around), build_near(n)
     around2 = square_range(topology.around, False)
     settled = 0

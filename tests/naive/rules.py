@@ -295,6 +295,13 @@ def velocity_sum(
     return sum(seen.vx[group]), sum(seen.vy[group]), float(len(group))
 
 
+def velocity_sum_from(
+    vx: float, vy: float, seen: Any, near: Any, found: int
+) -> tuple[float, float, float]:
+    group = near.boid[:found]
+    return vx + sum(seen.vx[group]), vy + sum(seen.vy[group]), float(found + 1)
+
+
 def direction(x: float, y: float, other_x: float, other_y: float) -> Vector:
     for vector in (np.array([x, y]), np.array([other_x, other_y])):
         if vector.any():

@@ -145,7 +145,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "calls",
-        "what an earlier step has left; call remember(flock, seen)",
+        "what an earlier step has left; call publish(flock, others, work)",
         (marked(DEF), ("remember(flock, seen)", "remember(flock, flock)")),
     ),
     (

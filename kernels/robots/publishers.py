@@ -1,0 +1,40 @@
+"""Which models let their boids measure and hear, and drive them, and what others have to
+change.
+"""
+
+import ast
+from collections.abc import Callable
+
+from kernels.lanes.calls import calls, named_by, plain_of
+from kernels.lanes.syntax import tree_of
+from kernels.robots.actuation import drive
+from kernels.robots.sensing import publish
+from kernels.state import remember
+
+
+def publishes(advance: Callable[..., bool]) -> bool:
+    """Whether the `advance` of a model, or what it calls, calls `publish`."""
+    return calls(advance, publish)
+
+
+def drives(advance: Callable[..., bool]) -> bool:
+    """Whether the `advance` of a model, or what it calls, calls `drive`."""
+    return calls(advance, drive)
+
+
+def to_publish(advance: Callable[..., bool]) -> str:
+    """Where `advance` calls `remember`, and what is to stand there; "" where it does
+    not.
+    """
+    plain = plain_of(advance)
+    for node in ast.walk(tree_of(plain)):
+        if isinstance(node, ast.Call):
+            called = plain_of(named_by(node.func, plain.__globals__))
+            if called is plain_of(remember):
+                line = plain.__code__.co_firstlineno + node.lineno - 1
+                flock, seen = map(ast.unparse, node.args)
+                return (
+                    f"in {plain.__code__.co_filename}:{line} write"
+                    f" publish({flock}, {seen}, work) for {ast.unparse(node)}"
+                )
+    return ""

@@ -1,0 +1,164 @@
+"""What the settings of sensing must fulfil together, and the model that has them."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.robots.publishers import publishes, to_publish
+from sweep.design.points import Points
+from sweep.spec.document import Place
+from sweep.spec.study import Study
+
+MOST_BYTES = 2**28
+"""Of the messages that are under way in one trial."""
+NEARLY = 1e-9
+"""So much of a step may a time be off a whole number of steps, and of this number."""
+TIMES = "sensing_delay", "sensing_period"
+FINITE = "position_noise", "velocity_noise", *TIMES
+Mask = NDArray[np.bool_]
+
+
+def check_senses(study: Study, points: Points) -> None:
+    """Raise SpecError for the first point at which boids cannot sense as wanted, for a
+    setting that has no effect at any point, and for a model that does not let its boids
+    measure and hear.
+    """
+    for name in FINITE:
+        _refuse(study, points, (name,), np.isinf(points.column(name)), _infinite)
+    for name in TIMES:
+        off = _steps(points, name)
+        apart = np.abs(off - np.rint(off)) > NEARLY * np.maximum(1.0, off)
+        _refuse(study, points, (name, "dt"), apart, _between_steps)
+    size = 32.0 * points.column("n") * (_steps(points, "sensing_delay") + 1.0)
+    _refuse(study, points, ("sensing_delay", "dt", "n"), size > MOST_BYTES, _too_large)
+    noisy = _above(points, "position_noise"), _above(points, "velocity_noise")
+    coupled = points.column("noise_form") == "coupled"
+    incomplete = ~(noisy[0] & noisy[1] & _above(points, "noise_time"))
+    needed = ("noise_form", "position_noise", "velocity_noise", "noise_time")
+    some = noisy[0] | noisy[1]
+    _refuse(study, points, needed, coupled & some & incomplete, _half_coupled)
+    hides = np.isin(points.column("occlusion"), ("boids", "both"))
+    bodiless = hides & ~_above(points, "body_radius")
+    _refuse(study, points, ("occlusion", "body_radius"), bodiless, _bodiless)
+    _check_effects(study, points, some, hides)
+    _check_model(study, points)
+
+
+def _above(points: Points, name: str) -> Mask:
+    """Where a setting is above 0."""
+    found: Mask = points.column(name) > 0.0
+    return found
+
+
+def _steps(points: Points, name: str) -> NDArray[np.float64]:
+    """How many steps a time is at each point."""
+    found: NDArray[np.float64] = points.column(name) / points.column("dt")
+    return found
+
+
+def _refuse(
+    study: Study,
+    points: Points,
+    names: Sequence[str],
+    wrong: Mask,
+    say: Callable[..., str],
+) -> None:
+    """Raise SpecError for the first point that is wrong, with what to say of its
+    values of the named settings.
+    """
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        values = [points.column(name)[first] for name in names]
+        said = f"{say(names[0], *values)}{points.describe(first, names)}"
+        raise study.document.error(_place(study, names), said)
+
+
+def _place(study: Study, names: Sequence[str]) -> Place:
+    """Where the first of these settings stands that the spec has."""
+    return next(filter(None, map(study.place_of, names)), None) or ("model",)
+
+
+def _infinite(name: str, _value: float) -> str:
+    return f"{name} must be finite"
+
+
+def _between_steps(name: str, value: float, dt: float) -> str:
+    below = int(value // dt)
+    return (
+        f"{name} must be a whole number of steps of dt:"
+        f" {below * dt:.12g} or {(below + 1) * dt:.12g}, not {value:.12g}"
+    )
+
+
+def _too_large(_name: str, _value: float, dt: float, n: int) -> str:
+    most = int(MOST_BYTES // (32 * n)) - 1
+    return (
+        f"the messages of {n} boids that are under way need more than"
+        f" {MOST_BYTES // 2**20} MiB: a sensing_delay up to {most * dt:.12g} fits"
+    )
+
+
+def _half_coupled(*_values: Any) -> str:
+    return (
+        "coupled errors need position_noise, velocity_noise and noise_time above 0: the"
+        " error of the place is the integral of that of the velocity"
+    )
+
+
+def _bodiless(*_values: Any) -> str:
+    return "boids that hide others need a body_radius above 0"
+
+
+def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> None:
+    """Refuse a setting that is not as usual, and has no effect at any point."""
+    lossy = _above(points, "packet_loss")
+    for name, is_set, matters, needs in (
+        ("noise_time", _above(points, "noise_time"), some, "position_noise"),
+        ("own_noise", points.column("own_noise") != "none", some, "position_noise"),
+        ("noise_form", points.column("noise_form") == "coupled", some, "noises"),
+        (
+            "packet_loss_range",
+            ~np.isinf(points.column("packet_loss_range")),
+            lossy,
+            "packet_loss",
+        ),
+        (
+            "body_radius",
+            _above(points, "body_radius"),
+            hides,
+            "`occlusion: boids` or `both`",
+        ),
+    ):
+        if is_set.any() and not matters.any():
+            more = " or velocity_noise" if needs == "position_noise" else ""
+            wanted = "position_noise and velocity_noise" if needs == "noises" else needs
+            said = f"{name} has no effect without {wanted}{more}"
+            raise study.document.error(
+                _place(study, (name,)), f"{said}: set that too, or leave {name} out"
+            )
+
+
+def _check_model(study: Study, points: Points) -> None:
+    """Refuse boids that are to measure and hear, of a model that does not let them."""
+    model = study.known.models[study.model]
+    if publishes(model.advance):
+        return
+    for name, on in (
+        ("position_noise", _above(points, "position_noise")),
+        ("velocity_noise", _above(points, "velocity_noise")),
+        ("sensing_delay", _above(points, "sensing_delay")),
+        ("sensing_period", _steps(points, "sensing_period") > 1.5),
+        ("radio_range", ~np.isinf(points.column("radio_range"))),
+        ("packet_loss", _above(points, "packet_loss")),
+        ("occlusion", points.column("occlusion") != "none"),
+    ):
+        if on.any():
+            change = to_publish(model.advance)
+            said = (
+                f"{name} needs a model whose boids measure and hear, and {model.name}"
+                f" calls no `publish`: {change + ', and ' if change else ''}see"
+                " docs/own-models.md"
+            )
+            raise study.document.error(_place(study, (name,)), said)

@@ -1,0 +1,122 @@
+"""Settings of sensing that do not go together are refused, with the line, what was
+given and what is allowed.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from sweep.design.design import expand
+from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
+from sweep.spec.study import parse_spec
+from tests.studies import SMALL
+
+
+def spec(settings: str) -> str:
+    return SMALL.replace("n: 12", f"n: 12, {settings}")
+
+
+def refused(text: str) -> str:
+    """The message with which a design is refused."""
+    with pytest.raises(SpecError) as error:
+        expand(parse_spec(text))
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (
+            "dt: 0.3, sensing_delay: 1",
+            "sensing_delay must be a whole number of steps of dt: 0.9 or 1.2, not 1"
+            " where dt = 0.3, sensing_delay = 1.0",
+        ),
+        ("sensing_period: 2.5", "sensing_period must be a whole number of steps"),
+        ("position_noise: .inf", "position_noise must be finite"),
+        ("sensing_delay: .inf", "sensing_delay must be finite"),
+        (
+            "sensing_delay: 1000000",
+            "the messages of 12 boids that are under way need more than 256 MiB: a"
+            " sensing_delay up to 699049 fits",
+        ),
+        (
+            "noise_form: coupled, position_noise: 1",
+            "coupled errors need position_noise, velocity_noise and noise_time above 0",
+        ),
+        ("occlusion: both", "boids that hide others need a body_radius above 0"),
+        (
+            "noise_time: 3",
+            "noise_time has no effect without position_noise or velocity_noise: set"
+            " that too, or leave noise_time out",
+        ),
+        ("own_noise: shared", "own_noise has no effect without position_noise"),
+        (
+            "packet_loss_range: 80",
+            "packet_loss_range has no effect without packet_loss",
+        ),
+        (
+            "occlusion: obstacles, body_radius: 3",
+            "body_radius has no effect without `occlusion: boids` or `both`",
+        ),
+    ],
+)
+def test_senses_that_cannot_be_are_refused(settings: str, said: str) -> None:
+    assert refused(spec(settings)).startswith(f"spec.yaml:5: {said}")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        "dt: 0.1, sensing_delay: 0.7, sensing_period: 0.3",
+        "position_noise: 1, noise_time: .inf",
+        "sensing_delay: 699049",
+        (
+            "noise_form: coupled, position_noise: 1, velocity_noise: 2, noise_time: 1,"
+            " own_noise: shared"
+        ),
+        "packet_loss: 1, occlusion: both, body_radius: 1",
+    ],
+)
+def test_senses_that_can_be_are_not(settings: str) -> None:
+    """0.7 and 0.3 are no multiples of 0.1 to the last bit."""
+    assert expand(parse_spec(spec(settings))).n_points > 0
+
+
+REMEMBERS = Path("examples/vortex.py").read_text()
+for old, new in (
+    ("others_of(flock, work, False)", "work.before"),
+    ("publish(flock, others, work)", "remember(flock, others)"),
+    ("from kernels.robots.sensing import others_of, publish\n", ""),
+    ("import Flock, World\n", "import Flock, World, remember\n"),
+):
+    assert REMEMBERS.count(old) == 1, old
+    REMEMBERS = REMEMBERS.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("settings", "named"),
+    [
+        ("velocity_noise: 1", "velocity_noise"),
+        ("sensing_delay: 1", "sensing_delay"),
+        ("sensing_period: 2", "sensing_period"),
+        ("radio_range: 100", "radio_range"),
+        ("packet_loss: 0.1", "packet_loss"),
+        ("occlusion: obstacles", "occlusion"),
+    ],
+)
+def test_a_model_whose_boids_do_not_measure_is_told_which_line_to_change(
+    settings: str, named: str, tmp_path: Path
+) -> None:
+    model = tmp_path / "vortex.py"
+    model.write_text(REMEMBERS)
+    line = 1 + REMEMBERS[: REMEMBERS.index("remember(flock, ")].count("\n")
+    text = f"study: my/a\nmodel: ./vortex.py\nfixed: {{{settings}}}\nreplicates: 1\n"
+    text += "record: {metrics: [speed]}\n"
+    path = tmp_path / "spec.yaml"
+    path.write_text(text)
+    with pytest.raises(SpecError) as error:
+        expand(load_spec(path))
+    said = str(error.value)
+    assert f"spec.yaml:3: {named} needs a model whose boids measure and hear" in said
+    assert f"{model}:{line} write publish(flock, others, work) for" in said
