@@ -27,7 +27,7 @@ from kernels.recording import (
     keep_frame,
 )
 from kernels.robots.robots import ChanceKeys, build_robots
-from kernels.robots.senses import build_senses, go_on_with, never
+from kernels.robots.senses import build_senses, go_on_with
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
@@ -136,6 +136,7 @@ def begin(
     flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
+    layers = build_robots(robots, keys, schedule.n, params.dt)
     work = build_workspace(
         flock,
         scenery.world,
@@ -145,14 +146,14 @@ def begin(
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
         kind,
-        build_robots(keys),
+        layers,
         build_senses(
             robots.sensing,
             schedule.n,
             params.dt,
             keys.flown,
-            never(schedule.n),
-            never(schedule.n),
+            layers.failing.silent_from(),
+            layers.failing.blind_from(),
         ),
     )
     flight = Flight(
@@ -232,15 +233,15 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     """Take up to `steps` steps, but no more than are left and than frames have room
     for. False if the state is not finite.
 
-    Raises RuntimeError where the model has taken another number of steps, or does not
-    let its boids know what they measure and hear.
+    Raises RuntimeError where the model has taken another number of steps, does not let
+    its boids know what they measure and hear, or does not drive each of them.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
     before, left = flight.step, flight.schedule.steps - flight.step
     wanted = min(steps, left, room)
-    clock = flight.work.robots.clock
-    begun = int(clock[0])
+    robots = flight.work.robots
+    begun, driven = int(robots.clock[0]), int(robots.driven[0])
     going = flight.model.advance(
         flight.flock,
         flight.world,
@@ -255,15 +256,22 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             f"advance returns {going}: it must return True, or False after a step whose"
             " numbers are not finite, as observe says"
         )
-    if flight.work.near.senses is not None and clock[0] - begun != flight.step - before:
+    taken = flight.step - before
+    alters = flight.work.near.senses is not None or robots.motors is not None
+    if alters and robots.clock[0] - begun != taken:
         raise RuntimeError(
-            f"advance called publish in {clock[0] - begun} of {flight.step - before}"
+            f"advance called publish in {robots.clock[0] - begun} of {taken}"
             " steps; call it at the beginning of each"
         )
-    if going and flight.step - before != wanted:
+    called = robots.driven[0] - driven
+    if robots.motors is not None and called != taken * flight.schedule.n:
         raise RuntimeError(
-            f"advance took {flight.step - before} steps of {wanted}; call observe once"
-            " in each"
+            f"advance called drive {called} times in {taken} steps of"
+            f" {flight.schedule.n} boids; call it once for each boid in each step"
+        )
+    if going and taken != wanted:
+        raise RuntimeError(
+            f"advance took {taken} steps of {wanted}; call observe once in each"
         )
     return going
 

@@ -286,16 +286,20 @@ class Actuation(NamedTuple):
         ),
     ]
     motor_acceleration: Annotated[
-        float, About("greatest change of the velocity", "length/time^2", low=0)
+        float,
+        About(
+            "greatest change of the velocity", "length/time^2", low=0, exclusive=True
+        ),
     ]
     motor_turn_rate: Annotated[
-        float, About("greatest change of the heading", "degrees/time", low=0)
+        float,
+        About("greatest change of the heading", "degrees/time", low=0, exclusive=True),
     ]
     motor_min_speed: Annotated[
         float, About("lower limit of the speed", "length/time", low=0)
     ]
     motor_max_speed: Annotated[
-        float, About("upper limit of the speed", "length/time", low=0)
+        float, About("upper limit of the speed", "length/time", low=0, exclusive=True)
     ]
     motor_noise: Annotated[
         float,
@@ -309,10 +313,18 @@ class Actuation(NamedTuple):
     wheels: Annotated[
         bool, About("a boid moves only where it heads, and turns to change that")
     ]
+    motor_spread: Annotated[
+        float,
+        About(
+            "standard deviation of the logarithms of factors that each robot has of its"
+            " own, of its lag and of each limit",
+            low=0,
+        ),
+    ]
 
 
 class Breakdowns(NamedTuple):
-    """Which boids fail, when and how; see kernels.robots.failures."""
+    """Which boids fail, when and how; see kernels.robots.breakdowns."""
 
     failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
     failing_time: Annotated[float, About("when they fail", "time", low=0)]
@@ -331,7 +343,7 @@ class RobotSettings(NamedTuple):
 
     sensing: Sensing
     actuation: Actuation
-    failures: Breakdowns
+    breakdowns: Breakdowns
 
 
 class StartSettings(NamedTuple):
@@ -462,6 +474,7 @@ COMMON: dict[str, Any] = {
     "motor_max_speed": math.inf,
     "motor_noise": 0.0,
     "wheels": False,
+    "motor_spread": 0.0,
     "failing_share": 0.0,
     "failing_time": 0.0,
     "failing_how": FAILURES[0],

@@ -15,15 +15,16 @@ from kernels.events import note_start
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
-from kernels.settings import OPEN, Observation, Sensing
+from kernels.settings import OPEN, Observation, RobotSettings, Sensing
 from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
 from sweep.spec.recorded import lacks_boids
-from sweep.spec.settings import preset_settings, settings_of, settings_tuple
+from sweep.spec.settings import preset_settings, settings_of
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
+from sweep.trial.robots import robots_of
 from sweep.trial.simulation import Simulation
 
 UPDATES = ("sequential", "synchronous")
@@ -107,10 +108,12 @@ def job(
 
 def a_sensing(**changes: Any) -> Sensing:
     """The settings of sensing of ideal boids but for `changes`."""
-    a_job = job(**changes)
-    known = settings_of(a_job.model, BUILT_IN)
-    found: Sensing = settings_tuple(Sensing, a_job.settings, known)
-    return found
+    return robots(**changes).sensing
+
+
+def robots(**changes: Any) -> RobotSettings:
+    """The settings of ideal boids but for `changes`."""
+    return robots_of(job(**changes))
 
 
 def maps_of(model: str) -> list[str]:

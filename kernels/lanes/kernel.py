@@ -21,7 +21,7 @@ from kernels.lanes.texts import function_of
 from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
 from kernels.model import Model
 from kernels.near import Near
-from kernels.robots import sensing
+from kernels.robots import actuation, sensing
 from kernels.state import Flock, remember
 from kernels.workspace import Workspace
 
@@ -82,6 +82,14 @@ def _whole(found: Any) -> Any:
     return found
 
 
+@piece
+def _follow(
+    _work: Any, _i: Any, _vx: Any, _vy: Any, wanted_x: Any, wanted_y: Any
+) -> tuple[Any, Any]:
+    """`kernels.robots.actuation.drive` of ideal boids: others fly alone."""
+    return wanted_x, wanted_y
+
+
 _remember = converted(remember)
 
 
@@ -109,6 +117,7 @@ def _is_measured(_work: Any) -> bool:
 SUBSTITUTES.update(
     {
         indices.whole: _whole,
+        actuation.drive: _follow,
         neighbours.search: search,
         neighbours.move: move,
         neighbours.move_all: move_all,

@@ -25,9 +25,10 @@ from kernels.neighbours import (
     square_range,
 )
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
-from kernels.rules.headings import direction, turned
+from kernels.rules.headings import direction, turned, turned_towards
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
@@ -194,21 +195,6 @@ def _missed(rng: Generator, deviation: float) -> tuple[float, float]:
 
 
 @jit
-def _towards(
-    x: float, y: float, to_x: float, to_y: float, cosine: float, sine: float
-) -> tuple[float, float]:
-    """The unit vector (x, y), turned towards another one by at most the angle from 0 to
-    pi of which these are cosine and sine. To the opposite it turns left.
-    """
-    reached = x * to_x + y * to_y >= cosine
-    way = sine if x * to_y - y * to_x >= 0.0 else -sine
-    new_x, new_y = turned(x, y, cosine, way)
-    new_x = to_x if reached else new_x
-    new_y = to_y if reached else new_y
-    return new_x, new_y
-
-
-@jit
 def advance(
     flock: Flock,
     world: World,
@@ -242,8 +228,9 @@ def advance(
             x, y = direction(x, y, own_x, own_y)
             miss_x, miss_y = _missed(rng, params.noise)
             x, y = turned(x, y, miss_x, miss_y)
-            x, y = _towards(own_x, own_y, x, y, cosine, sine)
+            x, y = turned_towards(own_x, own_y, x, y, cosine, sine)
             vx, vy = speed * x, speed * y
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy

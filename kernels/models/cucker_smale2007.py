@@ -14,6 +14,7 @@ from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import (
@@ -154,6 +155,7 @@ def advance(
             ax, ay = _pull(params, others, own, i, work, found)
             way_x, way_y = flock.vx[i], flock.vy[i]
             vx, vy = way_x + ax * dt, way_y + ay * dt
+            vx, vy = drive(work, i, way_x, way_y, vx, vy)
             x, vx = confine(flock.x[i] + way_x * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + way_y * dt, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy

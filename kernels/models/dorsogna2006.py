@@ -22,6 +22,7 @@ from kernels.neighbours import (
     square_range,
 )
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import (
@@ -196,6 +197,7 @@ def advance(
             vx, vy = _paced(flock.vx[i], flock.vy[i], decay, brake)
             vx, vy = vx + ax / params.mass * dt, vy + ay / params.mass * dt
             vx, vy = _paced(vx, vy, decay, brake)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy

@@ -11,6 +11,7 @@ from kernels.jit import jit
 from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.social import protected_sums
@@ -182,6 +183,7 @@ def advance(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             vx, vy = _new_velocity(params, others, own, world, i, work, found)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
             y, vy = confine(
                 flock.y[i] + vy * params.dt, vy, world.height, world.borders

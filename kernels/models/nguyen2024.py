@@ -12,6 +12,7 @@ from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_unit
@@ -189,6 +190,7 @@ def advance(
             )
             ax, ay = _acceleration(params, others, own, world, i, work, found, rng)
             vx, vy = flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + step * vx, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + step * vy, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (

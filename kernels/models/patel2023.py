@@ -9,6 +9,7 @@ from kernels.jit import jit
 from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import is_measured, others_of, own_of, publish
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.obstacles import repulsion_linear
@@ -252,6 +253,7 @@ def advance(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             vx, vy = _new_velocity(params, others, own, world, i, work, found)
+            vx, vy = drive(work, i, moved.vx[i], moved.vy[i], vx, vy)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (
                 moved.x[i],
                 moved.y[i],

@@ -11,6 +11,7 @@ from kernels.jit import jit
 from kernels.model import MOST_CELLS, Model, OccupancySettings, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.avoidance import steer_to_avoid
 from kernels.rules.borders import confine
@@ -431,6 +432,7 @@ def advance(
                 flock.vy[i] + ay * params.dt,
                 params.max_speed,
             )
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
             y, vy = confine(
                 flock.y[i] + vy * params.dt, vy, world.height, world.borders

@@ -15,6 +15,7 @@ from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, random_turn, turned, velocity_sum_from
@@ -191,6 +192,7 @@ def advance(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             vx, vy = _new_velocity(params, others, own, i, work, found, rng)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             way_x = vx if moves_with_new else flock.vx[i]
             way_y = vy if moves_with_new else flock.vy[i]
             x, vx = confine(

@@ -1,11 +1,14 @@
 """Boids as robots: what they measure and hear, how they follow the velocity that their
 model wants, and which of them fail.
 
-robots     what all layers share
-purposes   what their random numbers are for
-senses     what a flight keeps of what its boids know
-sensing    what a boid knows of others and of itself
-hearing    of whom it hears
-occlusion  what hides others from it
-publishers which models let their boids measure and hear
+robots      what all layers share
+purposes    what their random numbers are for
+senses      what a flight keeps of what its boids know
+sensing     what a boid knows of others and of itself
+hearing     of whom it hears
+occlusion   what hides others from it
+publishers  which models let their boids measure and hear, and drive them
+breakdowns  which boids fail, when and how
+motors      what limits the motors of each boid
+actuation   how a boid follows the velocity that its model wants
 """

@@ -1,10 +1,13 @@
-"""Which models let their boids measure and hear, and what others have to change."""
+"""Which models let their boids measure and hear, and drive them, and what others have to
+change.
+"""
 
 import ast
 from collections.abc import Callable
 
 from kernels.lanes.calls import calls, named_by, plain_of
 from kernels.lanes.syntax import tree_of
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import publish
 from kernels.state import remember
 
@@ -12,6 +15,11 @@ from kernels.state import remember
 def publishes(advance: Callable[..., bool]) -> bool:
     """Whether the `advance` of a model, or what it calls, calls `publish`."""
     return calls(advance, publish)
+
+
+def drives(advance: Callable[..., bool]) -> bool:
+    """Whether the `advance` of a model, or what it calls, calls `drive`."""
+    return calls(advance, drive)
 
 
 def to_publish(advance: Callable[..., bool]) -> str:

@@ -6,6 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import NO_KEY, ChanceKey
+from kernels.robots import senses
+from kernels.robots.breakdowns import Failing, failing
+from kernels.robots.motors import Motors, build_motors, motors_are_ideal
+from kernels.settings import RobotSettings
 
 
 class ChanceKeys(NamedTuple):
@@ -24,13 +28,38 @@ class Robots(NamedTuple):
     """The layers of one flight.
 
     `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
-    address that begins with it, so that none depends on those before.
+    address that begins with it, so that none depends on those before. `driven` (1,)
+    counts the calls of `drive` while there are `motors`, which are None where all boids
+    move as their model wants.
     """
 
     clock: NDArray[np.int64]
+    driven: NDArray[np.int64]
     keys: ChanceKeys
+    failing: Failing
+    motors: Motors | None
 
 
-def build_robots(keys: ChanceKeys) -> Robots:
-    """The layers at the start of a flight."""
-    return Robots(np.zeros(1, np.int64), keys)
+def build_robots(
+    settings: RobotSettings, keys: ChanceKeys, n: int, dt: float
+) -> Robots:
+    """The layers of `n` boids at the start of a flight with steps of length `dt`."""
+    fails = failing(settings.breakdowns, keys.made, n, dt)
+    return Robots(
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+        keys,
+        fails,
+        build_motors(settings.actuation, fails.moves, keys.made, n, dt),
+    )
+
+
+def is_ideal(settings: RobotSettings, dt: float) -> bool:
+    """Whether, in steps of `dt`, boids know what is and do what their model wants, and
+    none fails: then no layer changes a bit.
+    """
+    return (
+        senses.is_ideal(settings.sensing, dt)
+        and motors_are_ideal(settings.actuation)
+        and settings.breakdowns.failing_share == 0.0
+    )

@@ -62,3 +62,18 @@ def random_turn(rng: Generator, width: float) -> tuple[float, float]:
 def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float]:
     """The vector (x, y), turned by the angle of which these are cosine and sine."""
     return cosine * x - sine * y, sine * x + cosine * y
+
+
+@jit
+def turned_towards(
+    x: float, y: float, to_x: float, to_y: float, cosine: float, sine: float
+) -> tuple[float, float]:
+    """The unit vector (x, y), turned towards another one by at most the angle from 0 to
+    pi of which these are cosine and sine. To the opposite it turns left.
+    """
+    reached = x * to_x + y * to_y >= cosine
+    way = sine if x * to_y - y * to_x >= 0.0 else -sine
+    new_x, new_y = turned(x, y, cosine, way)
+    new_x = to_x if reached else new_x
+    new_y = to_y if reached else new_y
+    return new_x, new_y

@@ -5,6 +5,7 @@ points       columns of settings while they grow
 design       the points of a study
 chains       which points begin where others end
 consistency  what settings fulfil together
+motors       what those of motors and breakdowns do
 senses       what those of sensing do
 code         which code computes a study
 recording    what a trial records

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kernels.settings import PIXELS, Demand
+from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
 from sweep.spec.expressions import parse
@@ -57,6 +58,7 @@ def check_consistency(study: Study, points: Points) -> None:
         if not holds.all():
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
+    check_motors(study, points)
     check_senses(study, points)
     _check_threads(study, points)
     _check_flocks(study, points)
@@ -122,6 +124,7 @@ def _demands(study: Study) -> Iterator[Demand]:
             condition = f"start_draws != '{name}' or ({demand.condition})"
             yield demand._replace(condition=condition)
     yield from DEMANDS
+    yield from MOTOR_DEMANDS
     if study.record.heatmaps:
         yield from PIXELS
     for metric in metrics:

@@ -1,21 +1,26 @@
 """Whether the boids of a trial are ideal ones, and their keys of random numbers."""
 
 from kernels.chance import ChanceKey
-from kernels.robots.robots import ChanceKeys
-from kernels.robots.senses import is_ideal
-from kernels.settings import Sensing
+from kernels.robots.robots import ChanceKeys, is_ideal
+from kernels.settings import Actuation, Breakdowns, RobotSettings, Sensing
 from sweep.design.jobs import Job, stream
 from sweep.spec.settings import settings_of, settings_tuple
 
 
+def robots_of(job: Job) -> RobotSettings:
+    """In what the boids of a job differ from ideal ones."""
+    known = settings_of(job.model, job.known)
+    return RobotSettings(
+        *(
+            settings_tuple(group, job.settings, known)
+            for group in (Sensing, Actuation, Breakdowns)
+        )
+    )
+
+
 def has_robots(job: Job) -> bool:
-    """Whether boids do not know all that they see, or fail. Such trials fly alone, with
-    one thread.
-    """
-    settings, known = job.settings, settings_of(job.model, job.known)
-    sensing: Sensing = settings_tuple(Sensing, settings, known)
-    dt = float(settings["dt"])
-    return settings["failing_share"] > 0.0 or not is_ideal(sensing, dt)
+    """Whether boids are not ideal ones. Such trials fly alone, with one thread."""
+    return not is_ideal(robots_of(job), float(job.settings["dt"]))
 
 
 def keys_of(job: Job) -> ChanceKeys:

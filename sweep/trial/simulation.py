@@ -31,12 +31,8 @@ from kernels.model import Model
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
-    Actuation,
-    Breakdowns,
     Observation,
-    RobotSettings,
     Schedule,
-    Sensing,
     StartSettings,
     WorldSettings,
 )
@@ -51,7 +47,7 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
-from sweep.trial.robots import has_robots, keys_of
+from sweep.trial.robots import has_robots, keys_of, robots_of
 from sweep.trial.scenery import coverage_of, landscape_of, start_of
 from sweep.trial.state import State, Taken, changing, check, digest, joined
 
@@ -186,6 +182,8 @@ class Simulation:
             flight.scenery,
             flight.work.grid,
             flight.work.kind,
+            flight.work.robots.failing,
+            flight.work.robots.motors,
             flight.record.frames,
             flight.record.coverage.stamp,
         )
@@ -304,7 +302,7 @@ def _flight(job: Job, together: bool) -> Flight:
             starting(in_threads(model, threads), job.begins),
             params,
             schedule,
-            RobotSettings(group(Sensing), group(Actuation), group(Breakdowns)),
+            robots_of(job),
             observation,
             landscape.scenery,
             flock,

@@ -1,0 +1,125 @@
+"""How a boid follows the velocity that its model wants: a lag, limits, wheels, noise.
+
+A first-order lag, then a limit of the acceleration, then noise outside of the loop: so
+do motors of the program of G. Vasarhelyi et al. (2018), Optimized flocking of
+autonomous drones in confined environments, Science Robotics 3, eaat3536. The unicycle
+is that of A. De Luca, G. Oriolo, M. Vendittelli (2001), Control of wheeled mobile
+robots: an experimental overview.
+"""
+
+import math
+
+from kernels.arbitration import clamp_speed, limit
+from kernels.chance import normals
+from kernels.jit import jit
+from kernels.robots.breakdowns import DRIFT, STOP
+from kernels.robots.motors import Motors
+from kernels.robots.purposes import PUSH
+from kernels.rules.headings import direction, turned_towards
+from kernels.workspace import Workspace
+
+
+@jit
+def drive(
+    work: Workspace, i: int, vx: float, vy: float, wanted_x: float, wanted_y: float
+) -> tuple[float, float]:
+    """The velocity that boid `i` gets in this step, which had (vx, vy) and whose model
+    wants another one. To be called once for each boid and step.
+
+    A boid that has stopped gets none, and one that drifts keeps what it has. Others
+    come nearer to what is wanted by the lag; then their acceleration is limited, then
+    their turn, then their speed: where two limits contradict each other, the later one
+    holds. Noise is added last, outside of all limits.
+    """
+    return _driven(work.robots.motors, work, i, vx, vy, wanted_x, wanted_y)
+
+
+@jit
+def _driven(
+    motors: Motors | None,
+    work: Workspace,
+    i: int,
+    vx: float,
+    vy: float,
+    wanted_x: float,
+    wanted_y: float,
+) -> tuple[float, float]:
+    if motors is None:
+        return wanted_x, wanted_y
+    work.robots.driven[0] += 1
+    clock, failing = work.robots.clock[0], work.robots.failing
+    has_failed = clock > failing.fails_at[i]
+    if has_failed and failing.how == STOP:
+        return 0.0, 0.0
+    if has_failed and failing.how == DRIFT:
+        return vx, vy
+    noise_x, noise_y = 0.0, 0.0
+    if motors.noise > 0.0:
+        noise_x, noise_y = normals(work.robots.keys.flown, clock, i, 0, PUSH)
+        noise_x, noise_y = motors.noise * noise_x, motors.noise * noise_y
+    old_x, old_y = direction(vx, vy, work.heading_x[i], work.heading_y[i])
+    if motors.wheels:
+        x, y = _heading(motors, i, old_x, old_y, wanted_x, wanted_y)
+        work.heading_x[i], work.heading_y[i] = x, y
+        before, aim = math.sqrt(vx * vx + vy * vy), wanted_x * x + wanted_y * y
+        speed = max(0.0, _speed(motors, i, before, max(0.0, aim)) + noise_x)
+        return speed * x, speed * y
+    x, y = _velocity(motors, i, vx, vy, wanted_x, wanted_y, old_x, old_y)
+    x, y = x + noise_x, y + noise_y
+    if x != 0.0 or y != 0.0:
+        work.heading_x[i], work.heading_y[i] = x, y
+    return x, y
+
+
+@jit
+def _velocity(
+    motors: Motors,
+    i: int,
+    vx: float,
+    vy: float,
+    wanted_x: float,
+    wanted_y: float,
+    old_x: float,
+    old_y: float,
+) -> tuple[float, float]:
+    """The velocity, before noise, of a boid that can move in any direction and has the
+    heading `old`.
+
+    v + (w - v) (1 - exp(-dt / lag)) is the exact solution of v' = (w - v) / lag. A boid
+    at rest turns, and gets its least speed, from the heading that it had last.
+    """
+    kept = motors.kept[i]
+    x, y = wanted_x + (vx - wanted_x) * kept, wanted_y + (vy - wanted_y) * kept
+    if motors.changes:
+        more_x, more_y = limit(x - vx, y - vy, motors.change[i])
+        x, y = vx + more_x, vy + more_y
+    if motors.turns:
+        speed = math.sqrt(x * x + y * y)
+        old_x, old_y = _heading(motors, i, old_x, old_y, x, y)
+        x, y = speed * old_x, speed * old_y
+    if x == 0.0 and y == 0.0:
+        return motors.least[i] * old_x, motors.least[i] * old_y
+    return clamp_speed(x, y, motors.least[i], motors.most[i])
+
+
+@jit
+def _heading(
+    motors: Motors, i: int, old_x: float, old_y: float, to_x: float, to_y: float
+) -> tuple[float, float]:
+    """The heading after a turn from `old` towards the direction of `to`; on wheels it
+    may be a turn on the spot.
+    """
+    x, y = direction(to_x, to_y, old_x, old_y)
+    if motors.turns:
+        return turned_towards(old_x, old_y, x, y, motors.cosine[i], motors.sine[i])
+    return x, y
+
+
+@jit
+def _speed(motors: Motors, i: int, before: float, aim: float) -> float:
+    """The speed of a boid on wheels, which wants `aim`: its lag and its limits are
+    those of the speed.
+    """
+    speed = aim + (before - aim) * motors.kept[i]
+    speed = max(before - motors.change[i], min(speed, before + motors.change[i]))
+    return float(max(motors.least[i], min(speed, motors.most[i])))

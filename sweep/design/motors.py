@@ -1,0 +1,91 @@
+"""What the settings of motors and breakdowns must fulfil together, and the model that
+has them.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.robots.publishers import drives, publishes, to_publish
+from kernels.settings import Demand
+from sweep.design.points import Points
+from sweep.spec.study import Study
+
+MOTOR_DEMANDS = (
+    Demand(
+        "motor_min_speed <= motor_max_speed",
+        "motor_min_speed is above motor_max_speed",
+    ),
+    Demand(
+        "failing_share == 0 or failing_time < steps * dt",
+        "failing_time is not before the end of a trial, steps * dt: no boid fails",
+    ),
+)
+LIMITS = "motor_acceleration", "motor_turn_rate", "motor_max_speed"
+LINE = "vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)"
+Mask = NDArray[np.bool_]
+
+
+def check_motors(study: Study, points: Points) -> None:
+    """Raise SpecError for a setting that has no effect at any point, and for a model
+    that does not drive its boids where these have motors, or some stop or drift.
+    """
+    act = _acting(points)
+    fails = points.column("failing_share") > 0.0
+    limits = [act[name] for name in (*LIMITS, "motor_lag", "motor_min_speed")]
+    for name, matters, needs in (
+        ("failing_time", fails, "failing_share"),
+        ("failing_how", fails, "failing_share"),
+        ("motor_spread", np.any(limits, axis=0), "a lag or a limit of the motors"),
+    ):
+        place = study.place_of(name)
+        if place and not matters.any() and _is_set(points, name):
+            raise study.document.error(
+                place,
+                f"{name} has no effect without {needs}: set that too, or leave {name}"
+                " out",
+            )
+    _check_model(study, act, fails)
+
+
+def _is_set(points: Points, name: str) -> bool:
+    """Whether a setting is not at each point what it usually is."""
+    values = points.column(name)
+    return bool((values != ("stop" if name == "failing_how" else 0.0)).any())
+
+
+def _acting(points: Points) -> dict[str, Mask]:
+    """For each setting the points at which it lets boids move otherwise than their
+    model wants.
+    """
+    above = {
+        name: points.column(name) > 0.0
+        for name in ("motor_lag", "motor_min_speed", "motor_noise", "wheels")
+    }
+    below = {name: ~np.isinf(points.column(name)) for name in LIMITS}
+    stray = np.isin(points.column("failing_how"), ("stop", "drift"))
+    return (
+        above | below | {"failing_share": stray & (points.column("failing_share") > 0)}
+    )
+
+
+def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
+    """Refuse motors and breakdowns of which the model's kernel knows nothing."""
+    model = study.known.models[study.model]
+    needed = {name: on.any() for name, on in act.items()}
+    if not drives(model.advance):
+        for name in filter(needed.get, needed):
+            raise study.document.error(
+                study.place_of(name) or ("model",),
+                f"{name} needs a model that drives its boids, and {model.name} calls no"
+                f" `drive`: before confine write `{LINE}`, and see docs/own-models.md",
+            )
+    if not publishes(model.advance):
+        needed["failing_share"] = fails.any()
+        for name in filter(needed.get, needed):
+            change = to_publish(model.advance)
+            raise study.document.error(
+                study.place_of(name) or ("model",),
+                f"{name} needs a model that counts its steps, and {model.name} calls no"
+                f" `publish`: {change + ', and ' if change else ''}see"
+                " docs/own-models.md",
+            )
