@@ -87,6 +87,7 @@ def _model(about: dict[str, Any]) -> Model:
     potential = _asleep if about.pop(POTENTIAL) else None
     about["metrics"] = tuple(about["metrics"])
     about["kinds"] = tuple(about["kinds"])
+    about["vectors"] = tuple(map(tuple, about.get("vectors", ())))
     state = {name: _about(one) for name, one in about.pop("state").items()}
     model = Model(
         params=params,
