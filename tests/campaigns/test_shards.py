@@ -64,12 +64,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return tables(results / "small")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "spec",
-    [
-        pytest.param(SPEC, id="ours", marks=pytest.mark.slow),
-        pytest.param(OWN, id="own"),
-    ],
+    "spec", [pytest.param(SPEC, id="ours"), pytest.param(OWN, id="own")]
 )
 def test_three_processes_at_once_add_up_to_one_launch(
     tmp_path: Path, spec: str
