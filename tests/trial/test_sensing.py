@@ -171,6 +171,25 @@ def test_a_flight_that_goes_on_with_other_settings_begins_its_senses_anew() -> N
     assert (off < 6 * REAL["position_noise"]).all()
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_has_the_same_bits_in_any_grid(model: str) -> None:
+    """And flies otherwise than without senses."""
+    lengths = ("position_noise", "velocity_noise", "body_radius", "packet_loss_range")
+    dt = float(builders.job(model).settings["dt"])
+    senses = (
+        REAL
+        | builders.scaled(model, **{name: REAL[name] for name in lengths})
+        | {"sensing_delay": 3 * dt, "sensing_period": 2 * dt, "radio_range": 1e9}
+    )
+    job = builders.job(model, n=40, steps=12, **senses)
+    one, other = Simulation(job), Simulation(replace(job, all_pairs=True))
+    rebuild_grid(one.flight, room=2)
+    found = flown(one, 12)
+    assert np.isfinite(found).all()
+    assert (found == flown(other, 12)).all()
+    assert (found != flown(Simulation(builders.job(model, n=40, steps=12)), 12)).any()
+
+
 def test_what_a_boid_hears_of_is_shown() -> None:
     """As in the next step, which it does not change."""
     simulation = Simulation(a_job(**REAL))
