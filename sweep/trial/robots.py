@@ -15,7 +15,8 @@ def has_robots(job: Job) -> bool:
     settings, known = job.settings, settings_of(job.model, job.known)
     sensing: Sensing = settings_tuple(Sensing, settings, known)
     dt = float(settings["dt"])
-    return settings["failing_share"] > 0.0 or not is_ideal(sensing, dt)
+    fails = float(settings["failing_share"]) > 0.0
+    return fails or not is_ideal(sensing, dt)
 
 
 def keys_of(job: Job) -> ChanceKeys:

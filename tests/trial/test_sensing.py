@@ -201,6 +201,10 @@ def test_what_a_boid_hears_of_is_shown() -> None:
     flown(simulation, 1)
     heard = [len(one.neighbours) for one in seen]
     assert 0 < sum(heard) < 14 * 13
+    sent = np.stack(simulation.flight.work.before[:2], axis=1)
+    for one in seen:
+        assert one.known == sent[one.neighbours].tolist()
+    assert seen_by(Simulation(a_job()).flight, 0).known == []
     assert senses.times.tolist() == [0, 7, 6, 3]
 
 
