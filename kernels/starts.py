@@ -371,7 +371,7 @@ STARTS = Registry(
         ),
         "opposite": Start(
             start_opposite,
-            "portable, the last boid in the quarter opposite to all others",
+            "portable, the last boid opposite to the others",
             "Strombom et al. (2014)",
             (
                 Demand(
