@@ -1,4 +1,4 @@
-"""How boids follow what their model wants, against closed forms, and which of them fail.
+"""How boids follow what their model wants, against closed forms, and which fail.
 
 Random numbers have fixed keys. Statistical checks are two-sided at Z standard errors: a
 check of a normal number fails by chance once in 147,000 keys, and there are six.
@@ -23,8 +23,12 @@ from kernels.robots.senses import NEVER
 from kernels.state import Flock
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import build_reach
+from sweep.design.jobs import Job
+from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.simulation import Simulation
 from tests import builders
+from tests.commands import python
+from tests.kernels.test_jit import INTERPRETED
 
 KEYS = ChanceKeys(ChanceKey(17, 4), ChanceKey(5, 23))
 DT, Z, CLOSE = 0.1, 4.5, 1e-12
@@ -88,9 +92,8 @@ class Fleet:
 
 def test_boids_without_motors_have_no_layer_of_them() -> None:
     assert Fleet(0.0, 0.0).work.robots.motors is None
-    assert Fleet(
-        0.0, 0.0, failing_share=1.0, failing_how="blind"
-    ).work.robots.motors is (None)
+    blind = Fleet(0.0, 0.0, failing_share=1.0, failing_how="blind")
+    assert blind.work.robots.motors is None
     assert is_ideal(builders.robots(), DT)
     for name, value in (ALL_ON | STOPS | {"wheels": True, "motor_noise": 0.1}).items():
         matters = name not in ("motor_spread", "failing_time", "failing_how")
@@ -317,7 +320,7 @@ def test_stopped_boids_stand_in_every_model(model: str) -> None:
         "motor_noise": 1e-3,
     }
     a_job = builders.job(model, "as_written", metrics=(), n=10, steps=9, **settings)
-    flight = Simulation(replace(a_job))
+    flight = Simulation(a_job)
     assert flight.advance(5)
     flight.take_frames()
     middle = flight.state().copied()
@@ -333,6 +336,27 @@ def test_stopped_boids_stand_in_every_model(model: str) -> None:
     again.restore(middle)
     assert again.advance(4)
     assert np.stack(again.flock[:4]).tobytes() == after.tobytes()
+
+
+def robotic() -> Job:
+    """A small trial with all motors and breakdowns."""
+    on = ALL_ON | STOPS | {"motor_noise": 0.05, "failing_time": 3.0}
+    return builders.job(n=12, steps=9, metrics=("speed",), series=("speed",), **on)
+
+
+def test_compiled_or_not_the_bits_are_the_same() -> None:
+    alone = (
+        "from tests.kernels.test_motors import robotic\nprint(builders.bits(robotic()))"
+    )
+    interpreted = python(INTERPRETED + alone, NUMBA_DISABLE_JIT="1").strip()
+    assert builders.bits(robotic()) == interpreted
+
+
+def test_such_trials_fly_alone_and_with_one_thread() -> None:
+    """A result does not depend on the threads that a spec asks for."""
+    job = robotic()
+    assert all(len(group) == 1 for group in groups([job] * AT_ONCE))
+    assert builders.bits(replace(job, threads=2)) == builders.bits(job)
 
 
 def test_a_model_that_does_not_drive_all_boids_is_noticed() -> None:
