@@ -371,7 +371,7 @@ STARTS = Registry(
         ),
         "opposite": Start(
             start_opposite,
-            "portable, the last boid opposite to the others",
+            "portable, the last boid far away",
             "Strombom et al. (2014)",
             (
                 Demand(
