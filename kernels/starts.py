@@ -344,7 +344,7 @@ STARTS = Registry(
         "numpy": Start(start_numpy, "of NumPy", "boidsweep"),
         "python_random": Start(
             start_python_random,
-            "as aziel_chen2025 does",
+            "of aziel_chen2025",
             "aziel_chen2025, its program",
             (
                 Demand(
