@@ -4,6 +4,7 @@ to change.
 
 import ast
 from collections.abc import Callable
+from pathlib import Path
 
 from kernels.lanes.calls import calls, named_by, plain_of
 from kernels.lanes.syntax import tree_of
@@ -34,7 +35,7 @@ def to_publish(advance: Callable[..., bool]) -> str:
                 line = plain.__code__.co_firstlineno + node.lineno - 1
                 flock, seen = map(ast.unparse, node.args)
                 return (
-                    f"in {plain.__code__.co_filename}:{line} write"
+                    f"in {Path(plain.__code__.co_filename).name}:{line} write"
                     f" publish({flock}, {seen}, work) for {ast.unparse(node)}"
                 )
     return ""

@@ -113,15 +113,15 @@ def _bodiless(*_values: Any) -> str:
 
 def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> None:
     """Refuse a setting that is not as usual, and has no effect at any point."""
-    lossy = _above(points, "packet_loss")
-    for name, is_set, matters, needs in (
-        ("noise_time", _above(points, "noise_time"), some, "position_noise"),
-        ("own_noise", points.column("own_noise") != "none", some, "position_noise"),
-        ("noise_form", points.column("noise_form") == "coupled", some, "noises"),
+    noise = "position_noise or velocity_noise"
+    for name, is_set, matters, needed in (
+        ("noise_time", _above(points, "noise_time"), some, noise),
+        ("own_noise", points.column("own_noise") != "none", some, noise),
+        ("noise_form", points.column("noise_form") == "coupled", some, noise),
         (
             "packet_loss_range",
             ~np.isinf(points.column("packet_loss_range")),
-            lossy,
+            _above(points, "packet_loss"),
             "packet_loss",
         ),
         (
@@ -132,11 +132,10 @@ def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> Non
         ),
     ):
         if is_set.any() and not matters.any():
-            more = " or velocity_noise" if needs == "position_noise" else ""
-            wanted = "position_noise and velocity_noise" if needs == "noises" else needs
-            said = f"{name} has no effect without {wanted}{more}"
             raise study.document.error(
-                _place(study, (name,)), f"{said}: set that too, or leave {name} out"
+                _place(study, (name,)),
+                f"{name} has no effect without {needed}: set that too, or leave"
+                f" {name} out",
             )
 
 

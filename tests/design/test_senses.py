@@ -119,4 +119,4 @@ def test_a_model_whose_boids_do_not_measure_is_told_which_line_to_change(
         expand(load_spec(path))
     said = str(error.value)
     assert f"spec.yaml:3: {named} needs a model whose boids measure and hear" in said
-    assert f"{model}:{line} write publish(flock, others, work) for" in said
+    assert f"in vortex.py:{line} write publish(flock, others, work) for" in said
