@@ -21,7 +21,7 @@ def motors(subject: Subject) -> None:
         raise SkipTest(f"it calls no `drive`: motors need `{LINE}` before confine")
     if not publishes(advance):
         raise AssertionError(
-            f"{place}: it calls `drive` and no `publish`, which counts"
+            f"{place}: it calls `drive`, but no `publish`"
         )
     for job in every_way(subject):
         motored = job.settings | {"motor_lag": LAG * float(job.settings["dt"])}
