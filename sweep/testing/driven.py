@@ -20,9 +20,7 @@ def motors(subject: Subject) -> None:
     if not drives(advance):
         raise SkipTest(f"it calls no `drive`: motors need `{LINE}` before confine")
     if not publishes(advance):
-        raise AssertionError(
-            f"{place}: it calls `drive`, but no `publish`"
-        )
+        raise AssertionError(f"{place}: it calls `drive`, but no `publish`")
     for job in every_way(subject):
         motored = job.settings | {"motor_lag": LAG * float(job.settings["dt"])}
         try:
