@@ -198,6 +198,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
         "motors",
         "advance called drive 130 times in 10 steps of 14 boids",
         (
+            marked(DEF),
             (
                 "from kernels.rules.borders",
                 "from kernels.robots.actuation import drive\n"
@@ -375,7 +376,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
                 ),
             ),
         ),
-        ("motors", "it calls no `drive`: motors need `vx, vy = drive(", ()),
+        ("motors", "it calls no `drive`: motors need `vx, vy = drive", ()),
         ("threads", "it does not say that it updates all boids at once", ()),
         ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
