@@ -209,7 +209,7 @@ def test_an_occupancy_grid_of_too_many_cells_is_refused_if_the_model_has_one() -
         ("failing_how: drift", "spec.yaml:5: failing_how has no effect without"),
         ("failing_time: 2", "spec.yaml:5: failing_time has no effect without"),
         ("motor_spread: 0.1", "spec.yaml:5: motor_spread has no effect without a lag"),
-        ("motor_turn_rate: 0", 'spec.yaml:5: "motor_turn_rate" must be'),
+        ("motor_turn_rate: 0", "spec.yaml:5: 0 is not allowed for motor_turn_rate"),
     ],
 )
 def test_motors_that_cannot_be_are_refused(settings: str, message: str) -> None:
