@@ -30,12 +30,13 @@ from sweep.spec.ablation import ALL, BUT
 from sweep.tables.stored_study import StoredStudy
 
 SMALLEST_LOGARITHMIC = 8.0
-LETTERS = 34
+LETTERS = 40
 """Of a line that has the values of a detail."""
 MOST_PANELS = 3
 PAIRED = ("seed", "replicate")
 NOTHING, OTHERS = "nothing", "all others"
 """To what a detail is added."""
+IN_WORDS = {NOTHING: "added alone", OTHERS: "added to all others"}
 
 
 def paired_effects(
@@ -112,7 +113,7 @@ def effects_figure(
     preset: str,
     metrics: Mapping[str, str],
     by: str | None = None,
-    names: Mapping[object, str] | None = None,
+    names: Mapping[Any, str] | None = None,
     *,
     factor: bool = False,
 ) -> Figure:
@@ -127,7 +128,7 @@ def effects_figure(
     lines = max(text.count("\n") for text in rows.values()) + 1
     series = _series(table, by, names or {})
     with style.context(STYLE):
-        height = (0.17 * lines + 0.13) * len(rows) + 1.95
+        height = (0.13 * lines + 0.17) * len(rows) + 1.95
         figure = Figure(figsize=(7.2, height))
         panels = figure.subplots(1, len(metrics), sharey=True, squeeze=False)[0]
         for axes, (metric, text) in zip(panels, metrics.items(), strict=True):
@@ -158,7 +159,7 @@ def effects_figure(
 
 
 def _series(
-    table: pd.DataFrame, by: str | None, names: Mapping[object, str]
+    table: pd.DataFrame, by: str | None, names: Mapping[Any, str]
 ) -> dict[str, pd.DataFrame]:
     """The rows of the table that have one mark each, by their words."""
     found = {}
@@ -166,7 +167,7 @@ def _series(
     for value, words_of in names.items() if by else [(None, "")]:
         part = table[table[by] == value] if by else table
         for side in sides:
-            said = [words_of, f"added to {side}" if len(sides) > 1 else ""]
+            said = [words_of, IN_WORDS[side] if len(sides) > 1 else ""]
             name = ", ".join(filter(None, said))
             found[name] = part[part["added_to"] == side]
     return found
@@ -212,7 +213,7 @@ def _unchanged(
     preset: str,
     metric: str,
     by: str | None,
-    names: Mapping[object, str],
+    names: Mapping[Any, str],
 ) -> str:
     """The metric's mean where nothing is changed, for each value of `by`."""
     before = study.trials[study.details(preset).to_numpy() == ""]
@@ -238,7 +239,7 @@ def _rows(
     words.
     """
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
-    values = trials.groupby("detail", sort=False).first()
+    values = trials.drop_duplicates("detail").set_index("detail").to_dict("index")
     of_metric = table[(table["metric"] == metric) & (table["detail"] != ALL)]
     sizes = (np.log(of_metric["value"]) if factor else of_metric["value"]).abs()
     largest = sizes.groupby(of_metric["detail"], sort=False).max()
@@ -246,9 +247,7 @@ def _rows(
     groups = study.about.ablated[preset]
     of = dict(zip(study.detail_names(preset), groups, strict=True))
     rows = {
-        name: _row(
-            study, name, of[name], values.loc[name if name in values.index else ALL]
-        )
+        name: _row(study, name, of[name], values.get(name) or values[ALL])
         for name in found
     }
     last = ALL if study.about.details else f"{ALL}: {words(preset)}"
@@ -256,7 +255,7 @@ def _rows(
 
 
 def _row(
-    study: StoredStudy, name: str, settings: Sequence[str], values: "pd.Series[Any]"
+    study: StoredStudy, name: str, settings: Sequence[str], values: Mapping[Any, Any]
 ) -> str:
     """A detail and the values that it gives its settings, with their units."""
     said = {one: _measure(study, one, values[one]) for one in settings}
@@ -267,8 +266,9 @@ def _row(
 
 
 def _measure(study: StoredStudy, setting: str, value: object) -> str:
-    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    unit = study.units.get(setting, "") if number and np.isfinite(value) else ""
+    """The value of a setting with its unit, if it is a finite number."""
+    is_number = isinstance(value, int | float | np.number)
+    unit = study.units.get(setting, "") if is_number and value != np.inf else ""
     return f"{words(value)} {unit}".rstrip().replace("^2", "²")
 
 
