@@ -9,6 +9,7 @@ from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
 from sweep.spec.expressions import parse
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 
 MOST_SIDE = 1e15
@@ -42,26 +43,32 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError for the first point whose settings do not go together, whose
-    boids cannot sense as wanted or be divided among threads, or whose replicates have
-    no flock.
+    """Raise SpecError where settings do not go together, boids cannot sense as wanted
+    or be divided among threads, or replicates have no flock. Of each thing that is
+    wrong it names the first point.
     """
+    mistakes = Mistakes()
     for demand in dict.fromkeys(_demands(study)):
-        condition = parse(demand.condition, study.settings)
-        # The map comes last: it brings its width and height.
-        named = [
-            *sorted(condition.names),
-            *(["map"] if condition.names & set(SIDES) else []),
-        ]
-        place = next(filter(None, map(study.place_of, named)), None)
-        holds = points.evaluate(study, condition, place or ("model",))
-        if not holds.all():
-            where = points.describe(int(np.argmin(holds)), condition.names)
-            raise study.document.error(place or ("model",), demand.message + where)
-    check_motors(study, points)
-    check_senses(study, points)
-    _check_threads(study, points)
-    _check_flocks(study, points)
+        mistakes.read(_check_demand, study, points, demand)
+    mistakes.read(check_motors, study, points)
+    mistakes.read(check_senses, study, points)
+    mistakes.read(_check_threads, study, points)
+    mistakes.read(_check_flocks, study, points)
+    mistakes.check()
+
+
+def _check_demand(study: Study, points: Points, demand: Demand) -> None:
+    condition = parse(demand.condition, study.settings)
+    # The map comes last: it brings its width and height.
+    named = [
+        *sorted(condition.names),
+        *(["map"] if condition.names & set(SIDES) else []),
+    ]
+    place = next(filter(None, map(study.place_of, named)), None)
+    holds = points.evaluate(study, condition, place or ("model",))
+    if not holds.all():
+        where = points.describe(int(np.argmin(holds)), condition.names)
+        raise study.document.error(place or ("model",), demand.message + where)
 
 
 def _check_threads(study: Study, points: Points) -> None:

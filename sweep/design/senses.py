@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from kernels.robots.publishers import publishes, to_publish
 from sweep.design.points import Points
 from sweep.spec.document import Place
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 
 MOST_BYTES = 2**28
@@ -21,29 +22,39 @@ Mask = NDArray[np.bool_]
 
 
 def check_senses(study: Study, points: Points) -> None:
-    """Raise SpecError for the first point at which boids cannot sense as wanted, for a
-    setting that has no effect at any point, and for a model that does not let its boids
-    measure and hear.
+    """Raise SpecError where boids cannot sense as wanted, for settings that have no
+    effect at any point, and for a model that does not let its boids measure and hear.
+    Of each thing that is wrong it names the first point.
     """
+    mistakes = Mistakes()
+
+    def refuse(names: Sequence[str], wrong: Mask, say: Callable[..., str]) -> None:
+        mistakes.read(_refuse, study, points, names, wrong, say)
+
     for name in FINITE:
-        _refuse(study, points, (name,), np.isinf(points.column(name)), _infinite)
+        refuse((name,), np.isinf(points.column(name)), _infinite)
     for name in TIMES:
         off = _steps(points, name)
         apart = np.abs(off - np.rint(off)) > NEARLY * np.maximum(1.0, off)
-        _refuse(study, points, (name, "dt"), apart, _between_steps)
+        refuse((name, "dt"), apart, _between_steps)
     size = 32.0 * points.column("n") * (_steps(points, "sensing_delay") + 1.0)
-    _refuse(study, points, ("sensing_delay", "dt", "n"), size > MOST_BYTES, _too_large)
+    refuse(
+        ("sensing_delay", "dt", "n"),
+        size > MOST_BYTES,
+        _too_large,
+    )
     noisy = _above(points, "position_noise"), _above(points, "velocity_noise")
     coupled = points.column("noise_form") == "coupled"
     incomplete = ~(noisy[0] & noisy[1] & _above(points, "noise_time"))
     needed = ("noise_form", "position_noise", "velocity_noise", "noise_time")
     some = noisy[0] | noisy[1]
-    _refuse(study, points, needed, coupled & some & incomplete, _half_coupled)
+    refuse(needed, coupled & some & incomplete, _half_coupled)
     hides = np.isin(points.column("occlusion"), ("boids", "both"))
     bodiless = hides & ~_above(points, "body_radius")
-    _refuse(study, points, ("occlusion", "body_radius"), bodiless, _bodiless)
-    _check_effects(study, points, some, hides)
-    _check_model(study, points)
+    refuse(("occlusion", "body_radius"), bodiless, _bodiless)
+    mistakes.read(_check_effects, study, points, some, hides)
+    mistakes.read(_check_model, study, points)
+    mistakes.check()
 
 
 def _above(points: Points, name: str) -> Mask:
@@ -53,9 +64,11 @@ def _above(points: Points, name: str) -> Mask:
 
 
 def _steps(points: Points, name: str) -> NDArray[np.float64]:
-    """How many steps a time is at each point."""
+    """How many steps a time is at each point; none where it is infinite, which is
+    refused by itself.
+    """
     found: NDArray[np.float64] = points.column(name) / points.column("dt")
-    return found
+    return np.where(np.isfinite(found), found, 0.0)
 
 
 def _refuse(
@@ -112,7 +125,8 @@ def _bodiless(*_values: Any) -> str:
 
 
 def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> None:
-    """Refuse a setting that is not as usual, and has no effect at any point."""
+    """Refuse settings that are not as usual, and have no effect at any point."""
+    mistakes = Mistakes()
     noise = "position_noise or velocity_noise"
     for name, is_set, matters, needed in (
         ("noise_time", _above(points, "noise_time"), some, noise),
@@ -131,12 +145,14 @@ def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> Non
             "`occlusion: boids` or `both`",
         ),
     ):
-        if is_set.any() and not matters.any():
-            raise study.document.error(
-                _place(study, (name,)),
-                f"{name} has no effect without {needed}: set that too, or leave"
-                f" {name} out",
-            )
+        with mistakes.noted():
+            if is_set.any() and not matters.any():
+                raise study.document.error(
+                    _place(study, (name,)),
+                    f"{name} has no effect without {needed}: set that too, or leave"
+                    f" {name} out",
+                )
+    mistakes.check()
 
 
 def _check_model(study: Study, points: Points) -> None:

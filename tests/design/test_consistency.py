@@ -103,6 +103,20 @@ def test_the_lower_limit_of_the_speed_is_not_above_the_upper() -> None:
     )
 
 
+def test_all_that_does_not_go_together_is_said_at_once() -> None:
+    """Demands, motors and senses; each in a sentence of its own."""
+    fixed = (
+        "sensing_delay: 0.5, packet_loss_range: 3, occlusion: boids, noise_time: 4,"
+        " motor_min_speed: 3, motor_max_speed: 1, failing_how: blind, start_margin: 1e9"
+    )
+    spec = "study: x\nmodel: vicsek1995\nreplicates: 1\nfixed: {" + fixed + "}\n"
+    said = refused(spec).splitlines()
+    assert [words.partition(": ")[2].split()[0] for words in said] == [
+        *("start_margin", "motor_min_speed", "failing_how", "sensing_delay"),
+        *("boids", "noise_time", "packet_loss_range"),
+    ]
+
+
 def test_the_first_offending_point_of_a_sweep_is_named() -> None:
     spec = SMALL.replace("separation_weight: [0.5, 1]", "start_margin: [0, 500, 600]")
     assert "spec.yaml:7:" in refused(spec)
