@@ -15,7 +15,7 @@ from kernels.events import note_start
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
-from kernels.settings import OPEN, Observation, RobotSettings, Sensing
+from kernels.settings import COMMON, OPEN, Observation, RobotSettings, Sensing
 from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
@@ -34,7 +34,12 @@ BORDERS = (
     {"borders": "torus", "minimum_image": True},
     {"borders": "bounded"},
 )
+TOPOLOGY = "neighbours", "nearest"
 PRESETS = [(model, preset) for model in MODELS for preset in MODELS[model].presets]
+IDEAL = {name: COMMON[name] for name in Sensing._fields if name not in TOPOLOGY} | {
+    "motor_noise": 0.0
+}
+"""The changes by which boids know all that they see, and motors have no noise."""
 OBSERVATION = Observation(
     flock_range=50.0,
     goal_radius=50.0,
@@ -174,13 +179,12 @@ def weightless(model: str) -> dict[str, Any]:
         name: 0.0
         for name in (
             *("border_turn", "min_speed", "noise", "interaction_range"),
-            "outer_noise",
             *("repulsion_range", "orientation_width", "attraction_width"),
             *("attraction_strength", "flight_strength", "dog_noise"),
             "target_radius",
         )
         if name in settings_of(model, BUILT_IN)
-    }
+    } | IDEAL
     if "detection_range" in settings_of(model, BUILT_IN):
         off["detection_range"] = math.inf
     return off | _without_borders(model)
@@ -197,10 +201,12 @@ def isotropic(model: str) -> dict[str, Any]:
         "obstacle_weight",
         "border_turn",
     )
-    others += ("seek_weight", "arrival_weight", "noise", "outer_noise")
-    off = {"map": "empty"} | {
-        name: 0.0 for name in others if name in settings_of(model, BUILT_IN)
-    }
+    others += ("seek_weight", "arrival_weight", "noise")
+    off = (
+        IDEAL
+        | {"map": "empty"}
+        | {name: 0.0 for name in others if name in settings_of(model, BUILT_IN)}
+    )
     return off | _without_borders(model)
 
 

@@ -41,10 +41,13 @@ from kernels.neighbours import (
     square_range,
 )
 from kernels.recording import STEP, Record, observe
+from kernels.robots.actuation import drive
+from kernels.robots.hearing import hears_of
+from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, random_turn
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
-from kernels.state import Flock, World, remember
+from kernels.state import Flock, World
 from kernels.topology import keep_nearest
 from kernels.torus import nearest_image
 from kernels.workspace import Workspace
@@ -201,9 +204,9 @@ def _count_kinds(_params: Params, n: int) -> tuple[int, int]:
 
 
 @jit
-def _way(seen: Flock, world: World, i: int, x: float, y: float) -> tuple[float, float]:
+def _way(own: Flock, world: World, i: int, x: float, y: float) -> tuple[float, float]:
     """The displacement from boid `i` to (x, y)."""
-    dx, dy = x - seen.x[i], y - seen.y[i]
+    dx, dy = x - own.x[i], y - own.y[i]
     if world.minimum_image:
         dx, dy = nearest_image(dx, world.width), nearest_image(dy, world.height)
     return dx, dy
@@ -236,7 +239,13 @@ def _grazing(params: Params, rng: Generator) -> tuple[float, float]:
 
 @jit
 def _sheep_velocity(
-    params: Params, seen: Flock, world: World, work: Workspace, i: int, rng: Generator
+    params: Params,
+    others: Flock,
+    own: Flock,
+    world: World,
+    work: Workspace,
+    i: int,
+    rng: Generator,
 ) -> tuple[float, float]:
     """The velocity of sheep `i`: with the dog within r_s along h H + c C + rho_a R_a +
     rho_s R_s + e epsilon, a sum of unit vectors.
@@ -245,14 +254,15 @@ def _sheep_velocity(
     mass of the nearest sheep, R_a along the sum of the unit vectors from those within
     r_a, R_s away from the dog, and epsilon anywhere.
     """
-    dog = seen.x.size - 1
-    dog_x, dog_y = _way(seen, world, i, seen.x[dog], seen.y[dog])
+    dog = others.x.size - 1
+    dog_x, dog_y = _way(own, world, i, others.x[dog], others.y[dog])
     reach = params.detection_range
-    if dog_x * dog_x + dog_y * dog_y > reach * reach:
+    is_far = dog_x * dog_x + dog_y * dog_y > reach * reach
+    if is_far or not hears_of(work.near.senses, world, i, dog):
         return _grazing(params, rng)
     near = work.near
     range2 = square_range(params.interaction_range, True)
-    found = search(seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
+    found = search(others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
     found -= int(found > 0 and near.boid[found - 1] == dog)
     crowd2 = params.repulsion_range * params.repulsion_range
     away_x, away_y, to_x, to_y = 0.0, 0.0, 0.0, 0.0
@@ -264,7 +274,7 @@ def _sheep_velocity(
     for k in range(keep_nearest(near, found, params.attraction_nearest)):
         to_x += near.dx[k]
         to_y += near.dy[k]
-    own_x, own_y = direction(seen.vx[i], seen.vy[i], 0.0, 0.0)
+    own_x, own_y = direction(own.vx[i], own.vy[i], 0.0, 0.0)
     away_x, away_y = direction(away_x, away_y, 0.0, 0.0)
     to_x, to_y = direction(to_x, to_y, 0.0, 0.0)
     flight_x, flight_y = direction(-dog_x, -dog_y, 0.0, 0.0)
@@ -279,7 +289,12 @@ def _sheep_velocity(
 
 @jit
 def _dog_velocity(
-    params: Params, seen: Flock, world: World, work: Workspace, rng: Generator
+    params: Params,
+    others: Flock,
+    own: Flock,
+    world: World,
+    work: Workspace,
+    rng: Generator,
 ) -> tuple[float, float]:
     """The velocity of the dog, which sees N sheep; without any it goes on.
 
@@ -287,13 +302,15 @@ def _dog_velocity(
     to a point r_a behind the farthest one, to collect it; else to a point r_a sqrt(N)
     behind the centre, seen from the goal, to drive them.
     """
-    dog, near = seen.x.size - 1, work.near
+    dog, near = others.x.size - 1, work.near
     range2 = square_range(params.interaction_range, True)
-    found = search(seen, world, work.grid, dog, range2, ALL_ROUND, 0.0, 0.0, work.near)
+    found = search(
+        others, world, work.grid, dog, range2, ALL_ROUND, 0.0, 0.0, work.near
+    )
     found = keep_nearest(near, found, params.dog_nearest)
-    speed, aim_x, aim_y = params.dog_speed, seen.vx[dog], seen.vy[dog]
+    speed, aim_x, aim_y = params.dog_speed, own.vx[dog], own.vy[dog]
     if found > 0:
-        aim_x, aim_y, nearest2 = _aim(params, seen, world, work, found)
+        aim_x, aim_y, nearest2 = _aim(params, own, world, work, found)
         if nearest2 < params.near_distance * params.near_distance:
             speed = params.near_speed
     aim_x, aim_y = direction(aim_x, aim_y, 0.0, 0.0)
@@ -305,12 +322,12 @@ def _dog_velocity(
 
 @jit
 def _aim(
-    params: Params, seen: Flock, world: World, work: Workspace, found: int
+    params: Params, own: Flock, world: World, work: Workspace, found: int
 ) -> tuple[float, float, float]:
     """The displacement from the dog to where it wants to be, and the square of its
     distance from the nearest of the `found` sheep in `work.near`, at least one.
     """
-    near, dog = work.near, seen.x.size - 1
+    near, dog = work.near, own.x.size - 1
     x, y, nearest2 = 0.0, 0.0, math.inf
     for k in range(found):
         x += near.dx[k] / found
@@ -328,7 +345,7 @@ def _aim(
         dx, dy = near.dx[farthest], near.dy[farthest]
         way_x, way_y = direction(dx - x, dy - y, 0.0, 0.0)
         return dx + behind * way_x, dy + behind * way_y, nearest2
-    goal_x, goal_y = _way(seen, world, dog, world.goal_x, world.goal_y)
+    goal_x, goal_y = _way(own, world, dog, world.goal_x, world.goal_y)
     way_x, way_y = direction(x - goal_x, y - goal_y, 0.0, 0.0)
     behind *= math.sqrt(count)
     return x + behind * way_x, y + behind * way_y, nearest2
@@ -347,19 +364,21 @@ def advance(
     """Advance `flock` by `steps` updates; return False after the first step that is not
     finite.
 
-    Once the task is done, all stand still, and draw nothing at random.
+    Once the task is done, all want to stand still, and draw nothing at random.
     """
     sequential, dog = params.update == SEQUENTIAL, flock.x.size - 1
-    seen, dt = flock if sequential else work.before, params.dt
+    others, own = others_of(flock, work, sequential), own_of(flock, work)
+    dt = params.dt
     done = _is_done(flock, world, params)
     for _ in range(steps):
-        remember(flock, seen)
+        publish(flock, others, work)
         for i in range(flock.x.size):
             vx, vy = 0.0, 0.0
             if not done and i == dog:
-                vx, vy = _dog_velocity(params, seen, world, work, rng)
+                vx, vy = _dog_velocity(params, others, own, world, work, rng)
             elif not done:
-                vx, vy = _sheep_velocity(params, seen, world, work, i, rng)
+                vx, vy = _sheep_velocity(params, others, own, world, work, i, rng)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy

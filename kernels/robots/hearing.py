@@ -39,6 +39,16 @@ def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) ->
 
 
 @jit
+def hears_of(senses: Senses | None, world: World, i: int, j: int) -> bool:
+    """Whether boid `i` hears of boid `j`: for a rule about a boid that no search has
+    found.
+    """
+    if senses is None:
+        return True
+    return hears(senses, world, i, j)
+
+
+@jit
 def hears(senses: Senses, world: World, i: int, j: int) -> bool:
     """Whether boid `i` hears of boid `j`, by where both truly were at the last sample.
 

@@ -1,5 +1,5 @@
-"""Which models let their boids measure and hear, and drive them, and what others have to
-change.
+"""Which models let their boids measure and hear, which drive them, and what others have
+to change.
 """
 
 import ast

@@ -53,7 +53,7 @@ def test_flights_are_those_of_the_authors_simulator(parameters: str) -> None:
             metrics=(),
             every=STEPS,
             seed=seed,
-            outer_noise=0,
+            motor_noise=0,
             start_distance=distance,
         )
         simulation = Simulation(a_job)

@@ -46,7 +46,8 @@ def test_a_model_does_what_its_slow_twin_does(
         "separation_weight": 0.05,
         "goal_weight": 1e-4,
     }
-    a_job = builders.job(model, preset, **small, **weights, **borders, update=update)
+    small |= weights | builders.IDEAL | borders
+    a_job = builders.job(model, preset, **small, update=update)
     simulation = Simulation(a_job)
     birds, rng = (
         naive.birds(simulation.flock),

@@ -54,6 +54,42 @@ def test_a_sheep_flees_up_to_the_range_of_detection_and_at_it() -> None:
     assert (near, far, at) == (1.0, 0.0, 1.0)
 
 
+def test_a_sheep_flees_only_from_a_dog_of_which_it_hears() -> None:
+    places = [(510, 500), (500, 500)]
+    assert velocities(places, radio_range=9.9)[0] == 0
+    assert velocities(places, radio_range=10.1)[0] == 1
+
+
+@pytest.mark.parametrize("delay", [0, 1, 4])
+def test_a_sheep_flees_from_where_it_knows_the_dog_to_be(delay: int) -> None:
+    """On the diagonal, 66 from a dog that comes 1.5 nearer in a step. It is in reach
+    after one step, and the sheep knows that after the delay; it moves in the next step.
+    """
+    far = 500 + 66 / math.sqrt(2)
+    places = [(far, far), (500.0, 500.0)]
+    moved = [
+        after(steps, places, sensing_delay=delay).flock.x[0] != far
+        for steps in range(1, 8)
+    ]
+    assert moved == [steps >= delay + 2 for steps in range(1, 8)]
+
+
+def test_sheep_and_dog_come_to_their_speeds_with_the_lag_of_motors() -> None:
+    """And lose them so once the task is done: after the time t they have 1 - exp(-t /
+    lag) of them, or exp(-t / lag).
+    """
+    far = 500 + 40 / math.sqrt(2)
+    places = [(far, far), (500.0, 500.0)]
+    flock = after(3, places, motor_lag=2.0).flock
+    share = 1 - math.exp(-3 / 2)
+    assert np.hypot(flock.vx, flock.vy) == pytest.approx([share, 1.5 * share])
+    given = {"n": 2, "steps": 3, "metrics": (), "motor_lag": 2.0} | QUIET
+    done = Simulation(builders.job("strombom2014", **given))
+    builders.place(done, [5.0, 90.0], [5.0, 90.0], [1.0, 0.0], [0.0, 0.5]).advance(3)
+    speeds = np.hypot(done.flock.vx, done.flock.vy)
+    assert speeds == pytest.approx(np.array([1.0, 0.5]) * (1 - share))
+
+
 def test_sheep_repel_each_other_only_within_their_range() -> None:
     """The dog is to the west, and the other sheep to the north: attraction is 1.05, and
     repulsion 2 more.

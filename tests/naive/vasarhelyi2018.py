@@ -61,9 +61,11 @@ def nearest_border(world: Any, m: int, place: Vector) -> tuple[Vector, bool]:
 
 
 def vasarhelyi2018(
-    s: dict[str, Any], world: Any, flock: list[Any], rng: np.random.Generator
+    s: dict[str, Any], world: Any, flock: list[Any], _rng: np.random.Generator
 ) -> list[Any]:
-    """One step, with the settings `s`; a flock of birds is one at its start."""
+    """One step, with the settings `s`, of drones that know all, without noise of the
+    motors; a flock of birds is one at its start.
+    """
     period = round(s["control_period"] / s["dt"])
     flock = [
         bird if isinstance(bird, Drone) else Drone(*bird, np.zeros(2), 0)
@@ -103,11 +105,9 @@ def vasarhelyi2018(
     def new_state(flock: list[Any], i: int) -> Any:
         me = flock[i]
         w, wait = (me.wanted, me.wait) if me.wait else (wanted(flock, i), period)
-        pull = shortened((w - me.velocity) / s["lag"], s["max_acceleration"])
-        velocity = me.velocity + pull * s["dt"]
-        if s["outer_noise"] > 0:
-            size = math.sqrt(2 * s["outer_noise"] * s["dt"])
-            velocity = velocity + np.array([rng.normal(0.0, size) for _ in range(2)])
+        come = -math.expm1(-s["dt"] / s["motor_lag"]) if s["motor_lag"] > 0 else 1.0
+        change = shortened((w - me.velocity) * come, s["motor_acceleration"] * s["dt"])
+        velocity = me.velocity + change
         place = me.position + me.velocity * s["dt"]
         moved = bordered(world, place, velocity)
         return Drone(*moved, bordered(world, place, w).velocity, wait - 1)

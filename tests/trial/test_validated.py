@@ -67,7 +67,7 @@ def with_parts(model: str, parts: int) -> Job:
     quiet = {
         name: 0.0
         for name, setting in settings.items()
-        if setting.each_step == "noise" or name in ("wander_weight", "outer_noise")
+        if setting.each_step == "noise" or name in ("wander_weight", "motor_noise")
     }
     step = float(one.settings["dt"])
     values = one.settings | quiet | {"steps": round(2.0 / step), "start_radius": 3.0}
