@@ -76,7 +76,7 @@ PLANS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "detail with a sign": (
         {"ablated": {"x": [WEIGHT]}, "details": ["a+b"]} | axis(size=3),
-        'no detail is called "a+b"',
+        'no detail is called "a.b"',
     ),
     "ablated group of none": ({"ablated": {"as_written": [[]]}}, "ablates nothing"),
     "ablated none": ({"ablated": {"as_written": []}}, "ablates nothing"),
