@@ -9,19 +9,34 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.vasarhelyi2018.figures import PROGRAMS, closest_field, closest_tuned
+from experiments.vasarhelyi2018.figures import (
+    PROGRAMS,
+    closest_field,
+    closest_tuned,
+    usual_lossy,
+    usual_real,
+    usual_share,
+)
 from sweep.trial.simulation import Simulation
 from tests import builders
 
 KNOWN = pd.read_csv(PROGRAMS)
+IDEAL = KNOWN[KNOWN["conditions"] == "ideal"]
 CONDITIONS = {"tuned": ("tuned4_v6", 12.0), "field": ("field8", 16.0)}
 FLIGHTS, STEPS, LATE, PERIOD = 4, 60_000, 30_000, 20
 MEASURES = ("velocity_correlation", "speed", "nearest_neighbour_distance")
 
 
 def test_there_is_something_to_compare() -> None:
-    assert set(KNOWN["parameters"]) == set(CONDITIONS)
-    assert (KNOWN.groupby("parameters").size() == 12).all()
+    assert set(IDEAL["parameters"]) == set(CONDITIONS)
+    assert (IDEAL.groupby("parameters").size() == 12).all()
+    rest = KNOWN.groupby(["parameters", "conditions", "speed_limit"]).size()
+    assert rest.drop("ideal", level="conditions").to_dict() == {
+        ("tuned", "real", "scaled"): 24,
+        ("tuned", "real", "cut"): 12,
+        ("field", "real", "scaled"): 12,
+        ("field", "lossy", "scaled"): 8,
+    }
 
 
 def measured(flock: Any) -> list[float]:
@@ -63,7 +78,7 @@ def test_flights_are_those_of_the_authors_simulator(parameters: str) -> None:
             found.append(measured(simulation.flock))
             simulation.advance(PERIOD)
         means.append(np.mean(found, axis=0))
-    runs = KNOWN.loc[KNOWN["parameters"] == parameters, list(MEASURES)]
+    runs = IDEAL.loc[IDEAL["parameters"] == parameters, list(MEASURES)]
     error = runs.std(ddof=1) * math.sqrt(1 / FLIGHTS + 1 / len(runs))
     off = np.abs(np.mean(means, axis=0) - runs.mean())
     assert (off < 5 * error).all(), (off / error).to_dict()
@@ -93,3 +108,21 @@ def test_the_closest_are_those_of_the_last_half() -> None:
     assert closest_tuned(made, 6.0, "scaled").tolist() == [8.0, 6.0]
     assert closest_field(made, 6.0, "cut").tolist() == [5.0]
     assert closest_field(made, 8.0, "cut").size == 0
+
+
+def test_the_usual_regime_is_that_of_fast_flocks() -> None:
+    class Real:
+        trials = pd.DataFrame(
+            {
+                "speed_limit": ["scaled"] * 3 + ["cut"],
+                "packet_loss": [0.0, 1.0, 1.0, 1.0],
+                "speed_mean": [3.6, 3.8, 5.1, 2.9],
+            }
+        )
+
+    made: Any = {"real": Real, "lossy": Real}
+    assert usual_real(made, "speed", "scaled").tolist() == [3.8, 5.1]
+    assert usual_real(made, "speed", "cut").tolist() == [2.9]
+    assert usual_lossy(made, "speed", 1.0).tolist() == [5.1]
+    assert usual_lossy(made, "speed", 0.0).size == 0
+    assert usual_share(made).tolist() == [0.0, 100.0, 100.0]
