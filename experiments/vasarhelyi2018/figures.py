@@ -46,18 +46,36 @@ the simulator is within 0.09 m/s of it.
 """
 
 
-def usual_real(studies: Studies, metric: str, speed_limit: str) -> Floats:
-    """A metric of the trials of the usual regime; those that are cut have only one."""
-    trials = studies["real"].trials
-    least = SLOW["real"] if speed_limit == "scaled" else 0.0
-    return _usual(trials[trials["speed_limit"] == speed_limit], metric, least)
+def usual_velocity(studies: Studies) -> Floats:
+    """The velocity correlation of trials of the usual regime at 4 m/s, scaled."""
+    return _usual(studies, "velocity_correlation")
 
 
-def usual_lossy(studies: Studies, metric: str, packet_loss: float) -> Floats:
-    """The same with the parameters of flights outdoors."""
-    trials = studies["lossy"].trials
-    of = trials[trials["packet_loss"] == packet_loss]
-    return _usual(of, metric, SLOW["lossy"])
+def usual_speed(studies: Studies) -> Floats:
+    """Their speed."""
+    return _usual(studies, "speed")
+
+
+def usual_nearest(studies: Studies) -> Floats:
+    """Their distance to the nearest."""
+    return _usual(studies, "nearest_neighbour_distance")
+
+
+def field_velocity(studies: Studies, packet_loss: float) -> Floats:
+    """The velocity correlation of trials of the usual regime with the parameters of
+    flights outdoors.
+    """
+    return _usual_field(studies, packet_loss, "velocity_correlation")
+
+
+def field_speed(studies: Studies, packet_loss: float) -> Floats:
+    """Their speed."""
+    return _usual_field(studies, packet_loss, "speed")
+
+
+def field_nearest(studies: Studies, packet_loss: float) -> Floats:
+    """Their distance to the nearest."""
+    return _usual_field(studies, packet_loss, "nearest_neighbour_distance")
 
 
 def usual_share(studies: Studies) -> Floats:
@@ -67,8 +85,16 @@ def usual_share(studies: Studies) -> Floats:
     return 100.0 * (speed > SLOW["real"]).to_numpy(np.float64)
 
 
-def _usual(trials: pd.DataFrame, metric: str, least: float) -> Floats:
-    fast = trials["speed_mean"] > least
+def _usual(studies: Studies, metric: str) -> Floats:
+    trials = studies["real"].trials
+    fast = (trials["speed_limit"] == "scaled") & (trials["speed_mean"] > SLOW["real"])
+    return trials.loc[fast, f"{metric}_mean"].to_numpy(np.float64)
+
+
+def _usual_field(studies: Studies, packet_loss: float, metric: str) -> Floats:
+    trials = studies["lossy"].trials
+    of = trials["packet_loss"] == packet_loss
+    fast = of & (trials["speed_mean"] > SLOW["lossy"])
     return trials.loc[fast, f"{metric}_mean"].to_numpy(np.float64)
 
 
