@@ -1,5 +1,5 @@
-"""The flocks of Vasarhelyi et al. (2018) in ideal and in real conditions, beside runs of
-the authors' own simulator.
+"""The flocks of Vasarhelyi et al. (2018) in ideal and in real conditions, beside runs
+of the authors' own simulator.
 """
 
 from collections.abc import Mapping

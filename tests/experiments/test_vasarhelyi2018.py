@@ -57,8 +57,8 @@ def test_flights_are_those_of_the_authors_simulator(parameters: str) -> None:
     one, s; the median of five differs from theirs by s sqrt(pi / 2 (1/5 + 1/12)) or
     less. At 5 such errors, two-sided, one of the six checks fails by chance for one of
     400 choices of seeds, allowing for the uncertainty of s (Student's t of 11 degrees
-    of freedom); they are fixed. Medians, since about one flight of ten at 6 m/s is in
-    another regime: three of five are for one choice of 100.
+    of freedom); they are fixed. Medians, since two flights of 76 at 6 m/s were in a
+    slower regime: three of five are so for one choice of 5000.
     """
     preset, distance = CONDITIONS[parameters]
     means = []
