@@ -20,6 +20,7 @@ from kernels.model import Model, Sight
 from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, About, Demand, InParts
@@ -151,6 +152,7 @@ def advance(
             else:
                 vx, vy = predator_velocity(params, work.kind, near, found)
             vx, vy = limit(vx, vy, params.max_speed)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
             flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)
             flock.y[i], flock.vy[i] = confine(y, vy, world.height, world.borders)

@@ -16,6 +16,7 @@ from kernels.model import Model, Sight
 from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import COMMON, About, InParts
@@ -120,6 +121,7 @@ def advance(
             )
             vx, vy, turn = rates(params, phases, i, near, found)
             vx, vy = limit(vx, vy, params.max_speed)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
             flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)
             flock.y[i], flock.vy[i] = confine(y, vy, world.height, world.borders)

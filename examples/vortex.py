@@ -13,6 +13,7 @@ from kernels.model import Model, Sight
 from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search, square_range
 from kernels.recording import Record, observe
+from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.social import cohesion
@@ -81,6 +82,7 @@ def advance(
             ax = params.cohesion_weight * pull_x + params.swirl_weight * swirl_x
             ay = params.cohesion_weight * pull_y + params.swirl_weight * swirl_y
             vx, vy = limit(vx + ax * params.dt, vy + ay * params.dt, params.max_speed)
+            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
             flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)
             flock.y[i], flock.vy[i] = confine(y, vy, world.height, world.borders)

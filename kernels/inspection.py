@@ -22,13 +22,15 @@ class Seen(NamedTuple):
     """What one boid sees: the range, the field of view in degrees, the angle it is
     about, and who is in it.
 
-    The angle is None where the boid sees all round.
+    The angle is None where the boid sees all round. `known` has x and y of where it
+    knows these neighbours to be; it is empty where they are there.
     """
 
     range: float
     fov: float
     heading: float | None
     neighbours: list[int]
+    known: list[list[float]]
 
 
 def seen_by(flight: Flight, boid: int) -> Seen:
@@ -39,14 +41,15 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     """
     reach, fov, inclusive = flight.model.sight(flight.params)
     flock, work = flight.flock, flight.work
-    faced = flight.model.faces_heading
-    ahead_x = float((work.heading_x if faced else flock.vx)[boid])
-    ahead_y = float((work.heading_y if faced else flock.vy)[boid])
-    others = flock
+    own = others = flock
     if work.near.senses is not None:
         flock, work = _copied(flock), _copied(work)
         others = work.before
         publish(flock, others, work)
+        own = work.near.senses.own
+    faced = flight.model.faces_heading
+    ahead_x = float((work.heading_x if faced else own.vx)[boid])
+    ahead_y = float((work.heading_y if faced else own.vy)[boid])
     near = build_near(flock.x.size, work.near.topology, work.near.senses)
     found = search(
         others,
@@ -59,12 +62,16 @@ def seen_by(flight: Flight, boid: int) -> Seen:
         ahead_y,
         near,
     )
+    who = near.boid[:found]
     all_round = fov >= 360.0 or ahead_x == ahead_y == 0.0
     return Seen(
         reach,
         360.0 if all_round else fov,
         None if all_round else math.atan2(ahead_y, ahead_x),
-        near.boid[:found].tolist(),
+        who.tolist(),
+        np.stack([others.x[who], others.y[who]], axis=1).tolist()
+        if others is not flock
+        else [],
     )
 
 

@@ -341,10 +341,10 @@ STARTS = Registry(
     "boidsweep.starts",
     Start,
     {
-        "numpy": Start(start_numpy, "NumPy's generator", "boidsweep"),
+        "numpy": Start(start_numpy, "of NumPy", "boidsweep"),
         "python_random": Start(
             start_python_random,
-            "random.Random, as in aziel_chen2025",
+            "of aziel_chen2025",
             "aziel_chen2025, its program",
             (
                 Demand(
@@ -366,12 +366,12 @@ STARTS = Registry(
         ),
         "ordered": Start(
             start_ordered,
-            "portable, of one velocity",
+            "portable, one velocity",
             "boidsweep",
         ),
         "opposite": Start(
             start_opposite,
-            "portable, the last boid in the quarter opposite to all others",
+            "portable, one apart",
             "Strombom et al. (2014)",
             (
                 Demand(

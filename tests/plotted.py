@@ -76,6 +76,15 @@ SPECS = {
     "flying": FLYING,
     "ablated": ABLATED,
 }
+SPECS["real"] = edited(
+    SMALL,
+    ("study: small", "study: real"),
+    (
+        "separation_weight: [0.5, 1]",
+        "real:\n    ablate: {slow: {motor_lag: 3}, late: {sensing_delay: 3,"
+        " sensing_period: 2}, deaf: {radio_range: 30}}\n    leave_out: true",
+    ),
+)
 SPECS["chained"] = (
     SMALL.replace("study: small", "study: chained")
     .replace("n: 12, steps: 9", "n: 12")

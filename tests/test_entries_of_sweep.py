@@ -81,6 +81,7 @@ OWN_PLACES: dict[str, Collection[str]] = {
 } | {f"sweep/figures/{name}.py": {name} for name in KINDS}
 OWN_PLACES |= {
     "sweep/figures/search.py": {"history", "front"},
+    "sweep/figures/ablation_effects.py": {"effects"},
     "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
 }
 """The registries, and what they gather."""

@@ -1,4 +1,4 @@
-"""Which models let their boids measure and hear, and drive them, and what others have
+"""Which models let their boids measure and hear, which drive them, and what others have
 to change.
 """
 

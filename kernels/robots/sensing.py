@@ -94,7 +94,7 @@ def _begin_step(senses: Senses, step: int) -> None:
 @jit
 def _slot(senses: Senses, step: int) -> int:
     """Where the messages of a step are."""
-    return (step - senses.times[SINCE]) % (senses.delay + 1)
+    return int((step - senses.times[SINCE]) % (senses.delay + 1))
 
 
 @jit

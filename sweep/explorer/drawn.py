@@ -124,6 +124,7 @@ def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
     numbers = [name for name in reasons if not KINDS[name].of_precision]
     suiting = [name for name in numbers if not reasons[name]]
     if not suiting:
+        select(study)  # without a done trial that is the one reason
         why = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
         raise ChoiceError(f"no figure suits it: {why}", study.name)
     if of_search := [name for name in suiting if KINDS[name].of_search]:

@@ -2,7 +2,10 @@
 ablates, and their figure.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from textwrap import wrap
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,46 +14,69 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import paired_contrast, simultaneous_confidence
-from sweep.figures.drawing import draw_values, legend, name_rows, note, span, words
-from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
+from sweep.errors import ChoiceError
+from sweep.figures.drawing import (
+    draw_values,
+    legend,
+    name_rows,
+    note,
+    quantity,
+    span,
+    words,
+)
+from sweep.figures.planning import Choices, FigureKind, Planned
+from sweep.figures.style import COLOURS, MARKERS, STYLE
+from sweep.spec.ablation import ALL, BUT
 from sweep.tables.stored_study import StoredStudy
 
-MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
-ALL = "all"
 SMALLEST_LOGARITHMIC = 8.0
+LETTERS = 40
+"""Of a line that has the values of a detail."""
+MOST_PANELS = 3
+PAIRED = ("seed", "replicate")
+NOTHING, OTHERS = "nothing", "all others"
+"""To what a detail is added."""
+IN_WORDS = {NOTHING: "added alone", OTHERS: "added to all others"}
 
 
 def paired_effects(
     study: StoredStudy,
     preset: str,
     metrics: Sequence[str],
-    by: str,
+    by: str | None = None,
     *,
     factor: bool = False,
 ) -> pd.DataFrame:
     """The mean change of each metric that each detail of `preset` makes, with its
-    simultaneous 95 % interval.
+    simultaneous 95 % interval. Where the spec names the details, `preset` is the name
+    of the axis.
 
     A trial is paired with the trial of the same seed, replicate and value of `by` in
-    which no detail is changed. The change is their difference. With `factor` it is
-    their ratio, for metrics above zero, and its mean is the geometric one. Columns:
-    `by`, detail, metric, value, low, high, n. The intervals hold together (Bonferroni).
-    A pair counts only if both of its trials are done.
+    which no detail is changed. With `leave_out` the trials with all details are paired
+    too, with those that have all but one: the change is what this one makes where all
+    others are. It is their difference; with `factor` their ratio, for metrics above
+    zero, and its mean is the geometric one.
+
+    Columns: `by`, if any, detail, added_to, metric, value, low, high, n. `added_to` is
+    `nothing` or `all others`. The intervals hold together (Bonferroni). A pair counts
+    only if both of its trials are done and have a value.
     """
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
     trials = trials[trials["status"] == "done"]
-    start = [by, "seed", "replicate"]
-    values = trials[[*start, "detail", *metrics]].astype(
+    apart = [by] if by else []
+    values = trials[[*apart, *PAIRED, "detail", *metrics]].astype(
         dict.fromkeys(metrics, np.float64)
     )
     if factor:
         values[list(metrics)] = np.log(values[list(metrics)])
-    before = values[values["detail"] == ""].set_index(start)[list(metrics)]
-    after = values[values["detail"] != ""]
-    comparisons = len(metrics) * after.groupby([by, "detail"]).ngroups
+    compared = [
+        (where, *pair)
+        for where, part in (values.groupby(by, sort=False) if by else [("", values)])
+        for pair in _compared(part)
+    ]
+    level = simultaneous_confidence(len(metrics) * len(compared))
     rows = []
-    for (value, detail), group in after.groupby([by, "detail"], sort=False):
-        changed = group.set_index(start)
+    for where, detail, added_to, changed, before in compared:
         for metric in metrics:
             pairs = paired_contrast(
                 changed[metric],
@@ -58,50 +84,60 @@ def paired_effects(
                 # Logarithms are about normal.
                 distribution="normal" if factor else study.distributions[metric],
             )
-            found = (
-                pairs.value,
-                *pairs.interval(simultaneous_confidence(comparisons)),
-            )
-            n = len(pairs.first)
-            rows.append(
-                (value, detail, metric, *(np.exp(found) if factor else found), n)
-            )
-    return pd.DataFrame(
-        rows, columns=[by, "detail", "metric", "value", "low", "high", "n"]
-    )
+            found = (pairs.value, *pairs.interval(level))
+            numbers = np.exp(found) if factor else found
+            place = [where] if by else []
+            rows.append((*place, detail, added_to, metric, *numbers, len(pairs.first)))
+    columns = ["detail", "added_to", "metric", "value", "low", "high", "n"]
+    return pd.DataFrame(rows, columns=[*apart, *columns])
+
+
+def _compared(
+    values: pd.DataFrame,
+) -> Iterator[tuple[str, str, pd.DataFrame, pd.DataFrame]]:
+    """Each detail, what it is added to, and the trials with it and without it."""
+    of = {
+        str(label): part.set_index(list(PAIRED))
+        for label, part in values.groupby("detail", sort=False)
+    }
+    for label, part in of.items():
+        if label.startswith(BUT):
+            if ALL in of:
+                yield label.removeprefix(BUT), OTHERS, of[ALL], part
+        elif label and "" in of:
+            yield label, NOTHING, part, of[""]
 
 
 def effects_figure(
     study: StoredStudy,
     preset: str,
     metrics: Mapping[str, str],
-    by: str,
-    names: Mapping[object, str],
+    by: str | None = None,
+    names: Mapping[Any, str] | None = None,
     *,
     factor: bool = False,
 ) -> Figure:
-    """A forest of `paired_effects`: a panel a metric and a row a detail. The last row
-    has all details together.
+    """A forest of `paired_effects`: a panel a metric and a row a detail, those first
+    that change the first metric most. The last row has all details together.
 
     `metrics` gives the words for each column, and `names` those for each value of `by`.
     Both are in the order in which they are drawn.
     """
     table = paired_effects(study, preset, list(metrics), by, factor=factor)
-    rows = _rows(study, preset, table)
+    rows = _rows(study, preset, table, next(iter(metrics)), factor=factor)
+    lines = max(text.count("\n") for text in rows.values()) + 1
+    series = _series(table, by, names or {})
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 0.3 * len(rows) + 1.95))
+        height = (0.13 * lines + 0.17) * len(rows) + 1.95
+        figure = Figure(figsize=(7.2, height))
         panels = figure.subplots(1, len(metrics), sharey=True, squeeze=False)[0]
         for axes, (metric, text) in zip(panels, metrics.items(), strict=True):
-            _panel(
-                axes,
-                table[table["metric"] == metric],
-                list(rows),
-                by,
-                names,
-                factor=factor,
-            )
-            unit = f" ({study.units[metric]})" if metric in study.units else ""
-            before = _unchanged(study, preset, metric, by, names)
+            shown = {
+                name: part[part["metric"] == metric] for name, part in series.items()
+            }
+            _panel(axes, shown, list(rows), factor=factor)
+            unit = f" ({study.units[metric]})" if study.units.get(metric) else ""
+            before = _unchanged(study, preset, metric, by, names or {})
             axes.set_title(f"{text}\nunchanged{unit}:\n{before}", fontsize=7.5)
             axes.set_xlabel(
                 "factor" if factor else f"change{unit}".replace("%", "% points"),
@@ -109,7 +145,9 @@ def effects_figure(
             )
         for axes in panels:
             name_rows(axes, list(rows.values()))
-        legend(figure, panels[0])
+            axes.tick_params(axis="y", labelsize=7)
+        if any(series):
+            legend(figure, panels[0])
         kind = "geometric mean" if factor else "mean"
         note(
             figure,
@@ -120,23 +158,43 @@ def effects_figure(
     return figure
 
 
+def _series(
+    table: pd.DataFrame, by: str | None, names: Mapping[Any, str]
+) -> dict[str, pd.DataFrame]:
+    """The rows of the table that have one mark each, by their words."""
+    found = {}
+    sides = list(dict.fromkeys(table["added_to"]))
+    for value, words_of in names.items() if by else [(None, "")]:
+        part = table[table[by] == value] if by else table
+        for side in sides:
+            said = [words_of, IN_WORDS[side] if len(sides) > 1 else ""]
+            name = ", ".join(filter(None, said))
+            found[name] = part[part["added_to"] == side]
+    return found
+
+
 def _panel(
     axes: Axes,
-    table: pd.DataFrame,
+    series: Mapping[str, pd.DataFrame],
     rows: Sequence[str],
-    by: str,
-    names: Mapping[object, str],
     *,
     factor: bool,
 ) -> None:
     axes.axvline(1.0 if factor else 0.0, color="0.5", linewidth=0.8)
     axes.axhline(len(rows) - 1.5, color="0.8", linewidth=0.8)
-    for number, (value, name) in enumerate(names.items()):
-        chosen = table[table[by] == value].set_index("detail").reindex(list(rows))
-        places = np.arange(len(rows)) + 0.28 * (number - (len(names) - 1) / 2)
-        colour, marker = MARKS[number]
+    for number, (name, table) in enumerate(series.items()):
+        chosen = table.set_index("detail").reindex(list(rows))
+        step = min(0.28, 0.8 / len(series))
+        places = np.arange(len(rows)) + step * (number - (len(series) - 1) / 2)
         values = (chosen["value"], chosen["low"], chosen["high"])
-        draw_values(axes, places, values, colour, marker, name)
+        draw_values(
+            axes,
+            places,
+            values,
+            COLOURS[number % len(COLOURS)],
+            MARKERS[number % len(MARKERS)],
+            name,
+        )
     if factor:
         _logarithmic(axes)
     axes.tick_params(axis="both", labelsize=8)
@@ -151,23 +209,120 @@ def _logarithmic(axes: Axes) -> None:
 
 
 def _unchanged(
-    study: StoredStudy, preset: str, metric: str, by: str, names: Mapping[object, str]
+    study: StoredStudy,
+    preset: str,
+    metric: str,
+    by: str | None,
+    names: Mapping[Any, str],
 ) -> str:
     """The metric's mean where nothing is changed, for each value of `by`."""
     before = study.trials[study.details(preset).to_numpy() == ""]
-    means = before.groupby(by)[metric].mean()
+    if by:
+        found = before.groupby(by)[metric].mean()
+        means = [found[value] for value in names]
+    else:
+        means = [before[metric].mean()]
     return " and ".join(
-        f"{means[value]:,.0f}" if means[value] > 1000 else f"{means[value]:.3g}"
-        for value in names
+        f"{mean:,.0f}" if mean > 1000 else f"{mean:.3g}" for mean in means
     )
 
 
-def _rows(study: StoredStudy, preset: str, table: pd.DataFrame) -> dict[str, str]:
-    """Every detail in the order of the axis, and what it changes, in words."""
+def _rows(
+    study: StoredStudy,
+    preset: str,
+    table: pd.DataFrame,
+    metric: str,
+    *,
+    factor: bool,
+) -> dict[str, str]:
+    """Every detail, by its largest effect on the metric, and what it changes, in
+    words.
+    """
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
-    values = trials.groupby("detail", sort=False).first()
-    found = [name for name in dict.fromkeys(table["detail"]) if name != ALL]
-    rows = {name: f"{words(name)}: {words(values.loc[name, name])}" for name in found}
-    return rows | (
-        {ALL: f"all: {words(preset)}"} if ALL in set(table["detail"]) else {}
+    values = trials.drop_duplicates("detail").set_index("detail").to_dict("index")
+    of_metric = table[(table["metric"] == metric) & (table["detail"] != ALL)]
+    sizes = (np.log(of_metric["value"]) if factor else of_metric["value"]).abs()
+    largest = sizes.groupby(of_metric["detail"], sort=False).max()
+    found = largest.sort_values(ascending=False, kind="stable").index
+    groups = study.about.ablated[preset]
+    of = dict(zip(study.detail_names(preset), groups, strict=True))
+    rows = {
+        name: _row(study, name, of[name], values.get(name) or values[ALL])
+        for name in found
+    }
+    last = ALL if study.about.details else f"{ALL}: {words(preset)}"
+    return rows | ({ALL: last} if ALL in set(table["detail"]) else {})
+
+
+def _row(
+    study: StoredStudy, name: str, settings: Sequence[str], values: Mapping[Any, Any]
+) -> str:
+    """A detail and the values that it gives its settings, with their units."""
+    said = {one: _measure(study, one, values[one]) for one in settings}
+    if not study.about.details:
+        return f"{words(name)}: {said[settings[0]]}"
+    text = ", ".join(f"{words(one)} {value}" for one, value in said.items())
+    return "\n".join([name, *wrap(text, LETTERS)])
+
+
+def _measure(study: StoredStudy, setting: str, value: object) -> str:
+    """The value of a setting with its unit, if it is a finite number."""
+    is_number = isinstance(value, int | float | np.number)
+    unit = study.units.get(setting, "") if is_number and value != np.inf else ""
+    return f"{words(value)} {unit}".rstrip().replace("^2", "²")
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """Figures of up to three metrics. Raises ChoiceError where no axis of the study
+    ablates, and where its trials have no pairs by one setting.
+    """
+    if not study.about.ablated:
+        raise ChoiceError("no axis ablates a preset or details", study.name, "effects")
+    (ablated,) = study.about.ablated
+    metrics = choices.plain(study)
+    by, names = _apart(study, ablated, choices.by)
+    parts = [
+        metrics[first : first + MOST_PANELS]
+        for first in range(0, len(metrics), MOST_PANELS)
+    ]
+    return [
+        Planned(
+            "-".join(part) if len(parts) > 1 or choices.metrics else "",
+            partial(
+                effects_figure,
+                study,
+                ablated,
+                {name: quantity(study, name).partition(" (")[0] for name in part},
+                by,
+                names,
+            ),
+        )
+        for part in parts
+    ]
+
+
+def _apart(
+    study: StoredStudy, ablated: str, by: str | None
+) -> tuple[str | None, dict[object, str]]:
+    """The setting by which points differ apart from their detail, and the words for
+    its values: none where they do not.
+    """
+    detail = study.detail(ablated)
+    tried = study.points[study.tried]
+    others = [name for name in study.headings if name != detail]
+    varied = [name for name in others if tried[name].nunique() > 1]
+    if not varied:
+        return None, {}
+    for name in [by] if by else varied:
+        if name in varied and not tried.duplicated([name, detail]).any():
+            found = dict.fromkeys(tried[name])
+            return name, {value: f"{words(name)} {words(value)}" for value in found}
+    raise ChoiceError(
+        "its points differ apart from their detail by several settings"
+        f" ({', '.join(varied)}): choose with where so that one is left",
+        study.name,
+        "effects",
     )
+
+
+KIND = FigureKind("what each detail does that an axis ablates", ("by",), plan)

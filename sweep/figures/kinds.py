@@ -12,6 +12,7 @@ from typing import NamedTuple
 from kernels.registry import Registry
 from sweep.errors import ChoiceError
 from sweep.figures import (
+    ablation_effects,
     collapse,
     coverage,
     curves,
@@ -45,6 +46,7 @@ KINDS = Registry(
         "phase": phase.KIND,
         "hysteresis": hysteresis.KIND,
         "validity": validity.KIND,
+        "effects": ablation_effects.KIND,
         "scaling": scaling.KIND,
         "collapse": collapse.KIND,
         "parallel": parallel.KIND,

@@ -59,8 +59,9 @@ class Axis:
     `when` says where the axis applies; `merged` counts the rows that were the same as
     an earlier one; `notes` are remarks for the user. An axis that changes the study's
     preset into another one has the name of that in `ablated`, and in `details` the
-    groups of settings that change together. A sampled axis names its `sampler`. Where
-    its points come in `blocks`, `rows` has for each point, block after block, the
+    groups of settings that change together. Where the spec names details, these are
+    `named`, and `ablated` is the name of the axis. A sampled axis names its `sampler`.
+    Where its points come in `blocks`, `rows` has for each point, block after block, the
     number of its row. A `geometric` one has values at equal ratios. Where trials along
     it are links of chains, `continued` says how. `place` is where it stands in the
     spec, and `design` the number of its design among those that the study unites.
@@ -75,6 +76,7 @@ class Axis:
     notes: tuple[str, ...] = ()
     ablated: str | None = None
     details: tuple[tuple[str, ...], ...] = ()
+    named: tuple[str, ...] = ()
     sampler: str | None = None
     blocks: SampleBlocks | None = None
     rows: Values | None = None

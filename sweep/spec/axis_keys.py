@@ -5,7 +5,7 @@ registries of their own. So what may stand beside what is checked by the code th
 an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
 """
 
-from sweep.spec.contents import OneOf, ReadLater, Text, Whole
+from sweep.spec.contents import OneOf, ReadLater, Text, Truth, Whole
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.keys import Key
 from sweep.spec.limits import MOST_POINTS
@@ -67,12 +67,19 @@ ZIP = Key(
     example="{n: [50, 100], steps: [1000, 500]}",
 )
 ABLATE = Key(
-    Text("a preset of the model"),
-    "another preset: each setting in which it differs is changed alone, and last all of"
-    " them",
+    ReadLater("a preset of the model, or details, each with settings and values"),
+    "another preset, or details by name: each setting in which the preset differs, or"
+    " each detail, is changed alone, and last all of them",
     name="ablate",
     otherwise="",
     example="as_written",
+)
+LEAVE_OUT = Key(
+    Truth(),
+    "of ablate: also all details but one, for each",
+    name="leave_out",
+    otherwise="false",
+    example="true",
 )
 WHEN = Key(
     Text("a condition"),
@@ -114,4 +121,4 @@ def axis_keys() -> tuple[Key, ...]:
     own = [key for one in rules for key in one.options]
     samples = (SAMPLE, *own, FILE, COLUMNS)
     grids, chained = (VALUES, LINSPACE, LOGSPACE), (CONTINUE, HOLD)
-    return (*grids, *drawn, POINTS, WHEN, *chained, ZIP, *samples, ABLATE)
+    return (*grids, *drawn, POINTS, WHEN, *chained, ZIP, *samples, ABLATE, LEAVE_OUT)

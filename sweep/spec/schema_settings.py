@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from kernels.catalogue import Catalogue
-from sweep.spec.axis_keys import ABLATE, POINTS
+from sweep.spec.axis_keys import ABLATE, LEAVE_OUT, POINTS
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.maps import MAP_NAME
 from sweep.spec.point_tables import TABLE
@@ -26,6 +26,7 @@ from sweep.spec.schema_parts import (
     choices,
     listed,
     mapping,
+    named,
     reference,
 )
 from sweep.spec.search_schema import model_schema
@@ -153,7 +154,7 @@ def _swept(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
         _sampled(model, names),
         _table(names),
         _zipped(model, names),
-        _ablation(presets),
+        _ablation(model, presets),
     ]
     return _written(model, names, "swept") | {"additionalProperties": {"anyOf": joint}}
 
@@ -173,10 +174,15 @@ def _zipped(model: str, names: Iterable[str]) -> Schema:
     return mapping({"zip": _written(model, names, "member")} | ON_CONDITION, ["zip"])
 
 
-def _ablation(presets: Iterable[str]) -> Schema:
-    """An axis from the preset of the study to another one."""
-    other = {"enum": list(presets), "description": ABLATE.text}
-    return mapping({"ablate": other} | ON_CONDITION, ["ablate"])
+def _ablation(model: str, presets: Iterable[str]) -> Schema:
+    """An axis from the preset of the study to another one, or to details by name."""
+    details = named(reference(f"{model}.settings"))
+    other = {
+        "anyOf": [{"enum": list(presets)}, details],
+        "description": ABLATE.text,
+    }
+    left_out = {LEAVE_OUT.name: LEAVE_OUT.content.schema()}
+    return mapping({ABLATE.name: other} | left_out | ON_CONDITION, [ABLATE.name])
 
 
 def sampled(samplers: Mapping[str, Sampler]) -> Schema:

@@ -48,6 +48,7 @@ COMPUTED = {
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "designs": [[str]],
+    "details": [str],
     "continued": {"axis": str, "directions": [str]},
     "series": [str],
     "refine": {"metric": str, "min": int, "max": int, "budget": int}

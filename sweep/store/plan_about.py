@@ -21,6 +21,7 @@ OPTIONAL = (
     "tables",
     "designs",
     "continued",
+    "details",
 )
 """What only some plans have."""
 
@@ -75,8 +76,9 @@ class PlanAbout:
     `record` the metrics; `series` those that are kept of each frame, and `tables` the
     tables that are stored, both None in plans up to 0.9; `maps` those that the spec
     brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
-    preset that an axis ablates; `axes` what each axis samples, None in plans of before
-    0.2; `until` the rule by which trials are added, None where their number is fixed;
+    preset that an axis ablates, or of the axis whose `details` the spec names, None
+    where it names none; `axes` what each axis samples, None in plans of before 0.2;
+    `until` the rule by which trials are added, None where their number is fixed;
     `refine` the rule by which points are added, None where the grid is fixed;
     `validate` its variants: their names, what differs in `words`, and the metrics that
     are `unjudged`, as they are of something else there; None where there are none.
@@ -96,6 +98,7 @@ class PlanAbout:
     refine: dict[str, Any] | None = None
     continued: dict[str, Any] | None = None
     validate: list[dict[str, Any]] | None = None
+    details: list[str] | None = None
 
     @classmethod
     def of(
@@ -122,6 +125,7 @@ class PlanAbout:
             series=list(study.record.series),
             tables=list(study.record.tables),
             continued=_chained(axes),
+            details=[name for axis in axes for name in axis.named] or None,
         )
 
     @classmethod
@@ -143,6 +147,7 @@ class PlanAbout:
             refine=provenance.get("refine"),
             continued=provenance.get("continued"),
             validate=provenance.get("validate"),
+            details=provenance.get("details"),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:

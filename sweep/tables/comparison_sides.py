@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from sweep.errors import ChoiceError, StoreError
+from sweep.spec.ablation import label
 from sweep.store.locations import Location
 from sweep.tables.choosing import Choice
 from sweep.tables.search_phases import by_phase
@@ -100,5 +101,5 @@ def _of_preset(study: StoredStudy, preset: str) -> dict[str, str]:
         )
     if preset == own:
         return {study.detail(other): "" for other in ablated}
-    groups = ablated[preset]
-    return {study.detail(preset): "all" if len(groups) > 1 else groups[0][0]}
+    names = study.detail_names(preset)
+    return {study.detail(preset): label([True] * len(names), names)}

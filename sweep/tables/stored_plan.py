@@ -16,6 +16,7 @@ import pyarrow as pa
 from kernels.catalogue import Catalogue
 from sweep.analysis.refinement import MOST_HALVINGS, STEEPEST
 from sweep.errors import SpecError, StoreError
+from sweep.spec.ablation import why_no_detail
 from sweep.spec.continuing import DIRECTION, WAYS
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_POINTS, MOST_TRIALS
@@ -53,8 +54,12 @@ def _check(about: dict[str, Any], named: Catalogue) -> None:
     _check_names("metric", about["record"], set(about["record"]) - known)
     if not about["record"]:
         raise ValueError("it records nothing")
-    for preset, groups in about.get("ablated", {}).items():
-        if preset not in named.models[about["model"]].presets:
+    ablated = about.get("ablated", {})
+    if "details" in about:
+        _check_details(about["details"], ablated, about.get("axes", {}))
+    for preset, groups in ablated.items():
+        presets = named.models[about["model"]].presets
+        if "details" not in about and preset not in presets:
             raise ValueError(f'there is no preset "{preset}"')
         if not groups or not all(groups):
             raise ValueError(f'"{preset}" ablates nothing')
@@ -97,6 +102,22 @@ def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
             raise ValueError(f'there is no {what} "{name}"')
     if len(names) > len(set(names)):
         raise ValueError(f"a {what} stands twice")
+
+
+def _check_details(
+    names: list[str], ablated: dict[str, Any], axes: Iterable[str]
+) -> None:
+    """The details that a spec names are those of one of its axes."""
+    if len(ablated) != 1:
+        raise ValueError("one axis has details with names")
+    ((axis, groups),) = ablated.items()
+    _check_names("axis", [axis], axes)
+    if len(names) != len(groups):
+        raise ValueError(f"{len(groups)} details have {len(names)} names")
+    _check_names("detail", names, names)
+    for name in names:
+        if why := why_no_detail(name):
+            raise ValueError(f'no detail is called "{shortened(name)}": {why}')
 
 
 def _check_blocks(name: str, axis: dict[str, Any]) -> None:

@@ -20,7 +20,7 @@ from sweep.analysis import Interval, by_point, mean_interval, undefined_shares
 from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.ablation import fitted_preset
+from sweep.spec.ablation import fitted_preset, label
 from sweep.spec.continuing import DIRECTION
 from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
@@ -299,8 +299,10 @@ class StoredStudy:
 
         It is "" where no setting of the axis differs from the study's preset, the name
         of the setting where one detail does ("map" where the world does), "all" where
-        all do, and else the names of all that do, joined by " + ". Raises ChoiceError
-        where no axis of the study ablates that preset.
+        all do, "all but drag" where one of three or more does not, and else the names
+        of all that do, joined by " + ". Where the spec names the details, `preset` is
+        the name of the axis, and the names are its own. Raises ChoiceError where no
+        axis of the study ablates that preset.
         """
         ablated = self.about.ablated
         if preset not in ablated:
@@ -328,7 +330,13 @@ class StoredStudy:
                 for names in groups
             ]
         )
-        return [_label(row, [names[0] for names in groups]) for row in changed]
+        names = self.detail_names(preset)
+        return [label(row.tolist(), names) for row in changed]
+
+    def detail_names(self, preset: str) -> list[str]:
+        """The names of the details of a preset, or of an axis that names them."""
+        groups = self.about.ablated[preset]
+        return self.about.details or [names[0] for names in groups]
 
     @cached_property
     def known(self) -> Catalogue:
@@ -834,8 +842,3 @@ def _quoted(given: object) -> str:
     """What was given for a name: only a text has quotation marks."""
     shown = shortened(str(given))
     return f'"{shown}"' if isinstance(given, str) else shown
-
-
-def _label(changed: NDArray[np.bool_], names: list[str]) -> str:
-    together = [name for name, differs in zip(names, changed, strict=True) if differs]
-    return "all" if len(together) == len(names) > 1 else " + ".join(together)

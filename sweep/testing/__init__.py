@@ -25,6 +25,7 @@ calls        the flock before a step, and the grid after it
 interpreted  the program that flies in plain Python
 grids        any grid
 restarts     from any step
+driven       each boid, once in each step
 divided      any number of threads
 elsewhere    programs in processes of their own
 processes    one process or two

@@ -61,6 +61,23 @@ PLANS: dict[str, tuple[dict[str, Any], str]] = {
         {"ablated": {"as_written": [["status"]]}},
         'no setting "status"',
     ),
+    "details of no axis": (
+        {"ablated": {"real": [WEIGHT]}, "details": ["a"]},
+        'no axis "real"',
+    ),
+    "details of nothing": ({"ablated": {}, "details": ["a"]}, "one axis has details"),
+    "details of another number": (
+        {"ablated": {"x": [WEIGHT]}, "details": ["a", "b"]} | axis(size=3),
+        "1 details have 2 names",
+    ),
+    "detail twice": (
+        {"ablated": {"x": [WEIGHT, WEIGHT]}, "details": ["a", "a"]} | axis(size=3),
+        "a detail stands twice",
+    ),
+    "detail with a sign": (
+        {"ablated": {"x": [WEIGHT]}, "details": ["a+b"]} | axis(size=3),
+        'no detail is called "a+b"',
+    ),
     "ablated group of none": ({"ablated": {"as_written": [[]]}}, "ablates nothing"),
     "ablated none": ({"ablated": {"as_written": []}}, "ablates nothing"),
     "model": ({"model": "evil"}, 'of "evil"'),

@@ -311,7 +311,7 @@ def test_velocities_of_before_are_those_that_the_model_keeps(
     record = "record: {metrics: [speed], trajectories: true}"
     for name, value in (("well", "flock.vx[0]"), ("ill", "1.0")):
         spec = written(tmp_path / name)
-        kept = "remember(flock, seen)"
+        kept = "publish(flock, others, work)"
         edited(tmp_path / name, kept, f"{kept}; flock.previous_vx[0] = {value}")
         before = "record: {metrics: [./mine.py], series: [speed, rightwards], every: 2}"
         spec.write_text(spec.read_text().replace(before, record))

@@ -1,9 +1,13 @@
 """Settings that do not go together are refused, with the line and the values."""
 
+from pathlib import Path
+
 import pytest
 
 from sweep.design.design import expand
+from sweep.design.motors import LINE
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.spec.study import parse_spec
 from tests.studies import COVERING, SMALL
 
@@ -189,3 +193,44 @@ def test_an_occupancy_grid_of_too_many_cells_is_refused_if_the_model_has_one() -
         )
     )
     assert expand(parse_spec(robots)).n_points == 2
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (
+            "motor_min_speed: 3, motor_max_speed: 2",
+            "spec.yaml:5: motor_min_speed is above motor_max_speed",
+        ),
+        (
+            "failing_share: 0.2, failing_time: 1e6",
+            "spec.yaml:5: failing_time is not before the end of a trial",
+        ),
+        ("failing_how: drift", "spec.yaml:5: failing_how has no effect without"),
+        ("failing_time: 2", "spec.yaml:5: failing_time has no effect without"),
+        ("motor_spread: 0.1", "spec.yaml:5: motor_spread has no effect without a lag"),
+        ("motor_turn_rate: 0", "spec.yaml:5: 0 is not allowed for motor_turn_rate"),
+    ],
+)
+def test_motors_that_cannot_be_are_refused(settings: str, message: str) -> None:
+    assert refused(SMALL.replace("n: 12", f"n: 12, {settings}")).startswith(message)
+
+
+def test_motors_need_a_model_that_drives_its_boids(tmp_path: Path) -> None:
+    """And the error says which line is missing; without motors the model flies."""
+    text = Path("examples/vortex.py").read_text(encoding="utf-8")
+    lines = text.splitlines(keepends=True)
+    kept = [line for line in lines if "drive" not in line]
+    assert len(lines) - len(kept) == 2
+    (tmp_path / "vortex.py").write_text("".join(kept), encoding="utf-8")
+    spec = "study: my/slow\nmodel: ./vortex.py\nreplicates: 1\n"
+    path = tmp_path / "slow.yaml"
+    path.write_text(spec, encoding="utf-8")
+    expand(load_spec(path))
+    path.write_text(spec + "fixed: {motor_lag: 2}\n", encoding="utf-8")
+    with pytest.raises(SpecError) as error:
+        expand(load_spec(path))
+    assert "slow.yaml:4: motor_lag needs a model that drives its boids" in str(
+        error.value
+    )
+    assert LINE in str(error.value)

@@ -266,3 +266,15 @@ def test_a_narrow_study_has_the_means_of_the_whole(tmp_path: Path) -> None:
     chosen = narrow.where("n=12", "separation_weight > 0.6")
     assert len(chosen.trials) == 3
     assert "dispersion" not in narrow.trials
+
+
+def test_a_study_without_a_done_trial_has_one_reason_for_no_figure(
+    tmp_path: Path,
+) -> None:
+    """Not one a kind of figure."""
+    study = launched(SMALL, tmp_path)
+    for part in study.store.current_parts():
+        study.store.discard(part)
+    with pytest.raises(ChoiceError) as refused:
+        told(tmp_path, "figure", ("study", "small"))
+    assert refused.value.reason == "no trial is done, so there is nothing to draw"

@@ -72,7 +72,8 @@ def names(paths: list[Path]) -> list[str]:
         ("drawn", ["scatter", "heatmap", "parallel", "sensitivity"]),
         ("covering", ["curves", "scatter", "pareto", "coverage"]),
         ("flying", ["curves", "scatter", "trajectories"]),
-        ("ablated", ["scatter"]),
+        ("ablated", ["scatter", "effects"]),
+        ("real", ["scatter", "effects"]),
         ("repeated", ["scatter", "narrowing"]),
         (
             "searched",
@@ -157,6 +158,7 @@ def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(
         ("refined", "phase", {}),
         ("chained", "hysteresis", {}),
         ("validated", "validity", {}),
+        ("real", "effects", {}),
         ("sized", "scaling", {}),
         ("sized", "collapse", {}),
         ("repeated", "narrowing", {"metrics": ("speed",)}),
@@ -273,6 +275,7 @@ def test_a_new_kind_is_one_entry(
             {},
             "study small: has no heatmaps; record: {heatmaps: true} keeps them",
         ),
+        ("grid", ["effects"], {}, "no axis ablates a preset or details"),
         ("grid", ["history"], {}, "study grid: not a search (it has no asked.parquet)"),
         (
             "searched",

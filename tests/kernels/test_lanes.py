@@ -177,7 +177,7 @@ def _chosen(x: float, y: float) -> float:
 
 ARRAY = types.Array(types.float64, 1, "C")
 ROW = ROWS[types.float64]
-NEAR = types.NamedTuple([ARRAY, ROW, ROW, ROW, ROW, ARRAY, WHOLE], Near)
+NEAR = types.NamedTuple([ARRAY, ROW, ROW, ROW, ROW, ARRAY, WHOLE, types.none], Near)
 RANDOM = types.NamedUniTuple(types.npy_rng, WIDTH, Each)
 REFUSED: list[tuple[Callable[..., Any], dict[str, Any], str]] = [
     (_halved, {"x": LANES}, "it has a statement `while`"),

@@ -13,9 +13,10 @@ from sweep.cli.listing import table_text
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError, SpecError
-from sweep.spec.ablation import WORLD
+from sweep.spec.ablation import WORLD, label
 from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import Study, parse_spec
+from sweep.tables.comparison_sides import side_of
 from sweep.tables.point_means import point_means
 from tests.specs import SHORT, short, short_study
 from tests.studies import SMALL, launched
@@ -166,7 +167,7 @@ MISTAKES = [
     ),
     (
         ["sweep: {detail: {ablate: as_written, points: 3}}"],
-        '6: unknown key "points". Allowed: ablate, when',
+        '6: unknown key "points". Allowed: ablate, leave_out, when',
     ),
     (
         ["sweep:", "  a: {ablate: as_written}", "  b: {ablate: as_written}"],
@@ -177,6 +178,7 @@ MISTAKES = [
         '6: when cannot use "drag" here: it is swept by detail',
     ),
     (["sweep: {detail: {ablate: 5}}"], '6: "ablate" must be a text, not 5'),
+    (["sweep: {detail: {ablate: {}}}"], '6: "ablate" must be a mapping with'),
 ]
 
 
@@ -187,6 +189,180 @@ def test_mistake_is_named_with_its_line(lines: list[str], message: str) -> None:
     with pytest.raises(SpecError) as error:
         parse_spec(short(*lines))
     assert str(error.value).startswith(f"spec.yaml:{message}")
+
+
+NAMED = """\
+sweep:
+  real:
+    ablate:
+      noise: {position_noise: 2, noise_time: 5}
+      late: {sensing_delay: 3}
+      failing: {failing_share: 0.5, failing_how: stop}
+"""
+VALUES: dict[str, dict[str, Value]] = {
+    "noise": {"position_noise": 2.0, "noise_time": 5.0},
+    "late": {"sensing_delay": 3.0},
+    "failing": {"failing_share": 0.5, "failing_how": "stop"},
+}
+
+
+def changed_in_rows(study: Study) -> list[set[str]]:
+    """The details whose settings all have the value of the spec, row by row; and no
+    setting has another value than that or the preset's.
+    """
+    (axis,) = study.axes
+    before = preset_settings("nguyen2024", "as_run", BUILT_IN)
+    rows = []
+    for row in range(len(axis)):
+        found = set[str]()
+        for detail, values in VALUES.items():
+            there = {name: axis.columns[name].tolist()[row] for name in values}
+            assert there in (values, {name: before[name] for name in values})
+            if there == values:
+                found.add(detail)
+        rows.append(found)
+    return rows
+
+
+def test_a_named_detail_changes_its_settings_together() -> None:
+    study = short_study(NAMED)
+    (axis,) = study.axes
+    assert (axis.ablated, axis.named) == ("real", tuple(VALUES))
+    assert axis.details == tuple(tuple(values) for values in VALUES.values())
+    assert changed_in_rows(study) == [
+        set(),
+        {"noise"},
+        {"late"},
+        {"failing"},
+        set(VALUES),
+    ]
+
+
+def test_with_leave_out_each_detail_is_also_taken_from_all() -> None:
+    assert changed_in_rows(short_study(NAMED + "    leave_out: true\n")) == [
+        set(),
+        {"noise"},
+        {"late"},
+        {"failing"},
+        {"late", "failing"},
+        {"noise", "failing"},
+        {"noise", "late"},
+        set(VALUES),
+    ]
+    plain = short_study(NAMED)
+    assert points(short_study(NAMED + "    leave_out: false\n")) == points(plain)
+
+
+def test_details_of_a_preset_are_left_out_too() -> None:
+    study = short_study("sweep: {detail: {ablate: as_written, leave_out: true}}")
+    (axis,) = study.axes
+    design = expand(study)
+    assert len(set(points(study))) == 2 * len(axis.details) + 2 == design.n_points
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ((False, False, False), ""),
+        ((False, True, False), "b"),
+        ((True, True, False), "all but c"),
+        ((True, True, True), "all"),
+        ((False, True), "b"),
+        ((True,), "a"),
+        ((True, False, True, False), "a + c"),
+    ],
+)
+def test_labels_say_which_details_are_there(
+    changed: tuple[bool, ...], words: str
+) -> None:
+    assert label(changed, "abcd"[: len(changed)]) == words
+
+
+def named(*details: str) -> list[str]:
+    return ["sweep:", "  real:", "    ablate:", *("      " + one for one in details)]
+
+
+MISTAKEN_DETAILS = [
+    (named("late: {sensing_dela: 3}"), 'unknown setting "sensing_dela"; did you mean'),
+    (named("late: {sensing_delay: -3}"), "9: -3 is not allowed for sensing_delay"),
+    (named("late: {failing_how: fly}"), 'unknown failing_how "fly"'),
+    (named("late: 3"), '9: "late" must be settings with their values, as'),
+    (named("late: {}"), '9: "late" must be settings with their values, as'),
+    (
+        named("late: {sensing_delay: 0}"),
+        '9: "late" would change nothing: as_run has these values',
+    ),
+    (
+        named("a: {sensing_delay: 2}", "b: {sensing_delay: 3}"),
+        '10: "sensing_delay" is of the detail "a" already',
+    ),
+    (named("big: {n: 9}"), '9: "n" cannot be a detail: the trials of a pair have'),
+    (named("big: {map: empty}"), '9: "map" cannot be a detail'),
+    (named('"a+b": {drag: 0.5}'), 'no detail can be called "a+b": a name of a detail'),
+    (named("all: {drag: 0.5}"), 'no detail can be called "all": "all" and "all but'),
+    (named("all but a: {drag: 0.5}"), 'no detail can be called "all but a"'),
+    (
+        [*named("heavy: {drag: 0.5}"), "fixed: {drag: 0}"],
+        '9: "drag" has a value elsewhere in the spec, too',
+    ),
+    (
+        [*named("heavy: {drag: 0.5}"), "  drag: [0, 1]"],
+        '9: "drag" has a value elsewhere in the spec, too',
+    ),
+    (
+        [*named("a: {drag: 0.5}", "b: {sensing_delay: 3}"), "    leave_out: true"],
+        "leave_out needs 3 details, and there are 2",
+    ),
+    (
+        [*named("a: {drag: 0.5}"), "    leave_out: 1"],
+        '"leave_out" must be true or false',
+    ),
+    (
+        ["sweep: {as_written: {ablate: {a: {drag: 0.5}}}}"],
+        '"as_written" is a preset of nguyen2024: an axis with details needs a name',
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    MISTAKEN_DETAILS,
+    ids=[f"{number} {lines[3:]}" for number, (lines, _) in enumerate(MISTAKEN_DETAILS)],
+)
+def test_a_mistake_in_details_is_named(lines: list[str], message: str) -> None:
+    with pytest.raises(SpecError) as error:
+        parse_spec(short(*lines))
+    assert message in str(error.value)
+
+
+def test_all_mistakes_in_details_are_said_at_once() -> None:
+    with pytest.raises(SpecError) as error:
+        parse_spec(short(*named("a: {dragg: 0.5}", "b: 3", "c: {drag: 7}")))
+    lines = [str(one) for one in error.value.mistakes]
+    assert [line.split()[0] for line in lines] == [
+        f"spec.yaml:{n}:" for n in (9, 10, 11)
+    ]
+    for line, text in zip(lines, ('"dragg"', '"b" must be', "7 is not"), strict=True):
+        assert text in line
+
+
+def test_tables_call_details_by_their_names(tmp_path: Path) -> None:
+    spec = SMALL.replace(
+        "sweep:\n  separation_weight: [0.5, 1]\n", NAMED + "    leave_out: true\n"
+    )
+    study = launched(spec, tmp_path)
+    rows = point_means(study, ["speed"]).rows
+    assert list(rows["detail"]) == [
+        "",
+        *VALUES,
+        *(f"all but {name}" for name in VALUES),
+        "all",
+    ]
+    assert list(study.details("real").unique()) == list(rows["detail"])
+    part = study.where(detail="all but late")
+    assert set(part.trials["sensing_delay"]) == {0}
+    assert set(part.trials["position_noise"]) == {2}
+    assert side_of("small:real", study).trials["sensing_delay"].eq(3).all()
 
 
 def test_presets_that_differ_in_nothing_open_are_refused(

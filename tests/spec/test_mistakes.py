@@ -38,7 +38,7 @@ SAID = """
 8: unknown setting "seperation_weight"; did you mean "separation_weight"?
 9: "linspace" must be [first, last, number of values], not a list of 2
 10: 'far' is not allowed for width: it is a number above 0 (px)
-11: unknown setting "max_sped"; did you mean "start_speed"?
+11: unknown setting "max_sped"; did you mean "motor_max_speed"?
 12: require: unknown name "widht"; did you mean "width"?
 12: require: "n +" is not an expression
 13: "replicates" must be a whole number from 1 to 20000000, not 0

@@ -195,6 +195,21 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
         (marked(DEF), doing("vx += 0.01 / record.last")),
     ),
     (
+        "motors",
+        "advance called drive 130 times in 10 steps of 14 boids",
+        (
+            marked(DEF),
+            (
+                "from kernels.rules.borders",
+                "from kernels.robots.actuation import drive\n"
+                "from kernels.robots.sensing import publish\n"
+                "from kernels.rules.borders",
+            ),
+            ("remember(flock, seen)\n", "publish(flock, seen, work)\n"),
+            doing("if i > 0: vx, vy = drive(work, i, seen.vx[i], seen.vy[i], vx, vy)"),
+        ),
+    ),
+    (
         "threads",
         "cannot be divided among threads: it leaves a loop over boids (line 82)",
         (marked(DEF), AT_ONCE, doing("if i > 99: break")),
@@ -361,6 +376,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
                 ),
             ),
         ),
+        ("motors", "it calls no `drive`: motors need `vx, vy = drive", ()),
         ("threads", "it does not say that it updates all boids at once", ()),
         ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
@@ -434,7 +450,7 @@ def test_the_command_ends_with_0_where_nothing_is_broken(tmp_path: Path) -> None
     done = sweep(tmp_path, "check", f"{path.name}:MODEL", "--json")
     assert done.returncode == 0
     found = {one["promise"]: one["status"] for one in json.loads(done.stdout)}
-    assert found.pop("threads") == ELSEWHERE
+    assert {found.pop("motors"), found.pop("threads")} == {ELSEWHERE}
     assert set(found.values()) == {KEPT}
 
 

@@ -1,6 +1,7 @@
 """Trials whose boids measure and hear."""
 
 from dataclasses import replace
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from sweep.trial.robots import has_robots, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
+from tests.commands import python
 from tests.naive.sensing import Knowledge
 
 REAL = {
@@ -171,6 +173,18 @@ def test_a_flight_that_goes_on_with_other_settings_begins_its_senses_anew() -> N
     assert (off < 6 * REAL["position_noise"]).all()
 
 
+def digests() -> str:
+    """Where boids are after a trial of each kind of senses, as hashes."""
+    jobs = (a_job(steps=8, **changes) for changes in TWINS.values())
+    ends = (flown(Simulation(job), 8).tobytes() for job in jobs)
+    return " ".join(sha256(end).hexdigest() for end in ends)
+
+
+def test_the_interpreter_gives_the_same_bits() -> None:
+    code = "from tests.trial import test_sensing as t\nprint(t.digests())"
+    assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_has_the_same_bits_in_any_grid(model: str) -> None:
     """And flies otherwise than without senses."""
@@ -201,7 +215,27 @@ def test_what_a_boid_hears_of_is_shown() -> None:
     flown(simulation, 1)
     heard = [len(one.neighbours) for one in seen]
     assert 0 < sum(heard) < 14 * 13
+    sent = np.stack(simulation.flight.work.before[:2], axis=1)
+    for one in seen:
+        assert one.known == sent[one.neighbours].tolist()
+    assert seen_by(Simulation(a_job()).flight, 0).known == []
     assert senses.times.tolist() == [0, 7, 6, 3]
+
+
+def test_a_model_that_does_not_publish_is_noticed_by_its_clock() -> None:
+    """As one of users that builds its call from parts, which no check can read."""
+    simulation = Simulation(a_job(**ALL_HEARD))
+    flight = simulation.flight
+    real, clock = flight.model.advance, flight.work.robots.clock
+
+    def advance(*given: Any) -> bool:
+        going = real(*given)
+        clock[0] -= 1
+        return going
+
+    flight.model = flight.model._replace(advance=advance)
+    with pytest.raises(RuntimeError, match="called publish in 4 of 5 steps"):
+        simulation.advance(5)
 
 
 def test_trials_with_senses_fly_alone_in_one_thread() -> None:

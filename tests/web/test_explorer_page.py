@@ -240,6 +240,41 @@ def test_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(
     assert page.evaluate(TICKS, [values]) == ticks
 
 
+def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(
+    browser: Browser, server: PageServer
+) -> None:
+    page = browser.new_page()  # where the browser may say that it was refused
+    page.set_default_timeout(PATIENCE)
+    page.goto(f"{server.url}#study=small&kind=heatmap")
+    refusal = page.locator(".figure .refusal").first
+    expect(refusal).to_contain_text("needs two settings that vary")
+    expect(page.locator("#figure-kind")).to_be_hidden()  # it has nothing to choose
+    page.get_by_role("button", name="Show one that suits").click()
+    seen(page, ".figure .board, .figure .uplot")
+    expect(refusal).to_be_hidden()
+    expect(page.locator("#figure-kind")).to_be_visible()
+    assert "kind" not in page.url
+    page.close()
+
+
+def test_what_is_chosen_is_marked_before_anything_is_answered(opened: Open) -> None:
+    page = opened("#study=grid&kind=heatmap")
+    canvas = page.locator(".figure .board canvas").first
+    seen(page, ".figure .board canvas")
+    held: list[Route] = []
+    page.route(re.compile("/state"), lambda route: held.append(route))
+    box = canvas.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 90, box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 200, steps=3)
+    page.mouse.up()
+    expect(page.locator(".figure .region").first).to_be_visible()
+    for route in held:
+        route.continue_()
+    page.unroute_all(behavior="ignoreErrors")
+
+
 def test_the_simulator_loads_when_a_trial_plays(opened: Open) -> None:
     trial = plotted.study("small").trials["trial_id"].iloc[0]
     page = opened(f"#study=small&trial={trial}")

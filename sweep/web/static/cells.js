@@ -75,8 +75,8 @@ export class Cells extends Board {
     ];
   }
 
-  /** @override @param {CanvasRenderingContext2D} context @param {string} ink */
-  paint(context, ink) {
+  /** @override @param {CanvasRenderingContext2D} context */
+  paint(context) {
     const [low, high] = this.range;
     for (const dot of this.dots) {
       const [left, top, right, bottom] = this.box(dot);
@@ -87,8 +87,11 @@ export class Cells extends Board {
     }
     for (const dot of this.dots.filter((one) => this.isChosen(one))) {
       const [left, top, right, bottom] = this.box(dot);
-      Object.assign(context, { strokeStyle: ink, lineWidth: 3 });
-      context.strokeRect(left + 1.5, top + 1.5, right - left - 3, bottom - top - 3);
+      // Both, as a cell may have the colour of either.
+      for (const [strokeStyle, lineWidth] of [["#fff", 5], ["#000", 2]]) {
+        Object.assign(context, { strokeStyle, lineWidth });
+        context.strokeRect(left + 2.5, top + 2.5, right - left - 5, bottom - top - 5);
+      }
     }
   }
 

@@ -70,10 +70,22 @@ export class FigurePanel {
     this.note = make("p", { className: "facts said" });
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.line = make("div");
+    const nothing = { kind: "", metric: "", x: "", y: "", by: "" };
+    this.suiting = make("button", {
+      type: "button",
+      textContent: "Show one that suits",
+      on: { click: () => go(nothing) },
+    });
+    // Before the first figure there is nothing to choose from.
+    this.pickers = make(
+      "div",
+      { className: "choices-of-figure", hidden: true },
+      ...pickers,
+    );
     this.element = make(
       "section",
       { className: "card figure", "aria-label": "figure" },
-      make("div", { className: "choices-of-figure" }, ...pickers),
+      this.pickers,
       this.refusal,
       this.crowd,
       this.legend,
@@ -154,7 +166,7 @@ export class FigurePanel {
 
   /** @param {string} words */
   refuse(words) {
-    this.refusal.textContent = words;
+    this.refusal.replaceChildren(words, " ", this.choice?.kind ? this.suiting : "");
     this.refusal.hidden = !words;
     for (const part of [this.panels, this.legend, this.note, this.line]) {
       part.hidden = Boolean(words);
@@ -234,11 +246,11 @@ export class FigurePanel {
     this.go({ region, ...(many ? {} : { point: points.join(" ") }) });
   }
 
-  // The points that are chosen stand out.
-  mark() {
-    const points = new Set(this.choice?.point.split(" ").filter(Boolean));
+  // The points that are chosen stand out, before anything is asked.
+  mark(choice = this.choice) {
+    const points = new Set(choice?.point.split(" ").filter(Boolean));
     for (const board of this.boards) board.mark(points);
-    for (const region of this.regions) region.show(this.choice?.region ?? "");
+    for (const region of this.regions) region.show(choice?.region ?? "");
   }
 
   /** @param {Figure} figure */
@@ -266,6 +278,7 @@ export class FigurePanel {
   /** @param {Figure} figure @param {StudyState} state */
   offer(figure, state) {
     const { kinds, kind, takes, settings, metrics, form } = figure;
+    this.pickers.hidden = false;
     fill(
       this.kind.select,
       Object.keys(kinds).map((name) => ({

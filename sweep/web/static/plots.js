@@ -313,7 +313,11 @@ export class Plot {
   }
 
   // The powers of ten of a logarithmic axis; of a short one round values.
-  /** @param {CanvasRenderingContext2D} context @param {Area} area @param {Axis} along */
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Area} area
+   * @param {Axis} along
+   */
   powers(context, area, along) {
     context.textAlign = "right";
     const most = Math.max(2, Math.floor((area.bottom - area.top) / 30));

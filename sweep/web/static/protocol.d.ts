@@ -257,6 +257,8 @@ export interface Seen {
   fov: number;
   heading: number | null;
   neighbours: number[];
+  /** Where it knows these to be, if that is not where they are. */
+  known?: [number, number][];
 }
 
 export interface Spec {

@@ -72,6 +72,7 @@ export class RefineCard {
   show(choice, revision) {
     // An address that asks for a change shows it.
     if (!this.choice && (choice.region || choice.replicates)) this.element.open = true;
+    if (this.choice?.study !== choice.study) this.replicates.placeholder = "";
     this.choice = choice;
     this.about.textContent = aboutOf(choice);
     this.revision = revision;

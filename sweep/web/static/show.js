@@ -304,6 +304,7 @@ export class Explorer {
     this.name.textContent = name || "Results";
     this.where.value = where;
     this.sides.show(study, "");
+    this.figure.mark(choice);
     document.title = `${name || "results"} · boidsweep`;
   }
 

@@ -80,7 +80,19 @@ export function drawPerception(stage, scene, frame) {
     context.lineTo(x + dx, y + dy);
   }
   context.stroke();
+  drawKnown(stage, chosen.known ?? []);
   context.globalAlpha = 1;
+}
+
+// A ring where the selected boid knows each of its neighbours to be.
+/** @param {Stage} stage @param {[number, number][]} known */
+function drawKnown(stage, known) {
+  for (const [x, y] of known) {
+    const at = stage.toScreen({ x, y });
+    stage.context.beginPath();
+    stage.context.arc(at.x, at.y, 4, 0, 2 * Math.PI);
+    stage.context.stroke();
+  }
 }
 
 /** @param {Scene} scene @param {Frame} frame @param {Camera} camera */
