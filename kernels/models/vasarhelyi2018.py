@@ -27,15 +27,7 @@ from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction
-from kernels.settings import (
-    COMMON,
-    SEQUENTIAL,
-    SYNCHRONOUSLY,
-    UPDATE,
-    About,
-    Demand,
-    InParts,
-)
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand, InParts
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
@@ -510,7 +502,6 @@ MODEL = Model(
         "reflection": EXACT,
         "permutation": EXACT,
     },
-    at_once=SYNCHRONOUSLY,
     state={
         "wanted_x": About("the velocity that a drone wants, along x", "length/time"),
         "wanted_y": About("the velocity that a drone wants, along y", "length/time"),
