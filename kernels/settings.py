@@ -352,7 +352,7 @@ class StartSettings(NamedTuple):
     start_positions: Annotated[
         int,
         About(
-            "uniform in the world, or on its integer points",
+            "boids start uniformly in the world, or on its integer points",
             choices=("continuous", "integer"),
         ),
     ]
