@@ -40,6 +40,15 @@ IDEAL = {name: COMMON[name] for name in Sensing._fields if name not in TOPOLOGY}
     "motor_noise": 0.0
 }
 """The changes by which boids know all that they see, and motors have no noise."""
+COMPILED_AS_ROBOTS = [
+    model
+    if model in ("nguyen2024", "aziel_chen2025")
+    else pytest.param(model, marks=pytest.mark.slow)
+    for model in MODELS
+]
+"""Kernels for robots are others, and each takes half a minute to be compiled. In the
+interpreter all models are tested.
+"""
 OBSERVATION = Observation(
     flock_range=50.0,
     goal_radius=50.0,

@@ -13,7 +13,6 @@ import pytest
 
 from kernels.chance import ChanceKey
 from kernels.jit import jit
-from kernels.models import MODELS
 from kernels.near import EVERYBODY
 from kernels.occupancy import no_occupancy
 from kernels.robots.actuation import drive
@@ -309,7 +308,7 @@ def test_failed_boids_stand_or_keep_their_velocity(how: str) -> None:
 # ---- in models
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", builders.COMPILED_AS_ROBOTS)
 def test_stopped_boids_stand_in_every_model(model: str) -> None:
     """And an interrupted flight goes on to the same bits."""
     about = builders.job(model, "as_written")
@@ -336,6 +335,16 @@ def test_stopped_boids_stand_in_every_model(model: str) -> None:
     again.restore(middle)
     assert again.advance(4)
     assert np.stack(again.flock[:4]).tobytes() == after.tobytes()
+
+
+def test_they_do_in_the_interpreter() -> None:
+    """In all models: nothing is compiled there."""
+    code = (
+        "from kernels.models import MODELS\n"
+        "from tests.kernels import test_motors as t\n"
+        "for model in MODELS: t.test_stopped_boids_stand_in_every_model(model)"
+    )
+    python(code, NUMBA_DISABLE_JIT="1")
 
 
 def robotic() -> Job:

@@ -185,7 +185,17 @@ def test_the_interpreter_gives_the_same_bits() -> None:
     assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
 
 
-@pytest.mark.parametrize("model", MODELS)
+def test_every_model_has_them_in_the_interpreter() -> None:
+    """Nothing is compiled there."""
+    code = (
+        "from kernels.models import MODELS\n"
+        "from tests.trial import test_sensing as t\n"
+        "for model in MODELS: t.test_every_model_has_the_same_bits_in_any_grid(model)"
+    )
+    python(code, NUMBA_DISABLE_JIT="1")
+
+
+@pytest.mark.parametrize("model", builders.COMPILED_AS_ROBOTS)
 def test_every_model_has_the_same_bits_in_any_grid(model: str) -> None:
     """And flies otherwise than without senses."""
     lengths = ("position_noise", "velocity_noise", "body_radius", "packet_loss_range")
