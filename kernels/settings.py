@@ -37,7 +37,8 @@ class About(NamedTuple):
 
     `rule` names the rule whose weight it is, and `to_goal` says that this rule leads
     boids to the goal. `in_steps` says that it is counted in steps, so that with a
-    shorter time step a larger value is the same time.
+    shorter time step a larger value is the same time; `whole_steps` that it is a time
+    that must be a whole number of steps.
     """
 
     text: str
@@ -49,6 +50,7 @@ class About(NamedTuple):
     rule: str = ""
     to_goal: bool = False
     in_steps: bool = False
+    whole_steps: bool = False
 
 
 EachStep = Literal["", "time", "share", "noise"]
@@ -72,12 +74,11 @@ class InParts(NamedTuple):
 
 
 class OnlyWhere(NamedTuple):
-    """Stands after the About of a setting that changes something only where another
-    `setting` has this `choice`.
+    """Stands after the About of a setting that changes something only where a
+    `condition` on other settings holds: an expression as specs have them.
     """
 
-    setting: str
-    choice: str
+    condition: str
 
 
 class Demand(NamedTuple):
@@ -170,6 +171,12 @@ NOISE_FORMS = ("independent", "coupled")
 INDEPENDENT, COUPLED = range(2)
 OCCLUSION = ("none", "obstacles", "boids", "both")
 NOTHING_HIDES, HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH = range(4)
+NOISY = "position_noise > 0 or velocity_noise > 0"
+SOME_FAIL = "failing_share > 0"
+LIMITED = (
+    "motor_lag > 0 or motor_min_speed > 0"
+    " or min(motor_acceleration, motor_turn_rate, motor_max_speed) < 1e299"
+)
 FAILURES = ("stop", "drift", "silent", "blind")
 
 
@@ -187,7 +194,7 @@ class Sensing(NamedTuple):
             low=1,
             high=10_000_000,
         ),
-        OnlyWhere("neighbours", NEIGHBOURS.choices[NEAREST]),
+        OnlyWhere(f"neighbours == '{NEIGHBOURS.choices[NEAREST]}'"),
     ]
     position_noise: Annotated[
         float,
@@ -213,6 +220,7 @@ class Sensing(NamedTuple):
             "time",
             low=0,
         ),
+        OnlyWhere(NOISY),
     ]
     noise_form: Annotated[
         int,
@@ -221,6 +229,7 @@ class Sensing(NamedTuple):
             " is the integral of that of the velocity, held by a spring",
             choices=NOISE_FORMS,
         ),
+        OnlyWhere(NOISY),
     ]
     own_noise: Annotated[
         int,
@@ -229,10 +238,11 @@ class Sensing(NamedTuple):
             " errors that others see; independent: others of the same size",
             choices=OWN_NOISES,
         ),
+        OnlyWhere(NOISY),
     ]
     sensing_delay: Annotated[
         float,
-        About("age of what a boid knows of others", "time", low=0),
+        About("age of what a boid knows of others", "time", low=0, whole_steps=True),
     ]
     sensing_period: Annotated[
         float,
@@ -240,6 +250,7 @@ class Sensing(NamedTuple):
             "time between two samples of what a boid knows of others; 0: each step",
             "time",
             low=0,
+            whole_steps=True,
         ),
     ]
     radio_range: Annotated[
@@ -262,13 +273,16 @@ class Sensing(NamedTuple):
             low=0,
             exclusive=True,
         ),
+        OnlyWhere("packet_loss > 0"),
     ]
     occlusion: Annotated[
         int,
         About("what hides those behind it from a boid", choices=OCCLUSION),
     ]
     body_radius: Annotated[
-        float, About("radius of a boid that hides others", "length", low=0)
+        float,
+        About("radius of a boid that hides others", "length", low=0),
+        OnlyWhere("occlusion == 'boids' or occlusion == 'both'"),
     ]
 
 
@@ -320,6 +334,7 @@ class Actuation(NamedTuple):
             " own, of its lag and of each limit",
             low=0,
         ),
+        OnlyWhere(LIMITED),
     ]
 
 
@@ -327,7 +342,9 @@ class Breakdowns(NamedTuple):
     """Which boids fail, when and how; see kernels.robots.breakdowns."""
 
     failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
-    failing_time: Annotated[float, About("when they fail", "time", low=0)]
+    failing_time: Annotated[
+        float, About("when they fail", "time", low=0), OnlyWhere(SOME_FAIL)
+    ]
     failing_how: Annotated[
         int,
         About(
@@ -335,6 +352,7 @@ class Breakdowns(NamedTuple):
             " blind: they see nobody",
             choices=FAILURES,
         ),
+        OnlyWhere(SOME_FAIL),
     ]
 
 

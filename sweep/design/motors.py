@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from kernels.robots.publishers import drives, publishes, to_publish
 from kernels.settings import Demand
 from sweep.design.points import Points
-from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 
 MOTOR_DEMANDS = (
@@ -27,34 +26,11 @@ Mask = NDArray[np.bool_]
 
 
 def check_motors(study: Study, points: Points) -> None:
-    """Raise SpecError for settings that have no effect at any point, and for a model
-    that does not drive its boids where these have motors, or some stop or drift.
+    """Raise SpecError for a model that does not drive its boids where these have
+    motors, or some stop or drift.
     """
-    mistakes = Mistakes()
-    act = _acting(points)
     fails = points.column("failing_share") > 0.0
-    limits = [act[name] for name in (*LIMITS, "motor_lag", "motor_min_speed")]
-    for name, matters, needs in (
-        ("failing_time", fails, "failing_share"),
-        ("failing_how", fails, "failing_share"),
-        ("motor_spread", np.any(limits, axis=0), "a lag or a limit of the motors"),
-    ):
-        with mistakes.noted():
-            place = study.place_of(name)
-            if place and not matters.any() and _is_set(points, name):
-                raise study.document.error(
-                    place,
-                    f"{name} has no effect without {needs}: set that too, or leave"
-                    f" {name} out",
-                )
-    mistakes.read(_check_model, study, act, fails)
-    mistakes.check()
-
-
-def _is_set(points: Points, name: str) -> bool:
-    """Whether a setting is not at each point what it usually is."""
-    values = points.column(name)
-    return bool((values != ("stop" if name == "failing_how" else 0.0)).any())
+    _check_model(study, _acting(points), fails)
 
 
 def _acting(points: Points) -> dict[str, Mask]:

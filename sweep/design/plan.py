@@ -7,6 +7,8 @@ from typing import Any
 
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, expand
+from sweep.design.points import Points
+from sweep.spec.expressions import parse
 from sweep.spec.study import Study
 from sweep.text import so_many
 
@@ -158,16 +160,13 @@ def _idle(study: Study, design: Design) -> Iterator[str]:
     in words.
     """
     given = {*study.fixed, *study.derive, *design.columns}
+    points = Points(design.base, design.columns, design.n_points, design.fineness)
     for name, setting in study.settings.items():
-        if (where := setting.only_where) is None or name not in given:
+        if (only := setting.only_where) is None or name not in given:
             continue
-        values = design.values_of(where.setting)
-        if where.choice not in values:
-            found = " or ".join(map(str, values))
-            yield (
-                f"{name} changes nothing: {where.setting} is {found} at every point,"
-                f" and {name} is for {where.choice} alone"
-            )
+        condition = parse(only.condition, study.settings)
+        if not points.evaluate(study, condition, ("model",)).any():
+            yield f"{name} changes nothing: no point has {only.condition}"
 
 
 def workforce(workers: int, threads: int) -> str:

@@ -22,9 +22,9 @@ Mask = NDArray[np.bool_]
 
 
 def check_senses(study: Study, points: Points) -> None:
-    """Raise SpecError where boids cannot sense as wanted, for settings that have no
-    effect at any point, and for a model that does not let its boids measure and hear.
-    Of each thing that is wrong it names the first point.
+    """Raise SpecError where boids cannot sense as wanted, and for a model that does not
+    let its boids measure and hear. Of each thing that is wrong it names the first
+    point.
     """
     mistakes = Mistakes()
 
@@ -52,7 +52,6 @@ def check_senses(study: Study, points: Points) -> None:
     hides = np.isin(points.column("occlusion"), ("boids", "both"))
     bodiless = hides & ~_above(points, "body_radius")
     refuse(("occlusion", "body_radius"), bodiless, _bodiless)
-    mistakes.read(_check_effects, study, points, some, hides)
     mistakes.read(_check_model, study, points)
     mistakes.check()
 
@@ -122,37 +121,6 @@ def _half_coupled(*_values: Any) -> str:
 
 def _bodiless(*_values: Any) -> str:
     return "boids that hide others need a body_radius above 0"
-
-
-def _check_effects(study: Study, points: Points, some: Mask, hides: Mask) -> None:
-    """Refuse settings that are not as usual, and have no effect at any point."""
-    mistakes = Mistakes()
-    noise = "position_noise or velocity_noise"
-    for name, is_set, matters, needed in (
-        ("noise_time", _above(points, "noise_time"), some, noise),
-        ("own_noise", points.column("own_noise") != "none", some, noise),
-        ("noise_form", points.column("noise_form") == "coupled", some, noise),
-        (
-            "packet_loss_range",
-            ~np.isinf(points.column("packet_loss_range")),
-            _above(points, "packet_loss"),
-            "packet_loss",
-        ),
-        (
-            "body_radius",
-            _above(points, "body_radius"),
-            hides,
-            "`occlusion: boids` or `both`",
-        ),
-    ):
-        with mistakes.noted():
-            if is_set.any() and not matters.any():
-                raise study.document.error(
-                    _place(study, (name,)),
-                    f"{name} has no effect without {needed}: set that too, or leave"
-                    f" {name} out",
-                )
-    mistakes.check()
 
 
 def _check_model(study: Study, points: Points) -> None:

@@ -62,7 +62,7 @@ class Setting:
     numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
     counted in steps, `each_step` what a shorter step makes of it: see
     `kernels.settings.InParts`. Where `only_where` is given, it changes something only
-    there.
+    there. `whole_steps` says that it is a time of a whole number of steps.
     """
 
     name: str
@@ -78,6 +78,7 @@ class Setting:
     in_steps: bool = False
     each_step: EachStep = ""
     only_where: OnlyWhere | None = None
+    whole_steps: bool = False
 
     def in_parts(self, value: float, parts: float) -> float:
         """What a value becomes where each step is cut into so many; with 1 / k, what it
@@ -213,6 +214,7 @@ def _setting(
         about.in_steps,
         in_parts[0] if in_parts else "",
         only_where[0] if only_where else None,
+        about.whole_steps,
     )
 
 

@@ -12,7 +12,7 @@ from sweep.spec.settings import Value
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, read_study
 from sweep.tables.choosing import Chooser
-from sweep.web.protocol import Reply, plain
+from sweep.web.protocol import Reply
 
 
 @cache
@@ -64,9 +64,8 @@ def _settings(study: Study, chosen: Mapping[str, Any]) -> dict[str, Value | None
     varied = {
         name: set(column[points].tolist()) for name, column in design.columns.items()
     }
-    one = {name: plain(values.pop()) for name, values in varied.items() if _one(values)}
-    fixed = {name: plain(value) for name, value in design.base.items()}
-    settings = {**fixed, **{name: one.get(name) for name in varied}}
+    one = {name: values.pop() for name, values in varied.items() if _one(values)}
+    settings = {**design.base, **{name: one.get(name) for name in varied}}
     return settings | ({"map": None} if settings["map"] in study.maps else {})
 
 

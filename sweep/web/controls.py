@@ -186,12 +186,13 @@ def _control(setting: Setting, default: Value) -> Reply:
 
 def _slider(setting: Setting, default: Value) -> list[float] | None:
     """Low, high and step of a slider about the preset value. None if that is no number,
-    or is infinite.
+    is infinite, or may only be a whole number of steps.
     """
     if (
         isinstance(default, bool | str)
         or not math.isfinite(default)
         or setting.name == "map"
+        or setting.whole_steps
     ):
         return None
     low = setting.low if math.isfinite(setting.low) else min(0.0, 3 * default)
@@ -222,9 +223,10 @@ def _metric(
     name: str, about: Metric, model: Model, preset: str, experiments: Path
 ) -> Reply:
     numbers = [
-        number
+        number | {"settings": {one: plain(value) for one, value in holds.items()}}
         for own, number in published(model.name, preset, experiments)
         if own == name
+        for holds in [number["settings"]]
     ]
     return {
         "name": name,

@@ -104,16 +104,15 @@ def test_the_lower_limit_of_the_speed_is_not_above_the_upper() -> None:
 
 
 def test_all_that_does_not_go_together_is_said_at_once() -> None:
-    """Demands, motors and senses; each in a sentence of its own."""
+    """Demands and senses; each in a sentence of its own."""
     fixed = (
-        "sensing_delay: 0.5, packet_loss_range: 3, occlusion: boids, noise_time: 4,"
-        " motor_min_speed: 3, motor_max_speed: 1, failing_how: blind, start_margin: 1e9"
+        "sensing_delay: 0.5, occlusion: boids, motor_min_speed: 3, motor_max_speed: 1,"
+        " start_margin: 1e9"
     )
     spec = "study: x\nmodel: vicsek1995\nreplicates: 1\nfixed: {" + fixed + "}\n"
     said = refused(spec).splitlines()
     assert [words.partition(": ")[2].split()[0] for words in said] == [
-        *("start_margin", "motor_min_speed", "failing_how", "sensing_delay"),
-        *("boids", "noise_time", "packet_loss_range"),
+        *("start_margin", "motor_min_speed", "sensing_delay", "boids"),
     ]
 
 
@@ -220,9 +219,6 @@ def test_an_occupancy_grid_of_too_many_cells_is_refused_if_the_model_has_one() -
             "failing_share: 0.2, failing_time: 1e6",
             "spec.yaml:5: failing_time is not before the end of a trial",
         ),
-        ("failing_how: drift", "spec.yaml:5: failing_how has no effect without"),
-        ("failing_time: 2", "spec.yaml:5: failing_time has no effect without"),
-        ("motor_spread: 0.1", "spec.yaml:5: motor_spread has no effect without a lag"),
         ("motor_turn_rate: 0", "spec.yaml:5: 0 is not allowed for motor_turn_rate"),
     ],
 )

@@ -45,20 +45,6 @@ def refused(text: str) -> str:
             "coupled errors need position_noise, velocity_noise and noise_time above 0",
         ),
         ("occlusion: both", "boids that hide others need a body_radius above 0"),
-        (
-            "noise_time: 3",
-            "noise_time has no effect without position_noise or velocity_noise: set"
-            " that too, or leave noise_time out",
-        ),
-        ("own_noise: shared", "own_noise has no effect without position_noise"),
-        (
-            "packet_loss_range: 80",
-            "packet_loss_range has no effect without packet_loss",
-        ),
-        (
-            "occlusion: obstacles, body_radius: 3",
-            "body_radius has no effect without `occlusion: boids` or `both`",
-        ),
     ],
 )
 def test_senses_that_cannot_be_are_refused(settings: str, said: str) -> None:

@@ -316,3 +316,14 @@ def random_turn(rng: np.random.Generator, width: float) -> Vector:
 
 def turned(x: float, y: float, cosine: float, sine: float) -> Vector:
     return np.array([[cosine, -sine], [sine, cosine]]) @ [x, y]
+
+
+def turned_towards(
+    x: float, y: float, to_x: float, to_y: float, cosine: float, sine: float
+) -> Vector:
+    """By complex numbers: the real part of a product is that of the cosine."""
+    apart = complex(x, -y) * complex(to_x, to_y)
+    if apart.real >= cosine:
+        return np.array([to_x, to_y])
+    new = complex(x, y) * complex(cosine, sine if apart.imag >= 0 else -sine)
+    return np.array([new.real, new.imag])
