@@ -16,8 +16,7 @@ MOST_BYTES = 2**28
 """Of the messages that are under way in one trial."""
 NEARLY = 1e-9
 """So much of a step may a time be off a whole number of steps, and of this number."""
-TIMES = "sensing_delay", "sensing_period"
-FINITE = "position_noise", "velocity_noise", *TIMES
+NOISES = "position_noise", "velocity_noise"
 Mask = NDArray[np.bool_]
 
 
@@ -31,9 +30,10 @@ def check_senses(study: Study, points: Points) -> None:
     def refuse(names: Sequence[str], wrong: Mask, say: Callable[..., str]) -> None:
         mistakes.read(_refuse, study, points, names, wrong, say)
 
-    for name in FINITE:
+    times = [name for name, one in study.settings.items() if one.whole_steps]
+    for name in (*NOISES, *times):
         refuse((name,), np.isinf(points.column(name)), _infinite)
-    for name in TIMES:
+    for name in times:
         off = _steps(points, name)
         apart = np.abs(off - np.rint(off)) > NEARLY * np.maximum(1.0, off)
         refuse((name, "dt"), apart, _between_steps)
