@@ -25,6 +25,8 @@ prints nothing, validates nothing.
     arbitration  how forces share one acceleration
     angles       cosine and sine by arithmetic alone
     rules/       social, steering, headings, avoidance, obstacles, borders
+    shapes       what obstacles there can be
+    polygons     those of any shape: nearest points, insides, what is behind them
     worlds       maps -> World
     arenas       maps for small robots, in metres
     occupancy    grids on which robots look for obstacles

@@ -29,10 +29,11 @@ from kernels.recording import (
 from kernels.robots.robots import ChanceKeys, build_robots
 from kernels.robots.senses import build_senses, go_on_with
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
+from kernels.shapes import Obstacles
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
 from kernels.workspace import Workspace, build_workspace
-from kernels.worlds import Obstacles, Reach, build_reach, build_world
+from kernels.worlds import Reach, build_reach, build_world
 
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 """Of the frames that are kept until they are taken."""
@@ -103,7 +104,7 @@ def build_scenery(
     reach: float = 0.0,
     grid: OccupancySettings | None = None,
 ) -> Scenery:
-    """The world of `settings` with these obstacles (M, 5), as a model meets it whose
+    """The world of `settings` with these obstacles, as a model meets it whose
     obstacles act up to `reach` beyond their surface and which looks at such a `grid`.
     """
     world = build_world(settings, obstacles)

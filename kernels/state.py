@@ -32,13 +32,28 @@ class Flock(NamedTuple):
     previous_vy: Floats
 
 
+class Corners(NamedTuple):
+    """The vertices of the polygons among M obstacles: those of obstacle m are `x` and
+    `y` from `first[m]` to `first[m + 1]`, none where it is a disc or a rectangle.
+
+    A polygon is solid inside, or outside where `is_arena` (M,).
+    """
+
+    x: Floats
+    y: Floats
+    first: Kinds
+    is_arena: NDArray[np.bool_]
+
+
 class World(NamedTuple):
     """The rectangle from (0, 0) to (width, height), and M obstacles in arrays of shape
     (M,).
 
-    A round obstacle is a disc of radius `half_width`; the others are rectangles.
-    `borders` is OPEN, TORUS or BOUNDED. The goal is a place that boids may be drawn to,
-    and by which arrivals are measured.
+    A round obstacle is a disc of radius `half_width`; the others are rectangles, or
+    polygons with such a rectangle about them. `corners` are None where there is no
+    polygon: then kernels are compiled without any of them. `borders` is OPEN, TORUS or
+    BOUNDED. The goal is a place that boids may be drawn to, and by which arrivals are
+    measured.
     """
 
     width: float
@@ -52,6 +67,7 @@ class World(NamedTuple):
     is_round: NDArray[np.bool_]
     goal_x: float
     goal_y: float
+    corners: Corners | None = None
 
 
 def empty_flock(n: int) -> Flock:

@@ -2,8 +2,8 @@
 
 A map's `draw(settings, rng)` returns its obstacles, an array of shape (M, 5): x and y
 of the centre, half width, half height, and 1 for a disc (whose half width is its
-radius) or 0 for a rectangle. To add a map, write one such function and one entry of
-MAPS.
+radius) or 0 for a rectangle; or a sequence of such rows and of Polygons. To add a map,
+write one such function and one entry of MAPS.
 """
 
 import math
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from kernels import arenas
 from kernels.jit import jit
+from kernels.polygons import from_border, is_polygon
 from kernels.registry import Registry
 from kernels.settings import INTEGER, WorldSettings
-from kernels.state import Floats, World
-
-Obstacles = NDArray[np.float64]
+from kernels.shapes import Obstacles, boxes_of, corners_of
+from kernels.state import Corners, Floats, World
 
 
 class Map(NamedTuple):
@@ -187,7 +187,8 @@ MAPS = Registry(
 
 def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:
     """The World of `settings` with the given obstacles, as a map draws them."""
-    x, y, half_width, half_height, is_round = np.ascontiguousarray(obstacles.T)
+    boxes = boxes_of(obstacles, settings.width, settings.height)
+    x, y, half_width, half_height, is_round = np.ascontiguousarray(boxes.T)
     size = (settings.width, settings.height, settings.borders, settings.minimum_image)
     return World(
         *size,
@@ -198,6 +199,7 @@ def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:
         is_round == 1.0,
         settings.goal_x,
         settings.goal_y,
+        corners_of(obstacles),
     )
 
 
@@ -291,6 +293,14 @@ def reach_cell(reach: Reach, x: float, y: float) -> int:
 @jit
 def inside_obstacle(world: World, m: int, x: float, y: float) -> bool:
     """Whether (x, y) lies strictly inside obstacle `m`."""
+    return _inside(world.corners, world, m, x, y)
+
+
+@jit
+def _inside(corners: Corners | None, world: World, m: int, x: float, y: float) -> bool:
+    if corners is not None and is_polygon(corners, m):
+        _, _, solid = from_border(corners, m, x, y)
+        return solid
     dx = x - world.obstacle_x[m]
     dy = y - world.obstacle_y[m]
     if world.is_round[m]:
@@ -301,6 +311,17 @@ def inside_obstacle(world: World, m: int, x: float, y: float) -> bool:
 @jit
 def obstacle_distance(world: World, m: int, x: float, y: float) -> float:
     """The distance of (x, y) from the surface of obstacle `m`, negative inside."""
+    return _distance(world.corners, world, m, x, y)
+
+
+@jit
+def _distance(
+    corners: Corners | None, world: World, m: int, x: float, y: float
+) -> float:
+    if corners is not None and is_polygon(corners, m):
+        from_x, from_y, solid = from_border(corners, m, x, y)
+        distance = math.sqrt(from_x * from_x + from_y * from_y)
+        return -distance if solid else distance
     dx = abs(x - world.obstacle_x[m])
     dy = abs(y - world.obstacle_y[m])
     if world.is_round[m]:

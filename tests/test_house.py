@@ -173,6 +173,7 @@ KERNEL_FACTS = {"kernels"} | {
         "registry",
         "robots.publishers",
         "settings",
+        "shapes",
         "starts",
         "topology",
         "worlds",

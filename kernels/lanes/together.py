@@ -300,6 +300,8 @@ def _joint(sceneries: Sequence[Scenery]) -> Scenery:
     else differs.
     """
     first = sceneries[0]
+    if any(one.world.corners is not None for one in sceneries):
+        raise NotForLanesError("flights differ in their polygons")
     if len({one.world.obstacle_x.size for one in sceneries}) > 1:
         raise ValueError("flights differ in the number of their obstacles")
     return first._replace(

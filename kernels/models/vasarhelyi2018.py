@@ -22,13 +22,14 @@ from kernels.arbitration import limit
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
+from kernels.polygons import from_border, is_polygon
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction
 from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand, InParts
-from kernels.state import Flock, World
+from kernels.state import Corners, Flock, World
 from kernels.workspace import Workspace
 
 WANTED_X, WANTED_Y, WAIT = 0, 1, 2
@@ -313,8 +314,21 @@ def _from_walls(
 def _out_of(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
     """The unit vector from the nearest point of the border of obstacle `m` to (x, y),
     or from (x, y) to it inside, and the distance, negative inside. In the middle of a
-    disc the vector is zero.
+    disc, and on the border of a polygon, the vector is zero.
     """
+    return _out_of_shape(world.corners, world, m, x, y)
+
+
+@jit
+def _out_of_shape(
+    corners: Corners | None, world: World, m: int, x: float, y: float
+) -> tuple[float, float, float]:
+    if corners is not None and is_polygon(corners, m):
+        from_x, from_y, solid = from_border(corners, m, x, y)
+        distance = math.sqrt(from_x * from_x + from_y * from_y)
+        sign = -1.0 if solid else 1.0
+        ux, uy = direction(sign * from_x, sign * from_y, 0.0, 0.0)
+        return ux, uy, sign * distance
     dx, dy = x - world.obstacle_x[m], y - world.obstacle_y[m]
     if world.is_round[m]:
         ux, uy = direction(dx, dy, 0.0, 0.0)

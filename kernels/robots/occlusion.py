@@ -1,8 +1,9 @@
 """What hides a boid from another: obstacles, and the bodies of boids between them."""
 
 from kernels.jit import jit
+from kernels.polygons import is_polygon, meets_polygon
 from kernels.robots.senses import Senses
-from kernels.state import World
+from kernels.state import Corners, World
 from kernels.torus import nearest_image
 
 
@@ -28,17 +29,35 @@ def _is_behind_obstacle(world: World, x: float, y: float, dx: float, dy: float) 
     for m in range(world.obstacle_x.size):
         for column in range(-around, around + 1):
             for row in range(-around, around + 1):
-                to_x = world.obstacle_x[m] + column * world.width - x
-                to_y = world.obstacle_y[m] + row * world.height - y
-                if world.is_round[m]:
-                    crossed = meets_disc(dx, dy, to_x, to_y, world.half_width[m])
-                else:
-                    crossed = meets_rectangle(
-                        dx, dy, to_x, to_y, world.half_width[m], world.half_height[m]
-                    )
-                if crossed:
+                off = column * world.width, row * world.height
+                if _meets(world.corners, world, m, off, x, y, dx, dy):
                     return True
     return False
+
+
+@jit
+def _meets(
+    corners: Corners | None,
+    world: World,
+    m: int,
+    off: tuple[float, float],
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+) -> bool:
+    """Whether the way (dx, dy) from (x, y) leads through obstacle `m` at a place that
+    is `off` its own.
+    """
+    if corners is not None and is_polygon(corners, m):
+        return meets_polygon(corners, m, x - off[0], y - off[1], dx, dy)
+    to_x = world.obstacle_x[m] + off[0] - x
+    to_y = world.obstacle_y[m] + off[1] - y
+    if world.is_round[m]:
+        return meets_disc(dx, dy, to_x, to_y, world.half_width[m])
+    return meets_rectangle(
+        dx, dy, to_x, to_y, world.half_width[m], world.half_height[m]
+    )
 
 
 @jit

@@ -4,14 +4,36 @@ import math
 
 from kernels.arbitration import TINY
 from kernels.jit import jit
-from kernels.state import World
+from kernels.polygons import from_border, is_polygon
+from kernels.state import Corners, World
 from kernels.worlds import Reach, reach_cell
 
 
 @jit
-def _size(world: World, m: int) -> float:
-    """Radius of a disc, larger half width of a rectangle."""
-    return float(max(world.half_width[m], world.half_height[m]))
+def away_from(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
+    """The vector along which obstacle `m` pushes from itself to (x, y), and how far its
+    surface is from where the vector begins.
+
+    It begins in the centre of a disc, whose surface is its radius away, and of a
+    rectangle, whose larger half width counts. Of a polygon it begins at the nearest
+    point of the border, which is the surface. Within a polygon the vector is mirrored,
+    so that it leads out, and the surface is infinitely far: it pushes at any depth, as
+    a disc does.
+    """
+    return _away_from(world.corners, world, m, x, y)
+
+
+@jit
+def _away_from(
+    corners: Corners | None, world: World, m: int, x: float, y: float
+) -> tuple[float, float, float]:
+    if corners is not None and is_polygon(corners, m):
+        from_x, from_y, solid = from_border(corners, m, x, y)
+        if solid:
+            return -from_x, -from_y, math.inf
+        return from_x, from_y, 0.0
+    size = float(max(world.half_width[m], world.half_height[m]))
+    return x - world.obstacle_x[m], y - world.obstacle_y[m], size
 
 
 @jit
@@ -25,12 +47,9 @@ def repulsion_unit(
     cell = reach_cell(reach, x, y)
     for k in range(reach.first[cell], reach.first[cell + 1]):
         m = reach.obstacle[k]
-        dx = x - world.obstacle_x[m]
-        dy = y - world.obstacle_y[m]
+        dx, dy, size = away_from(world, m, x, y)
         distance = math.sqrt(dx * dx + dy * dy)
-        scale = (1.0 if distance < _size(world, m) + margin else 0.0) / max(
-            distance, TINY
-        )
+        scale = (1.0 if distance < size + margin else 0.0) / max(distance, TINY)
         force_x += dx * scale
         force_y += dy * scale
     return force_x, force_y
@@ -50,10 +69,9 @@ def repulsion_inverse(
     cell = reach_cell(reach, x, y)
     for k in range(reach.first[cell], reach.first[cell + 1]):
         m = reach.obstacle[k]
-        dx = x - world.obstacle_x[m]
-        dy = y - world.obstacle_y[m]
+        dx, dy, size = away_from(world, m, x, y)
         distance = math.sqrt(dx * dx + dy * dy)
-        scale = (1.0 if distance < _size(world, m) + margin else 0.0) / max(
+        scale = (1.0 if distance < size + margin else 0.0) / max(
             distance * (distance + epsilon), TINY
         )
         force_x += dx * scale
@@ -72,9 +90,8 @@ def repulsion_linear(
     cell = reach_cell(reach, x, y)
     for k in range(reach.first[cell], reach.first[cell + 1]):
         m = reach.obstacle[k]
-        dx = x - world.obstacle_x[m]
-        dy = y - world.obstacle_y[m]
-        counts = 1.0 if math.sqrt(dx * dx + dy * dy) < _size(world, m) + margin else 0.0
+        dx, dy, size = away_from(world, m, x, y)
+        counts = 1.0 if math.sqrt(dx * dx + dy * dy) < size + margin else 0.0
         force_x += dx * counts
         force_y += dy * counts
     return force_x, force_y

@@ -19,9 +19,11 @@ from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
+from matplotlib.path import Path
 from numpy.typing import ArrayLike, NDArray
 
+from kernels.shapes import Obstacle, Polygon
 from sweep.figures.style import BLUE, COLOURS, GREY
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
@@ -55,7 +57,7 @@ def draw_map(
     """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled
     with `face`. Obstacles that touch or overlap have one `outline`, if any.
     """
-    shapes = [_shape(row) for row in world.obstacles]
+    shapes = [_shape(one, world) for one in world.shapes]
     layers = [(face, SEAM)] if outline is None else [(outline, OUTLINE), (face, SEAM)]
     for colour, width in layers:
         axes.add_collection(
@@ -76,13 +78,38 @@ def draw_map(
     axes.spines[["top", "right"]].set_visible(True)
 
 
-def _shape(row: NDArray[np.float64]) -> Patch:
-    x, y, half_width, half_height, is_round = (float(number) for number in row)
+def _shape(obstacle: Obstacle, world: TrialWorld) -> Patch:
+    """An obstacle as it is filled; an arena as all round it, up to twice the world."""
+    if isinstance(obstacle, Polygon):
+        within = np.array(obstacle.vertices)
+        if not obstacle.is_arena:
+            return PathPatch(_closed(within))
+        size = world.width, world.height
+        low = np.minimum(within.min(axis=0), 0.0) - size
+        high = np.maximum(within.max(axis=0), 2.0 * np.array(size))
+        around = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+        clockwise = _area(within) < 0.0
+        return PathPatch(
+            Path.make_compound_path(
+                _closed(around), _closed(within if clockwise else within[::-1])
+            )
+        )
+    x, y, half_width, half_height, is_round = obstacle
     if is_round:
         return Circle((x, y), half_width)
     return Rectangle(
         (x - half_width, y - half_height), 2.0 * half_width, 2.0 * half_height
     )
+
+
+def _closed(vertices: NDArray[np.float64]) -> Path:
+    return Path(np.concatenate([vertices, vertices[:1]]), closed=True)
+
+
+def _area(vertices: NDArray[np.float64]) -> float:
+    """The area of a polygon, positive where its vertices run as the axes turn."""
+    (x, y), (next_x, next_y) = vertices.T, np.roll(vertices, -1, axis=0).T
+    return float((x * next_y - next_x * y).sum() / 2.0)
 
 
 def draw_flock(

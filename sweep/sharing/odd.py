@@ -250,7 +250,7 @@ def _purpose(page: _Page) -> None:
 def _entities(page: _Page) -> None:
     about, model = page.about, page.about.model
     kinds = f", of the kinds {', '.join(model.kinds)}" if model.kinds else ""
-    obstacles = "Obstacles are discs and rectangles that do not move."
+    obstacles = "Obstacles are discs, rectangles and polygons."
     page.say(
         f"The entities are boids{kinds}, in a world of two dimensions. {obstacles}"
     )

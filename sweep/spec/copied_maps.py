@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.settings import INTEGER, WorldSettings
+from kernels.shapes import Obstacle, shapes_of
 from kernels.worlds import MAPS
 
-Obstacle = tuple[float, float, float, float, float]
 Obstacles = tuple[Obstacle, ...]
 
 MOST_COMPARED = 2000
@@ -60,7 +60,7 @@ def obstacles_in(name: str) -> Obstacles:
     size = sizes()[name]
     settings = WorldSettings(name, *size, 0, False, 0, 0.0, 0.0, INTEGER, 0.0, 0.0)
     drawn = MAPS[name].draw(settings, np.random.default_rng(0))
-    return tuple((x, y, a, b, disc) for x, y, a, b, disc in drawn.tolist())
+    return shapes_of(drawn)
 
 
 def copy_of(size: tuple[float, float], obstacles: Obstacles) -> Copy | None:

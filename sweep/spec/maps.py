@@ -6,6 +6,7 @@ read from an image or from a ROS map.
       shapes:
         - disc: {x: 3, y: 4, radius: 0.5}
         - rectangle: {x: 6, y: 5, width: 2, height: 1}
+        - polygon: {vertices: [[1, 8], [3, 8], [2, 9]]}
     aisle:
       from: cafeteria
       without: [3]                             # its third obstacle
@@ -21,6 +22,7 @@ the folder of its file.
 """
 
 import hashlib
+import json
 import math
 import re
 from collections.abc import Callable, Collection, Sequence
@@ -32,10 +34,10 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.shapes import Obstacle, Polygon, Row, box_of, polygons_of
 from sweep.spec.contents import Content, ListOf, Number, ReadLater, Text, Whole
 from sweep.spec.copied_maps import (
     Copy,
-    Obstacle,
     Obstacles,
     copy_of,
     obstacles_in,
@@ -53,6 +55,7 @@ from sweep.spec.keys import (
     section_schema,
 )
 from sweep.spec.mistakes import Mistakes
+from sweep.spec.polygons import VertexPolygon, polygon_as_written, polygon_from_json
 from sweep.spec.schema_parts import Schema, named, one_of, reference
 from sweep.spec.strict_yaml import read_document
 from sweep.text import unknown
@@ -106,10 +109,15 @@ class Shape:
 
     disc: Annotated[
         Disc | None,
-        Key(SectionOf(Disc), "round; a shape is one of the two", otherwise=""),
+        Key(SectionOf(Disc), "round; a shape is one of the three", otherwise=""),
     ] = None
     rectangle: Annotated[
-        Rectangle | None, Key(SectionOf(Rectangle), "with straight sides", otherwise="")
+        Rectangle | None,
+        Key(SectionOf(Rectangle), "with sides along x and y", otherwise=""),
+    ] = None
+    polygon: Annotated[
+        VertexPolygon | None,
+        Key(SectionOf(VertexPolygon), "of any other shape", otherwise=""),
     ] = None
 
 
@@ -141,7 +149,7 @@ class Size(Content[tuple[float, float]]):
 
 def shape_schema() -> Schema:
     """The JSON Schema of a shape."""
-    return section_schema(Shape) | one_of(["disc", "rectangle"])
+    return section_schema(Shape) | one_of(["disc", "rectangle", "polygon"])
 
 
 def _a_shape() -> Schema:
@@ -286,13 +294,19 @@ class OwnMap:
     @cached_property
     def digest(self) -> str:
         """32 hexadecimal digits that stand for the obstacles."""
-        return hashlib.sha256(np.array(self.obstacles, "<f8").tobytes()).hexdigest()[
-            :32
-        ]
+        if polygons_of(self.obstacles):
+            content = json.dumps(self.as_json()["obstacles"]).encode()
+        else:
+            content = np.array(self.obstacles, "<f8").tobytes()
+        return hashlib.sha256(content).hexdigest()[:32]
 
     def as_json(self) -> dict[str, Any]:
-        """The map as plain lists."""
-        return {"size": self.size, "obstacles": self.obstacles}
+        """The map as plain lists; a polygon is a mapping, as a spec has it."""
+        obstacles = [
+            polygon_as_written(one) if isinstance(one, Polygon) else one
+            for one in self.obstacles
+        ]
+        return {"size": self.size, "obstacles": obstacles}
 
 
 def from_json(stored: Any) -> OwnMap:
@@ -301,7 +315,7 @@ def from_json(stored: Any) -> OwnMap:
     """
     try:
         width, height = np.array(stored["size"], np.float64).tolist()
-        obstacles = np.array(stored["obstacles"], np.float64).reshape(-1, 5)
+        obstacles = tuple(map(_obstacle_from_json, stored["obstacles"]))
     except (ValueError, TypeError, KeyError, OverflowError):
         raise ValueError("it has no size, or no table of obstacles") from None
     if not (0 < width < math.inf and 0 < height < math.inf):
@@ -310,17 +324,22 @@ def from_json(stored: Any) -> OwnMap:
         raise ValueError(
             f"it has {len(obstacles):,} shapes; at most {MOST_SHAPES:,} are allowed"
         )
-    rows = tuple((x, y, a, b, disc) for x, y, a, b, disc in obstacles.tolist())
-    for x, y, half_width, half_height, disc in rows:
+    for obstacle in obstacles:
+        x, y, half_width, half_height, disc = _box(obstacle)
         lengths = min(half_width, half_height) > 0 and disc in (0.0, 1.0)
-        if not lengths or not _meets(
-            x, y, half_width, half_height, bool(disc), width, height
-        ):
+        if not lengths or not _meets(obstacle, width, height):
             raise ValueError(
                 f"a shape at {x}, {y} of {half_width} x {half_height} is none, or"
                 " outside"
             )
-    return OwnMap((width, height), rows)
+    return OwnMap((width, height), obstacles)
+
+
+def _obstacle_from_json(stored: Any) -> Obstacle:
+    if isinstance(stored, dict):
+        return polygon_from_json(stored)
+    x, y, half_width, half_height, disc = map(float, stored)
+    return x, y, half_width, half_height, disc
 
 
 def maps_from_json(stored: Any, built_in: Collection[str]) -> dict[str, OwnMap]:
@@ -491,8 +510,10 @@ def map_as_written(map_: OwnMap) -> dict[str, Any]:
     return {"from": copy.name} | {key: part for key, part in parts.items() if part}
 
 
-def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, float]]:
+def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, Any]]:
     """An obstacle as a spec has it."""
+    if isinstance(obstacle, Polygon):
+        return {"polygon": polygon_as_written(obstacle)}
     x, y, half_width, half_height, is_round = obstacle
     if is_round:
         return {"disc": {"x": x, "y": y, "radius": half_width}}
@@ -503,14 +524,13 @@ def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, float]]:
 def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
     check_keys(entry, Shape)
     if len(entry.value) != 1:
-        raise entry.error("a shape is either a disc or a rectangle")
+        raise entry.error("a shape is one of disc, rectangle and polygon")
     (kind,) = entry.value
     mistakes = Mistakes()
     shape = read_values(Shape, entry, mistakes)
     mistakes.check()
     obstacle: Obstacle = shape[kind].obstacle
-    x, y, half_width, half_height, disc = obstacle
-    if size and not _meets(x, y, half_width, half_height, bool(disc), *size):
+    if size and not _meets(obstacle, *size):
         width, height = size
         raise entry.child(kind).error(
             f"the {kind} lies outside the world, which is {width:g} x {height:g}"
@@ -518,18 +538,16 @@ def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
     return obstacle
 
 
-def _meets(
-    x: float,
-    y: float,
-    half_width: float,
-    half_height: float,
-    disc: bool,
-    width: float,
-    height: float,
-) -> bool:
-    """Whether a part of a shape lies within the world. False for numbers that are not
-    finite.
+def _box(obstacle: Obstacle) -> Row:
+    """The rectangle about a polygon; a disc or a rectangle itself."""
+    return box_of(obstacle) if isinstance(obstacle, Polygon) else obstacle
+
+
+def _meets(obstacle: Obstacle, width: float, height: float) -> bool:
+    """Whether a part of an obstacle, or of the rectangle about a polygon, lies within
+    the world. False for numbers that are not finite.
     """
+    x, y, half_width, half_height, disc = _box(obstacle)
     beside, beyond = max(-x, x - width, 0.0), max(-y, y - height, 0.0)
     if disc and not math.hypot(beside, beyond) < half_width:
         return False

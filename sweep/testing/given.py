@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.shapes import numbers_of
 from sweep.design.jobs import Job
 from sweep.spec.sampling import UnitCube
 from sweep.testing.elsewhere import mishaps_said
@@ -52,7 +53,7 @@ def given(one: Entrant) -> Iterator[Given]:
 
 def _numbers(one: Entrant, job: Job) -> Floats:
     if one.kind == "maps":
-        return obstacles(job)
+        return numbers_of(obstacles(job))
     if one.kind == "starts":
         return np.stack(flock_drawn_now(job)[:4])
     flown = flight_of(job)

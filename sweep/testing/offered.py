@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.metrics import Metric
+from kernels.shapes import boxes_of, numbers_of
 from sweep.spec.recorded import declaration_of
 from sweep.testing.compiled import check_compiled
 from sweep.testing.elsewhere import run_elsewhere
@@ -166,16 +167,17 @@ def bounds(one: Entrant) -> None:
 
 
 def _wrong_obstacles(found: Given) -> str | None:
-    """Of (M, 5) finite numbers, which a trial itself asks for."""
+    """Of finite numbers, which a trial itself asks for."""
     assert found.job is not None
-    x, y, wide, high, disc = found.numbers.T
     width, height = _sides(found)
+    boxes = boxes_of(obstacles(found.job), width, height)
+    x, y, wide, high, disc = boxes.T
     if ((wide < 0) | (high < 0)).any():
         return "an obstacle has a negative half width or height; give all from 0 on"
     if not np.isin(disc, (0.0, 1.0)).all():
         return "the last column is 1 for a disc and 0 for a rectangle, and nothing else"
     beyond = (x + wide < 0) | (x - wide > width) | (y + high < 0) | (y - high > height)
-    for row in found.numbers[beyond][:1].tolist():
+    for row in boxes[beyond][:1].tolist():
         return (
             f"an obstacle about ({row[0]:g}, {row[1]:g}) lies outside the world of"
             f" {width:g} by {height:g}; place all within settings.width and height"
@@ -220,7 +222,7 @@ def seeds(one: Entrant) -> None:
     for found in given(one):
         assert found.job is not None
         job = replace(found.job, seed=found.job.seed + OTHER_SEED)
-        if obstacles(job).tobytes() != found.numbers.tobytes():
+        if numbers_of(obstacles(job)).tobytes() != found.numbers.tobytes():
             raise AssertionError(
                 f"{one.place}: {one.words} draws other obstacles for another seed;"
                 " write Map(..., random=True), else all trials have the same ones"

@@ -16,17 +16,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import SeedSequence
-from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, build_coverage, unvisited
 from kernels.flight import Scenery, build_scenery
 from kernels.model import OccupancySettings
 from kernels.settings import Observation, StartSettings, WorldSettings
+from kernels.shapes import Obstacle, Obstacles, checked
 from kernels.starts import Draw
 from kernels.state import Flock
 from kernels.worlds import Map
 from sweep.design.jobs import Job, literal_seed, stream
-from sweep.spec.copied_maps import Obstacles
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import flock_of
@@ -70,21 +69,15 @@ class Site:
     """
 
     settings: WorldSettings
-    drawn: Map | Obstacles
+    drawn: Map | tuple[Obstacle, ...]
     random: Address
 
-    def obstacles(self) -> NDArray[np.float64]:
-        """The obstacles, shape (M, 5), see kernels.worlds."""
+    def obstacles(self) -> Obstacles:
+        """The obstacles, see kernels.shapes."""
         if not isinstance(self.drawn, Map):
-            return np.array(self.drawn).reshape(-1, 5)
+            return self.drawn
         rng = np.random.default_rng(self.random.seed)
-        found = np.asarray(self.drawn.draw(self.settings, rng), np.float64)
-        if found.ndim != 2 or found.shape[1] != 5 or not np.isfinite(found).all():
-            raise ValueError(
-                f"map {self.settings.map} draws an array of shape {found.shape}: it"
-                " must be (M, 5), of finite numbers"
-            )
-        return found
+        return checked(self.drawn.draw(self.settings, rng), self.settings.map)
 
 
 @dataclass(frozen=True)
@@ -97,9 +90,9 @@ class Landscape:
     scenery: Scenery = field(compare=False)
 
 
-def obstacles(job: Job) -> NDArray[np.float64]:
-    """The obstacles of the trial's world, shape (M, 5), see kernels.worlds, drawn now.
-    A map gets the random numbers of the job, even if it says that it needs none.
+def obstacles(job: Job) -> Obstacles:
+    """The obstacles of the trial's world, see kernels.shapes, drawn now. A map gets the
+    random numbers of the job, even if it says that it needs none.
     """
     settings: WorldSettings = settings_tuple(
         WorldSettings, job.settings, settings_of(job.model, job.known)
@@ -107,7 +100,7 @@ def obstacles(job: Job) -> NDArray[np.float64]:
     return Site(settings, _map(job), Address.of(stream(job, "world"))).obstacles()
 
 
-def _map(job: Job) -> Map | Obstacles:
+def _map(job: Job) -> Map | tuple[Obstacle, ...]:
     """The map of a job that has code, or the obstacles that the spec brings."""
     if job.obstacles is not None:
         return job.obstacles

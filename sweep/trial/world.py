@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.shapes import Obstacle, Polygon, boxes_of, shapes_of
 from sweep.design.jobs import Job
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.kinds import kinds_of
@@ -17,9 +18,10 @@ class TrialWorld(NamedTuple):
     """The size of a trial's world, and its obstacles (M, 5) as kernels.worlds has them.
 
     A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a
-    rectangle. `goal` is x and y of the goal and the radius about it, None where no boid
-    seeks it. Lengths are in the model's unit; `y_down` says that y points down. `kinds`
-    are those of its boids, as `kinds_of` has them.
+    rectangle. That of a polygon is the rectangle about it, of an arena the world;
+    `polygons` are these, by their rows. `goal` is x and y of the goal and the radius
+    about it, None where no boid seeks it. Lengths are in the model's unit; `y_down`
+    says that y points down. `kinds` are those of its boids, as `kinds_of` has them.
     """
 
     width: float
@@ -28,6 +30,13 @@ class TrialWorld(NamedTuple):
     goal: tuple[float, float, float] | None = None
     y_down: bool = True
     kinds: Mapping[str, int] = MappingProxyType({})
+    polygons: Mapping[int, Polygon] = MappingProxyType({})
+
+    @property
+    def shapes(self) -> tuple[Obstacle, ...]:
+        """The obstacles one by one, as kernels.shapes has them."""
+        rows = enumerate(shapes_of(self.obstacles))
+        return tuple(self.polygons.get(number, row) for number, row in rows)
 
 
 def world_of(job: Job) -> TrialWorld:
@@ -39,12 +48,14 @@ def world_of(job: Job) -> TrialWorld:
         float(settings[name])
         for name in ("width", "height", "goal_x", "goal_y", "goal_radius")
     )
+    drawn = shapes_of(obstacles(job))
     sought = model.seeks_goal(params, int(settings["n"]))
     return TrialWorld(
         width,
         height,
-        obstacles(job),
+        boxes_of(drawn, width, height),
         (x, y, radius) if sought else None,
         model.y_down,
         kinds_of(job),
+        {number: one for number, one in enumerate(drawn) if isinstance(one, Polygon)},
     )

@@ -1,6 +1,7 @@
 """The scene message: the world of a trial as a page draws it."""
 
 from sweep.design.jobs import Job
+from sweep.spec.polygons import polygon_as_written
 from sweep.trial.world import world_of
 from sweep.web.protocol import Reply
 
@@ -19,7 +20,12 @@ def scene_of(job: Job) -> Reply:
         "length": model.length,
         "time": model.time,
         "downwards": model.y_down,
-        "obstacles": world.obstacles.tolist(),
+        "obstacles": [
+            [*row, polygon_as_written(world.polygons[number])]
+            if number in world.polygons
+            else row
+            for number, row in enumerate(world.obstacles.tolist())
+        ],
         "goal": goal if any(rule.to_goal for rule in model.rules) else None,
         "kinds": list(map(list, world.kinds.items())),
     }

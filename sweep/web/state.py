@@ -51,9 +51,9 @@ MOST_POINTS = 1000
 REPLICATES = 10
 """Replicates of a copied spec that sweeps something."""
 
-Shape = Mapping[str, Mapping[str, float]]
-"""A shape as a spec writes it: {disc: {x, y, radius}} or {rectangle: {x, y, width,
-height}}.
+Shape = Mapping[str, Mapping[str, Any]]
+"""A shape as a spec writes it: {disc: {x, y, radius}}, {rectangle: {x, y, width,
+height}} or {polygon: {vertices, solid}}.
 """
 
 

@@ -4,7 +4,7 @@
 import { OBSTACLE_PIXEL } from "./frames.js";
 import { contextOf, partsOf, short } from "./dom.js";
 
-/** @import { Obstacle, Scene } from "./protocol.d.ts" */
+/** @import { Obstacle, Polygon, Scene } from "./protocol.d.ts" */
 /** @import { Stage } from "./stage.js" */
 
 // Room for the tools and for the scale.
@@ -61,8 +61,17 @@ export function paintHeat(stage) {
 }
 
 /** @param {Stage} stage @param {Obstacle} obstacle */
-function outline(stage, [x, y, halfWidth, halfHeight, round]) {
+function outline(stage, [x, y, halfWidth, halfHeight, round, polygon]) {
   const { context } = stage;
+  if (polygon) {
+    context.beginPath();
+    for (const [across, along] of polygon.vertices) {
+      const at = stage.toScreen({ x: across, y: along });
+      context.lineTo(at.x, at.y);
+    }
+    context.closePath();
+    return;
+  }
   const middle = stage.toScreen({ x, y });
   const [across, along] = [
     halfWidth * stage.camera.scale,
@@ -73,15 +82,26 @@ function outline(stage, [x, y, halfWidth, halfHeight, round]) {
   else context.rect(middle.x - across, middle.y - along, 2 * across, 2 * along);
 }
 
-/** @param {Stage} stage */
-export function drawObstacles(stage) {
+// Adds to the outline of an arena a rectangle that holds it and the world, so that what
+// is between them is filled.
+/** @param {Stage} stage @param {Scene} scene @param {Polygon} arena */
+function addAround(stage, { width, height }, { vertices }) {
+  const [x, y] = [0, 1].map((axis) => vertices.map((vertex) => vertex[axis]));
+  const [left, low] = [Math.min(0, ...x), Math.min(0, ...y)];
+  const [right, high] = [Math.max(width, ...x), Math.max(height, ...y)];
+  stage.context.rect(...stage.box(left, low, right - left, high - low));
+}
+
+/** @param {Stage} stage @param {Scene} scene */
+export function drawObstacles(stage, scene) {
   const { context } = stage;
   context.fillStyle = stage.colours.obstacle;
   context.strokeStyle = stage.colours.edge;
   context.lineWidth = 1;
   for (const obstacle of stage.obstacles) {
     outline(stage, obstacle);
-    context.fill();
+    if (obstacle[5]?.solid === "outside") addAround(stage, scene, obstacle[5]);
+    context.fill("evenodd");
     context.stroke();
   }
 }

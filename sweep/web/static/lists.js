@@ -14,6 +14,11 @@ const PARTS = { disc: ["x", "y", "radius"], rectangle: ["x", "y", "width", "heig
 
 /** @type {(row: Obstacle) => Kind} */
 const kindOf = (row) => (row[4] ? "disc" : "rectangle");
+/** @type {(row: Obstacle) => string} */
+const wordOf = (row) => {
+  if (row[5]) return row[5].solid === "outside" ? "arena" : "polygon";
+  return row[4] ? "disc" : "box";
+};
 /** @type {(row: Obstacle) => number[]} */
 const partsOf = ([x, y, a, b, round]) => (round ? [x, y, a] : [x, y, 2 * a, 2 * b]);
 /** @type {(kind: Kind, parts: number[]) => Obstacle} */
@@ -100,9 +105,7 @@ export class ObstacleList {
   /** @param {Obstacle} row @param {number} index @param {boolean} open */
   row(row, index, open) {
     const kind = kindOf(row);
-    const words = `${kind === "disc" ? "disc" : "box"} at ${short(row[0])}, ${
-      short(row[1])
-    }`;
+    const words = `${wordOf(row)} at ${short(row[0])}, ${short(row[1])}`;
     const choose = button(
       kind,
       `Select the ${words}`,
@@ -120,7 +123,12 @@ export class ObstacleList {
     );
     away.hidden = this.hand.frozen;
     const head = make("div", { className: "row" }, choose, away);
-    return make("li", {}, head, ...(open ? [this.numbers(kind, row, index)] : []));
+    return make(
+      "li",
+      {},
+      head,
+      ...(open && !row[5] ? [this.numbers(kind, row, index)] : []),
+    );
   }
 
   /** @param {Kind} kind @param {Obstacle} row @param {number} index */

@@ -112,8 +112,10 @@ export class SvgPen {
     }
   }
 
-  fill() {
-    this.put(`<path d="${this.path}" fill="${this.fillStyle}"${this.opacity}/>`);
+  /** @param {CanvasFillRule} rule */
+  fill(rule = "nonzero") {
+    const fill = `fill="${this.fillStyle}" fill-rule="${rule}"`;
+    this.put(`<path d="${this.path}" ${fill}${this.opacity}/>`);
   }
 
   stroke() {

@@ -4,7 +4,7 @@
 
 import { paced } from "./dom.js";
 
-/** @import { Kind, Message, Obstacle, Scene, Shape } from "./protocol.d.ts" */
+/** @import { Kind, Message, Obstacle, Polygon, Scene, Shape } from "./protocol.d.ts" */
 /** @import { Place, Stage } from "./stage.js" */
 
 /** @typedef {"select" | "goal" | Kind} Tool */
@@ -48,10 +48,11 @@ const ARROWS = {
   ArrowDown: [0, 1],
 };
 
-// Obstacles are rows [x, y, half width, half height, 1 for a disc], as in a scene;
-// shapes are what a spec has.
+// Obstacles are rows [x, y, half width, half height, 1 for a disc, polygon], as in a
+// scene; shapes are what a spec has.
 /** @param {Obstacle} obstacle @returns {Shape} */
-export function shapeOf([x, y, halfWidth, halfHeight, round]) {
+export function shapeOf([x, y, halfWidth, halfHeight, round, polygon]) {
+  if (polygon) return { polygon };
   return round
     ? { disc: { x, y, radius: halfWidth } }
     : { rectangle: { x, y, width: 2 * halfWidth, height: 2 * halfHeight } };
@@ -61,8 +62,24 @@ export function shapeOf([x, y, halfWidth, halfHeight, round]) {
 const same = (first, second) =>
   first.length === second.length &&
   first.every((row, i) =>
-    row.every((value, k) => Math.abs(Number(value) - Number(second[i][k])) < 1e-9)
+    numbersOf(row).every((value, k) => Math.abs(value - numbersOf(second[i])[k]) < 1e-9)
   );
+
+/** @param {Obstacle} obstacle @returns {number[]} */
+const numbersOf = ([x, y, halfWidth, halfHeight, round, polygon]) =>
+  polygon?.vertices.flat() ?? [x, y, halfWidth, halfHeight, round];
+
+// Whether a place is within what is solid of a polygon: a ray along x crosses its sides
+// an odd number of times from inside.
+/** @param {Polygon} polygon @param {Place} place */
+export function isSolid({ vertices, solid }, { x, y }) {
+  let odd = false;
+  vertices.forEach(([bx, by], k) => {
+    const [ax, ay] = vertices.at(k - 1) ?? [bx, by];
+    if (ay > y !== by > y && x < ax + ((y - ay) * (bx - ax)) / (by - ay)) odd = !odd;
+  });
+  return odd !== (solid === "outside");
+}
 
 /** @param {Place} one @param {Place} other */
 const apart = (one, other) => Math.hypot(one.x - other.x, one.y - other.y);
@@ -254,7 +271,8 @@ export class Hand {
   /** @param {Place} place */
   shapeAt({ x, y }) {
     /** @param {Obstacle} obstacle */
-    const inside = ([middleX, middleY, a, b, round]) => {
+    const inside = ([middleX, middleY, a, b, round, polygon]) => {
+      if (polygon) return isSolid(polygon, { x, y });
       const [dx, dy] = [Math.abs(x - middleX), Math.abs(y - middleY)];
       return round ? Math.hypot(dx, dy) <= a : dx <= a && dy <= b;
     };
@@ -354,7 +372,15 @@ export class Hand {
       x: row[0] + to.x - from.x,
       y: row[1] + to.y - from.y,
     });
-    return [this.tidy(x), this.tidy(y), row[2], row[3], row[4]];
+    if (!row[5]) return [this.tidy(x), this.tidy(y), row[2], row[3], row[4]];
+    const [across, along] = [this.tidy(x) - row[0], this.tidy(y) - row[1]];
+    /** @type {Polygon["vertices"]} */
+    const moved = row[5].vertices.map(([one, other]) => [
+      Number((one + across).toPrecision(15)),
+      Number((other + along).toPrecision(15)),
+    ]);
+    const polygon = { ...row[5], vertices: moved };
+    return [row[0] + across, row[1] + along, row[2], row[3], 0, polygon];
   }
 
   /** @param {Sizing & Way} drag @param {Place} to @returns {Obstacle} */

@@ -6,13 +6,23 @@ import type { mount } from "./mount.js";
 /** A setting; an infinite number is the text "inf". */
 export type Value = number | string | boolean;
 
-/** Of a scene; `round` is 1 for a disc, whose halves are its radius. */
+/** A polygon as a spec writes it; an arena is solid outside. */
+export interface Polygon {
+  vertices: [x: number, y: number][];
+  solid?: "inside" | "outside";
+}
+
+/**
+ * Of a scene; `round` is 1 for a disc, whose halves are its radius. The first numbers
+ * of a polygon are the rectangle about it; those of an arena, the world.
+ */
 export type Obstacle = [
   x: number,
   y: number,
   halfWidth: number,
   halfHeight: number,
   round: number,
+  polygon?: Polygon,
 ];
 
 export type Kind = "disc" | "rectangle";
@@ -20,7 +30,8 @@ export type Kind = "disc" | "rectangle";
 /** An obstacle as a spec writes it. */
 export type Shape =
   | { disc: { x: number; y: number; radius: number } }
-  | { rectangle: { x: number; y: number; width: number; height: number } };
+  | { rectangle: { x: number; y: number; width: number; height: number } }
+  | { polygon: Polygon };
 
 /** From the page, with an `id` that its answer repeats. */
 export type Message =

@@ -323,7 +323,7 @@ export class Stage {
     context.fillStyle = this.colours.stage;
     context.fillRect(0, 0, this.width, this.height);
     drawGround(this, scene);
-    drawObstacles(this);
+    drawObstacles(this, scene);
     drawGoal(this, scene);
     if (frame) {
       this.project(frame);
@@ -430,7 +430,8 @@ export class Stage {
   // Where the handles of an obstacle are, by what a drag of them changes: [sign of x,
   // sign of y].
   /** @param {Obstacle} obstacle */
-  handles([x, y, halfWidth, halfHeight, round]) {
+  handles([x, y, halfWidth, halfHeight, round, polygon]) {
+    if (polygon) return [];
     const signs = round
       ? [[1, 0], [0, 1], [-1, 0], [0, -1]]
       : [[1, 1], [-1, 1], [-1, -1], [1, -1]];

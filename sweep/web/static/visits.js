@@ -2,6 +2,7 @@
 // kernels do.
 
 import { OBSTACLE_PIXEL, placeX, placeY } from "./frames.js";
+import { isSolid } from "./pointer.js";
 
 /** @import { Coverage, Frame } from "./frames.js" */
 /** @import { Obstacle, Pixels, Scene } from "./protocol.d.ts" */
@@ -22,14 +23,17 @@ export class Visits {
 
   // Pixels that lie strictly within an obstacle are not visited.
   /** @param {Obstacle} obstacle */
-  block([x, y, halfWidth, halfHeight, round]) {
+  block([x, y, halfWidth, halfHeight, round, polygon]) {
     const { per_length: scale } = this.pixels;
     this.each(
       [(x - halfWidth) * scale, (x + halfWidth) * scale],
       [(y - halfHeight) * scale, (y + halfHeight) * scale],
       (column, row, at) => {
         const [dx, dy] = [column / scale - x, row / scale - y];
-        const inside = round
+        const place = { x: column / scale, y: row / scale };
+        const inside = polygon
+          ? isSolid(polygon, place)
+          : round
           ? dx * dx + dy * dy < halfWidth * halfWidth
           : Math.abs(dx) < halfWidth && Math.abs(dy) < halfHeight;
         if (inside) this.empty[at] = OBSTACLE_PIXEL;

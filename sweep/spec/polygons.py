@@ -1,0 +1,195 @@
+"""Polygons as a spec has them: by their vertices, with sides that do not cross.
+
+Whether sides cross is the only question that a library of geometry would answer here,
+and it would answer with a place; a user needs the numbers of the sides. So it is asked
+in twenty lines.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.shapes import Point, Polygon
+from sweep.spec.contents import Content, Number, OneOf
+from sweep.spec.document import Entry
+from sweep.spec.keys import Key
+from sweep.spec.schema_parts import Schema
+
+LEAST_VERTICES, MOST_VERTICES = 3, 1000
+INSIDE, OUTSIDE = "inside", "outside"
+NUMBER = Number()
+
+Floats = NDArray[np.float64]
+
+
+class Sides(NamedTuple):
+    """Where sides begin and end: `ax`, `ay`, `bx`, `by`, numbers or arrays."""
+
+    ax: Any
+    ay: Any
+    bx: Any
+    by: Any
+
+
+@dataclass(frozen=True)
+class Vertices(Content[tuple[Point, ...]]):
+    """The vertices of a polygon, in their order round it."""
+
+    @property
+    def words(self) -> str:
+        return f"a list of {LEAST_VERTICES} to {MOST_VERTICES} vertices [x, y]"
+
+    def read(self, entry: Entry) -> tuple[Point, ...]:
+        listed = entry.entries()
+        if not LEAST_VERTICES <= len(listed) <= MOST_VERTICES:
+            given = f"a list of {len(listed)}"
+            raise entry.error(f'"{entry.name}" must be {self.words}, not {given}')
+        vertices = tuple(_vertex(one) for one in listed)
+        if flaw := flaw_of(vertices):
+            raise entry.error(f"the polygon has {flaw}")
+        return vertices
+
+    def schema(self) -> Schema:
+        pair = {
+            "type": "array",
+            "items": NUMBER.schema(),
+            "minItems": 2,
+            "maxItems": 2,
+        }
+        return {
+            "type": "array",
+            "items": pair,
+            "minItems": LEAST_VERTICES,
+            "maxItems": MOST_VERTICES,
+        }
+
+    def write(self, value: tuple[Point, ...]) -> Any:
+        return [list(vertex) for vertex in value]
+
+
+def _vertex(entry: Entry) -> Point:
+    if len(entry.entries()) != 2:
+        raise entry.expected("[x, y]")
+    x, y = (NUMBER.read(one) for one in entry.entries())
+    return x, y
+
+
+@dataclass(frozen=True)
+class VertexPolygon:
+    """An obstacle of any shape as a spec has it."""
+
+    vertices: Annotated[
+        tuple[Point, ...],
+        Key(
+            Vertices(),
+            "in their order round the polygon, in either direction",
+            example="[[0, 0], [4, 0], [2, 3]]",
+        ),
+    ]
+    solid: Annotated[
+        str,
+        Key(
+            OneOf("side", [INSIDE, OUTSIDE]),
+            "inside: an obstacle; outside: an arena, in which boids are to be",
+        ),
+    ] = INSIDE
+
+    @property
+    def obstacle(self) -> Polygon:
+        """The obstacle as kernels.shapes has it."""
+        return Polygon(self.vertices, self.solid == OUTSIDE)
+
+
+def polygon_as_written(polygon: Polygon) -> dict[str, Any]:
+    """A polygon as a spec has it."""
+    solid = {"solid": OUTSIDE} if polygon.is_arena else {}
+    return {"vertices": [list(vertex) for vertex in polygon.vertices], **solid}
+
+
+def polygon_from_json(stored: Any) -> Polygon:
+    """The polygon that `polygon_as_written` wrote. Raises ValueError, which says what
+    is wrong with it.
+    """
+    try:
+        rows = np.array(stored["vertices"], np.float64).reshape(-1, 2)
+        solid = stored.get("solid", INSIDE)
+    except (ValueError, TypeError, KeyError, OverflowError, AttributeError):
+        raise ValueError("a polygon has no list of vertices") from None
+    vertices = tuple((x, y) for x, y in rows.tolist())
+    if not LEAST_VERTICES <= len(vertices) <= MOST_VERTICES:
+        raise ValueError(f"a polygon has {len(vertices)} vertices")
+    if not np.isfinite(rows).all() or solid not in (INSIDE, OUTSIDE):
+        raise ValueError("a polygon has vertices or a solid side that are none")
+    if flaw := flaw_of(vertices):
+        raise ValueError(f"a polygon has {flaw}")
+    return Polygon(vertices, solid == OUTSIDE)
+
+
+def flaw_of(vertices: tuple[Point, ...]) -> str:
+    """Why finite vertices are none of a polygon, in words; "" where they are."""
+    x, y = np.array(vertices, np.float64).T
+    sides = Sides(x, y, np.roll(x, -1), np.roll(y, -1))
+    along_x, along_y = sides.bx - x, sides.by - y
+    still = np.flatnonzero((along_x == 0.0) & (along_y == 0.0))
+    if still.size:
+        return f"a side of length 0: {_words(vertices, int(still[0]))}"
+    if not _turn(x[0], y[0], x[1], y[1], x, y).any():
+        return "the area 0: all vertices lie on one line"
+    for i in range(len(vertices) - 1):
+        one = Sides(*(float(part[i]) for part in sides))
+        later = Sides(*(part[i + 1 :] for part in sides))
+        met = _meet(one, later)
+        # Sides that follow each other share a vertex, and may share no more.
+        met[0] = _folds(along_x, along_y, i, i + 1)
+        if i == 0:
+            met[-1] = _folds(along_x, along_y, len(vertices) - 1, 0)
+        if met.any():
+            other = i + 1 + int(np.argmax(met))
+            first, second = _words(vertices, i), _words(vertices, other)
+            return f"sides that cross: {first}, and {second}"
+    return ""
+
+
+def _words(vertices: tuple[Point, ...], k: int) -> str:
+    """Side k, counted from 0, in words."""
+    (ax, ay), (bx, by) = vertices[k], vertices[(k + 1) % len(vertices)]
+    return f"side {k + 1}, from ({ax:g}, {ay:g}) to ({bx:g}, {by:g})"
+
+
+def _turn(ax: Any, ay: Any, bx: Any, by: Any, x: Any, y: Any) -> Any:
+    """Twice the area of triangles, positive where (x, y) is left of the way from a to
+    b.
+    """
+    return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+
+
+def _folds(along_x: Floats, along_y: Floats, one: int, following: int) -> bool:
+    """Whether a side lies on the one before it."""
+    ax, ay, bx, by = along_x[one], along_y[one], along_x[following], along_y[following]
+    return bool(ax * by - ay * bx == 0.0 and ax * bx + ay * by < 0.0)
+
+
+def _meet(one: Sides, many: Sides) -> NDArray[np.bool_]:
+    """Which of many sides have a point in common with one."""
+    from_one = [
+        np.sign(_turn(*one, x, y)) for x, y in ((many.ax, many.ay), (many.bx, many.by))
+    ]
+    from_many = [
+        np.sign(_turn(*many, x, y)) for x, y in ((one.ax, one.ay), (one.bx, one.by))
+    ]
+    apart = (from_one[0] * from_one[1] > 0) | (from_many[0] * from_many[1] > 0)
+    beside = _beside(one.ax, one.bx, many.ax, many.bx) | _beside(
+        one.ay, one.by, many.ay, many.by
+    )
+    found: NDArray[np.bool_] = ~(apart | beside)
+    return found
+
+
+def _beside(a: float, b: float, c: Floats, d: Floats) -> NDArray[np.bool_]:
+    """Whether intervals have no point in common with that from `a` to `b`."""
+    found: NDArray[np.bool_] = (np.maximum(c, d) < min(a, b)) | (
+        np.minimum(c, d) > max(a, b)
+    )
+    return found
