@@ -14,16 +14,16 @@ from kernels.near import Near
 from kernels.neighbours import ALL_ROUND, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.social import cohesion
-from kernels.settings import COMMON, About, InParts
+from kernels.settings import COMMON, TIME_STEP, About, InParts
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
 PULL = About("strength of the pull together", "1/time^2", low=0, rule="cohesion")
 SWIRL = About("strength of the swirl", "1/time^2", low=0, rule="swirl")
-STEP = About("time of one update", "time", low=0, exclusive=True)
 
 
 class Params(NamedTuple):
@@ -33,7 +33,7 @@ class Params(NamedTuple):
     swirl_weight: Annotated[float, SWIRL]
     perception_range: Annotated[float, About("how far boids see", "length", low=0)]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
-    dt: Annotated[float, STEP, InParts("time")]  # its equations are continuous in time
+    dt: Annotated[float, TIME_STEP, InParts("time")]  # equations continuous in time
 
 
 STANDARD = (
@@ -54,8 +54,7 @@ def swirl(near: Near, found: int) -> tuple[float, float]:
     """The mean way to the `found` boids in `near`, turned left: a rule of one's own."""
     x, y = 0.0, 0.0
     for k in range(found):
-        x -= near.dy[k]
-        y += near.dx[k]
+        x, y = x - near.dy[k], y + near.dx[k]
     return x / max(found, 1), y / max(found, 1)
 
 
@@ -71,17 +70,18 @@ def advance(
 ) -> bool:
     """Take `steps` steps; False after the first one whose numbers are not finite."""
     others, near = others_of(flock, work, False), work.near
-    range2 = square_range(params.perception_range, False)
     for _ in range(steps):
         publish(flock, others, work)  # all react to the flock before the step
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)  # its own, where robots differ
+            range2 = square_range(robot.perception_range, False)
             vx, vy = flock.vx[i], flock.vy[i]
             found = search(others, world, work.grid, i, range2, ALL_ROUND, vx, vy, near)
             pull_x, pull_y = cohesion(near, found, range2)
             swirl_x, swirl_y = swirl(near, found)
-            ax = params.cohesion_weight * pull_x + params.swirl_weight * swirl_x
-            ay = params.cohesion_weight * pull_y + params.swirl_weight * swirl_y
-            vx, vy = limit(vx + ax * params.dt, vy + ay * params.dt, params.max_speed)
+            ax = robot.cohesion_weight * pull_x + robot.swirl_weight * swirl_x
+            ay = robot.cohesion_weight * pull_y + robot.swirl_weight * swirl_y
+            vx, vy = limit(vx + ax * params.dt, vy + ay * params.dt, robot.max_speed)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
             flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)

@@ -28,6 +28,7 @@ from kernels.recording import (
 )
 from kernels.robots.robots import ChanceKeys, build_robots
 from kernels.robots.senses import build_senses, go_on_with
+from kernels.robots.spreads import Rows
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.shapes import Obstacles
 from kernels.state import Floats, Flock, Kinds, World, laid_out
@@ -137,13 +138,13 @@ def begin(
     flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
-    layers = build_robots(robots, keys, schedule.n, params.dt)
+    layers = build_robots(robots, keys, schedule.n, params.dt, params)
     work = build_workspace(
         flock,
         scenery.world,
-        model.sight(params).range,
+        _search_range(model, params, layers.rows),
         topology_of(robots.sensing, schedule.n, scenery.world),
-        scenery.reach,
+        _reach(model, scenery, layers.rows),
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
         kind,
@@ -179,6 +180,20 @@ def begin(
     note_start(flock, scenery.world, flight.record.watch)
     keep_frame(flock, flight.record)
     return flight
+
+
+def _search_range(model: Model, params: Any, rows: Rows) -> float:
+    """How far boids see: as far as the one that sees farthest."""
+    seen = map(model.sight, rows[0] if rows else [params])
+    return max(float(one.range) for one in seen)
+
+
+def _reach(model: Model, scenery: Scenery, rows: Rows) -> Reach:
+    """Where obstacles act on boids: as far as on the one on which they act farthest."""
+    if not rows:
+        return scenery.reach
+    farthest = max(map(model.obstacle_reach, rows[0]))
+    return build_reach(scenery.world, float(farthest))
 
 
 def _begun(
@@ -281,8 +296,9 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
     """Enter the whole flock into a new grid whose blocks have `room`, see
     kernels.neighbours.build_grid.
     """
-    sight, topology = flight.model.sight(flight.params), flight.work.near.topology
-    reach = min(sight.range, topology.around)
+    rows, topology = flight.work.robots.rows, flight.work.near.topology
+    reach = _search_range(flight.model, flight.params, rows)
+    reach = min(reach, topology.around)
     published = flight.work.near.senses is not None
     known = flight.work.before if published else flight.flock
     grid = build_grid(known, flight.world, reach, room, published)

@@ -19,9 +19,11 @@ from kernels.metrics import Metric
 from kernels.model import Model
 from kernels.settings import (
     About,
+    Actuation,
+    Breakdowns,
     Observation,
-    RobotSettings,
     Schedule,
+    Sensing,
     StartSettings,
     WorldSettings,
 )
@@ -129,7 +131,7 @@ def _flight_stamp() -> str:
     groups = (
         Schedule,
         WorldSettings,
-        *get_type_hints(RobotSettings).values(),
+        *(Sensing, Actuation, Breakdowns),
         StartSettings,
         Observation,
     )

@@ -39,7 +39,9 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     In a sequential update those before it move first. The range is the longest of the
     model's.
     """
-    reach, fov, inclusive = flight.model.sight(flight.params)
+    rows = flight.work.robots.rows
+    params = rows[0][boid] if rows else flight.params
+    reach, fov, inclusive = flight.model.sight(params)
     flock, work = flight.flock, flight.work
     own = others = flock
     if work.near.senses is not None:
@@ -84,15 +86,24 @@ def flocks(flight: Flight) -> NDArray[np.int64]:
 
 
 def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
-    """The velocities (2, N) that one step with `params` would give."""
+    """The velocities (2, N) that one step with `params` would give. Those that are the
+    flight's own differ from robot to robot as in the flight.
+    """
     flock, work = _copied(flight.flock), _copied(flight.work)
+    for table in work.robots.rows:
+        for name, value in params._asdict().items():
+            if value != getattr(flight.params, name):
+                table[name] = value
     record = silent(flight.record, work.state, work.state_before)
     flight.model.advance(flock, flight.world, params, work, record, rng, 1)
     return np.stack([flock.vx, flock.vy])
 
 
 def _copied(tree: Any) -> Any:
-    """A NamedTuple whose arrays, and those of the NamedTuples in it, are its own."""
+    """A tuple whose arrays, and those of the tuples in it, are its own."""
     if isinstance(tree, np.ndarray):
         return tree.copy()
-    return type(tree)(*map(_copied, tree)) if isinstance(tree, tuple) else tree
+    if not isinstance(tree, tuple):
+        return tree
+    parts = map(_copied, tree)
+    return type(tree)(*parts) if hasattr(tree, "_fields") else tuple(parts)

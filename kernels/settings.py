@@ -100,6 +100,8 @@ UPDATE = About(
 )
 SYNCHRONOUSLY = {"update": UPDATE.choices[SYNCHRONOUS]}
 """With it a model with the setting UPDATE updates all boids at once."""
+TIME_STEP = About("time of one update", "time", low=0, exclusive=True)
+"""Of every model, as its setting `dt`."""
 INTERACTION_RANGE = About(
     "distance up to which boids act on each other; infinite in the paper",
     "length",
@@ -356,12 +358,25 @@ class Breakdowns(NamedTuple):
     ]
 
 
+class Spread(NamedTuple):
+    """By how much a parameter of a model differs from robot to robot: `deviation` is
+    the standard deviation of the logarithm of its factors. A value beyond `low` or
+    `high` becomes that bound.
+    """
+
+    parameter: str
+    deviation: float
+    low: float
+    high: float
+
+
 class RobotSettings(NamedTuple):
-    """In what boids differ from ideal ones, group by group."""
+    """In what boids differ from ideal ones, group by group, and from each other."""
 
     sensing: Sensing
     actuation: Actuation
     breakdowns: Breakdowns
+    spreads: tuple[Spread, ...] = ()
 
 
 class StartSettings(NamedTuple):

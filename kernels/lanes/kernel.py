@@ -21,7 +21,7 @@ from kernels.lanes.texts import function_of
 from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
 from kernels.model import Model
 from kernels.near import Near
-from kernels.robots import actuation, sensing
+from kernels.robots import actuation, differing, sensing
 from kernels.state import Flock, remember
 from kernels.workspace import Workspace
 
@@ -110,6 +110,12 @@ def _own_of(flock: Any, _work: Any) -> Any:
 
 
 @piece
+def _params_of(params: Any, _work: Any, _i: Any) -> Any:
+    """`kernels.robots.differing.params_of` of boids that are alike."""
+    return params
+
+
+@piece
 def _is_measured(_work: Any) -> bool:
     return False
 
@@ -118,6 +124,7 @@ SUBSTITUTES.update(
     {
         indices.whole: _whole,
         actuation.drive: _follow,
+        differing.params_of: _params_of,
         neighbours.search: search,
         neighbours.move: move,
         neighbours.move_all: move_all,
@@ -129,7 +136,9 @@ SUBSTITUTES.update(
     }
 )
 SAME_IN_ALL.update(map(plain_of, (recording.observe, sensing.is_measured)))
-LIKE_FIRST.update(map(plain_of, (sensing.others_of, sensing.own_of)))
+LIKE_FIRST.update(
+    map(plain_of, (sensing.others_of, sensing.own_of, differing.params_of))
+)
 
 
 def weights_of(model: Model) -> tuple[str, ...]:

@@ -11,11 +11,20 @@ from kernels.model import Model, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_inverse, wall_repulsion
 from kernels.rules.social import flocking_sums
-from kernels.settings import COMMON, SEQUENTIAL, SYNCHRONOUSLY, UPDATE, About, InParts
+from kernels.settings import (
+    COMMON,
+    SEQUENTIAL,
+    SYNCHRONOUSLY,
+    TIME_STEP,
+    UPDATE,
+    About,
+    InParts,
+)
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
@@ -93,11 +102,7 @@ class Params(NamedTuple):
     ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_WRITTEN = COMMON | {
@@ -239,13 +244,14 @@ def advance(
     v += a dt, limited to max_speed; p += v dt.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(params.perception_range, params.range_inclusive)
-    view = cone(params.fov)
     others = others_of(flock, work, sequential)
     own = own_of(flock, work)
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            range2 = square_range(robot.perception_range, robot.range_inclusive)
+            view = cone(robot.fov)
             found = search(
                 others,
                 world,
@@ -257,11 +263,11 @@ def advance(
                 own.vy[i],
                 work.near,
             )
-            ax, ay = _acceleration(params, others, own, world, i, work, found)
+            ax, ay = _acceleration(robot, others, own, world, i, work, found)
             vx, vy = limit(
                 flock.vx[i] + ax * params.dt,
                 flock.vy[i] + ay * params.dt,
-                params.max_speed,
+                robot.max_speed,
             )
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)

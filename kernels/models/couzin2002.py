@@ -26,6 +26,7 @@ from kernels.neighbours import (
 )
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, turned, turned_towards
@@ -211,25 +212,27 @@ def advance(
     by a Gaussian angle, turns towards that by max_turn dt at most, and moves by s dt.
     """
     sequential = params.update == SEQUENTIAL
-    widths = params.orientation_width + params.attraction_width
-    range2 = square_range(params.repulsion_range + widths, False)
-    cosine, sine = cosine_sine(min(math.radians(params.max_turn) * params.dt, math.pi))
-    speed, dt = params.max_speed, params.dt
+    dt = params.dt
     others = others_of(flock, work, sequential)
     own = own_of(flock, work)
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            widths = robot.orientation_width + robot.attraction_width
+            range2 = square_range(robot.repulsion_range + widths, False)
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
             own_x, own_y = direction(flock.vx[i], flock.vy[i], 0.0, 0.0)
-            x, y = _desired(params, others, own, i, work, found)
+            x, y = _desired(robot, others, own, i, work, found)
             x, y = direction(x, y, own_x, own_y)
-            miss_x, miss_y = _missed(rng, params.noise)
+            miss_x, miss_y = _missed(rng, robot.noise)
             x, y = turned(x, y, miss_x, miss_y)
+            most = min(math.radians(robot.max_turn) * dt, math.pi)
+            cosine, sine = cosine_sine(most)
             x, y = turned_towards(own_x, own_y, x, y, cosine, sine)
-            vx, vy = speed * x, speed * y
+            vx, vy = robot.max_speed * x, robot.max_speed * y
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)

@@ -15,6 +15,7 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import (
@@ -143,16 +144,17 @@ def advance(
     sum of a boid's weights is at most 1, its new velocity is a mean of old ones.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(params.interaction_range, True)
     others = others_of(flock, work, sequential)
     own, dt = own_of(flock, work), params.dt
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            range2 = square_range(robot.interaction_range, True)
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            ax, ay = _pull(params, others, own, i, work, found)
+            ax, ay = _pull(robot, others, own, i, work, found)
             way_x, way_y = flock.vx[i], flock.vy[i]
             vx, vy = way_x + ax * dt, way_y + ay * dt
             vx, vy = drive(work, i, way_x, way_y, vx, vy)

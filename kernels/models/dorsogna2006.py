@@ -23,6 +23,7 @@ from kernels.neighbours import (
 )
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, publish
 from kernels.rules.borders import confine
 from kernels.settings import (
@@ -30,6 +31,7 @@ from kernels.settings import (
     INTERACTION_RANGE,
     SEQUENTIAL,
     SYNCHRONOUSLY,
+    TIME_STEP,
     UPDATE,
     About,
     Demand,
@@ -73,11 +75,7 @@ class Params(NamedTuple):
     ]
     interaction_range: Annotated[float, INTERACTION_RANGE]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_WRITTEN = COMMON | {
@@ -150,6 +148,14 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
 
 
 @jit
+def _pacing(params: Params, dt: float) -> tuple[float, float]:
+    """The `decay` and the `brake` of `_paced` for half a step of length `dt`."""
+    rate = params.propulsion / params.mass
+    grown = -math.expm1(-rate * dt) / rate if rate > 0.0 else dt
+    return math.exp(-rate * dt), params.friction / params.mass * grown
+
+
+@jit
 def _paced(vx: float, vy: float, decay: float, brake: float) -> tuple[float, float]:
     """A velocity after its boid has propelled itself for a while.
 
@@ -181,21 +187,19 @@ def advance(
     half a step before places, and the error of a path is of the order of dt^2.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(params.interaction_range, True)
-    others = others_of(flock, work, sequential)
-    rate, dt = params.propulsion / params.mass, params.dt
-    decay = math.exp(-rate * dt)
-    grown = -math.expm1(-rate * dt) / rate if rate > 0.0 else dt
-    brake = params.friction / params.mass * grown
+    others, dt = others_of(flock, work, sequential), params.dt
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            range2 = square_range(robot.interaction_range, True)
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            ax, ay = _force(params, work.near, found)
+            ax, ay = _force(robot, work.near, found)
+            decay, brake = _pacing(robot, dt)
             vx, vy = _paced(flock.vx[i], flock.vy[i], decay, brake)
-            vx, vy = vx + ax / params.mass * dt, vy + ay / params.mass * dt
+            vx, vy = vx + ax / robot.mass * dt, vy + ay / robot.mass * dt
             vx, vy = _paced(vx, vy, decay, brake)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)

@@ -12,6 +12,7 @@ from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.social import protected_sums
@@ -20,6 +21,7 @@ from kernels.settings import (
     SEQUENTIAL,
     SPEEDS,
     SYNCHRONOUSLY,
+    TIME_STEP,
     UPDATE,
     About,
     Demand,
@@ -67,11 +69,7 @@ class Params(NamedTuple):
         float, About("MaxSpeed, the upper limit of the speed", "length/time", low=0)
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_WRITTEN = COMMON | {
@@ -173,16 +171,18 @@ def advance(
     divides by zero: here a boid at rest stays so until a rule moves it.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(max(params.separation_range, params.perception_range), False)
     others = others_of(flock, work, sequential)
     own = own_of(flock, work)
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            longer = max(robot.separation_range, robot.perception_range)
+            range2 = square_range(longer, False)
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            vx, vy = _new_velocity(params, others, own, world, i, work, found)
+            vx, vy = _new_velocity(robot, others, own, world, i, work, found)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
             y, vy = confine(

@@ -13,12 +13,13 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_unit
 from kernels.rules.social import ranged_sums
 from kernels.rules.steering import wander
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, InParts
+from kernels.settings import COMMON, SEQUENTIAL, TIME_STEP, UPDATE, About, InParts
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
@@ -58,11 +59,7 @@ class Params(NamedTuple):
     ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_WRITTEN = COMMON | {
@@ -175,22 +172,22 @@ def advance(
     share of v.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(
-        max(params.separation_range, params.alignment_range, params.cohesion_range),
-        True,
-    )
     others = others_of(flock, work, sequential)
     own = own_of(flock, work)
-    step, kept = params.displacement_factor * params.dt, 1.0 - params.drag
+    dt = params.dt
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            crowd, along = robot.separation_range, robot.alignment_range
+            range2 = square_range(max(crowd, along, robot.cohesion_range), True)
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            ax, ay = _acceleration(params, others, own, world, i, work, found, rng)
-            vx, vy = flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt
+            ax, ay = _acceleration(robot, others, own, world, i, work, found, rng)
+            vx, vy = flock.vx[i] + ax * dt, flock.vy[i] + ay * dt
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
+            step, kept = robot.displacement_factor * dt, 1.0 - robot.drag
             x, vx = confine(flock.x[i] + step * vx, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + step * vy, vy, world.height, world.borders)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (

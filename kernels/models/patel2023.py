@@ -10,6 +10,7 @@ from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import is_measured, others_of, own_of, publish
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.obstacles import repulsion_linear
@@ -19,6 +20,7 @@ from kernels.settings import (
     SEQUENTIAL,
     SPEEDS,
     SYNCHRONOUSLY,
+    TIME_STEP,
     UPDATE,
     About,
     Demand,
@@ -74,11 +76,7 @@ class Params(NamedTuple):
     ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_WRITTEN = COMMON | {
@@ -232,10 +230,6 @@ def advance(
     that measure and hear know where all, and they themselves, were before the move.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(
-        max(params.separation_range, params.alignment_range, params.cohesion_range),
-        True,
-    )
     others = others_of(flock, work, sequential)
     moved = flock if sequential or is_measured(work) else work.before
     own = own_of(moved, work)
@@ -243,16 +237,19 @@ def advance(
         publish(flock, others, work)
         if not sequential:
             for i in range(flock.x.size):
-                _move(moved, world, params, i)
+                _move(moved, world, params_of(params, work, i), i)
             move_all(work.grid, moved)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            crowd, along = robot.separation_range, robot.alignment_range
+            range2 = square_range(max(crowd, along, robot.cohesion_range), True)
             if sequential:
-                _move(moved, world, params, i)
+                _move(moved, world, robot, i)
                 move(work.grid, i, moved.x[i], moved.y[i])
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            vx, vy = _new_velocity(params, others, own, world, i, work, found)
+            vx, vy = _new_velocity(robot, others, own, world, i, work, found)
             vx, vy = drive(work, i, moved.vx[i], moved.vy[i], vx, vy)
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (
                 moved.x[i],

@@ -12,6 +12,7 @@ from kernels.model import MOST_CELLS, Model, OccupancySettings, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.avoidance import steer_to_avoid
 from kernels.rules.borders import confine
@@ -21,6 +22,7 @@ from kernels.settings import (
     COMMON,
     SEQUENTIAL,
     SYNCHRONOUSLY,
+    TIME_STEP,
     UPDATE,
     About,
     Demand,
@@ -164,11 +166,7 @@ class Params(NamedTuple):
         bool, About("both are limits of each component, not of the length")
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_WRITTEN = COMMON | {
@@ -343,10 +341,12 @@ def _flocking(
 
 @jit
 def _navigation(
-    params: Params, own: Flock, world: World, i: int
+    params: Params, own: Flock, world: World, i: int, leads: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The weighted arrival and seek of boid `i`; zero if it does not know the goal."""
-    if i >= _leaders(params, own.x.size):
+    """The weighted arrival and seek of boid `i`; zero unless it `leads`, as one does
+    that knows the goal.
+    """
+    if not leads:
         return (0.0, 0.0), (0.0, 0.0)
     dx, dy, vx, vy = (
         world.goal_x - own.x[i],
@@ -371,6 +371,7 @@ def _acceleration(
     own: Flock,
     world: World,
     i: int,
+    leads: bool,
     work: Workspace,
     found: int,
     record: Record,
@@ -380,7 +381,7 @@ def _acceleration(
     """
     obstacle = _avoidance(params, own, i, work, record)
     apart, along, together = _flocking(params, others, own, i, work, found)
-    there, sought = _navigation(params, own, world, i)
+    there, sought = _navigation(params, own, world, i, leads)
     terms = (obstacle, apart, there, sought, along, together)
     if params.priority == FLOCKING_FIRST:
         terms = (together, along, there, sought, obstacle, apart)
@@ -407,13 +408,15 @@ def advance(
     its last velocity.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(params.perception_range, params.range_inclusive)
-    view = cone(params.fov)
     others = others_of(flock, work, sequential)
     own = own_of(flock, work)
+    leaders = _leaders(params, flock.x.size)
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            range2 = square_range(robot.perception_range, robot.range_inclusive)
+            view = cone(robot.fov)
             found = search(
                 others,
                 world,
@@ -425,12 +428,14 @@ def advance(
                 work.heading_y[i],
                 work.near,
             )
-            ax, ay = _acceleration(params, others, own, world, i, work, found, record)
+            ax, ay = _acceleration(
+                robot, others, own, world, i, i < leaders, work, found, record
+            )
             vx, vy = _limited(
-                params,
+                robot,
                 flock.vx[i] + ax * params.dt,
                 flock.vy[i] + ay * params.dt,
-                params.max_speed,
+                robot.max_speed,
             )
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)

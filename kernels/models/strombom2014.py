@@ -42,11 +42,12 @@ from kernels.neighbours import (
 )
 from kernels.recording import STEP, Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.hearing import hears_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, random_turn
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
+from kernels.settings import COMMON, SEQUENTIAL, TIME_STEP, UPDATE, About, Demand
 from kernels.state import Flock, World
 from kernels.topology import keep_nearest
 from kernels.torus import nearest_image
@@ -146,7 +147,7 @@ class Params(NamedTuple):
         About("at the goal is who is nearer to it than this; 0: nobody", "length", 0),
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[float, TIME_STEP]
 
 
 AS_WRITTEN = COMMON | {
@@ -373,11 +374,12 @@ def advance(
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
             vx, vy = 0.0, 0.0
             if not done and i == dog:
-                vx, vy = _dog_velocity(params, others, own, world, work, rng)
+                vx, vy = _dog_velocity(robot, others, own, world, work, rng)
             elif not done:
-                vx, vy = _sheep_velocity(params, others, own, world, work, i, rng)
+                vx, vy = _sheep_velocity(robot, others, own, world, work, i, rng)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             x, vx = confine(flock.x[i] + vx * dt, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + vy * dt, vy, world.height, world.borders)

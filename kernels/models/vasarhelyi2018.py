@@ -25,10 +25,19 @@ from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.polygons import from_border, is_polygon
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand, InParts
+from kernels.settings import (
+    COMMON,
+    SEQUENTIAL,
+    TIME_STEP,
+    UPDATE,
+    About,
+    Demand,
+    InParts,
+)
 from kernels.state import Corners, Flock, World
 from kernels.workspace import Workspace
 
@@ -146,11 +155,7 @@ class Params(NamedTuple):
         ),
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[
-        float,
-        About("time of one update", "time", low=0, exclusive=True),
-        InParts("time"),
-    ]
+    dt: Annotated[float, TIME_STEP, InParts("time")]
 
 
 AS_RUN = COMMON | {
@@ -437,19 +442,20 @@ def advance(
     mirrors a velocity mirrors the wanted one too.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(params.interaction_range, True)
     others, own = others_of(flock, work, sequential), own_of(flock, work)
     dt = params.dt
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
             if work.state[WAIT, i] < 0.5 * dt:
+                range2 = square_range(robot.interaction_range, True)
                 found = search(
                     others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
                 )
-                wx, wy = _wanted(params, others, own, world, i, work, found)
+                wx, wy = _wanted(robot, others, own, world, i, work, found)
                 work.state[WANTED_X, i], work.state[WANTED_Y, i] = wx, wy
-                work.state[WAIT, i] += params.control_period
+                work.state[WAIT, i] += robot.control_period
             work.state[WAIT, i] -= dt
             wx, wy = work.state[WANTED_X, i], work.state[WANTED_Y, i]
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], wx, wy)

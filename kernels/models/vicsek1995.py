@@ -16,10 +16,11 @@ from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.robots.actuation import drive
+from kernels.robots.differing import params_of
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.rules.borders import confine
 from kernels.rules.headings import direction, random_turn, turned, velocity_sum_from
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
+from kernels.settings import COMMON, SEQUENTIAL, TIME_STEP, UPDATE, About, Demand
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 
@@ -70,7 +71,7 @@ class Params(NamedTuple):
         About("r: range up to which headings are averaged", "length", low=0),
     ]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[float, TIME_STEP]
 
 
 AS_WRITTEN = COMMON | {
@@ -182,16 +183,17 @@ def advance(
     """
     sequential = params.update == SEQUENTIAL
     moves_with_new = params.moves_with == NEW_HEADING
-    range2 = square_range(params.interaction_range, True)
     others = others_of(flock, work, sequential)
     own = own_of(flock, work)
     for _ in range(steps):
         publish(flock, others, work)
         for i in range(flock.x.size):
+            robot = params_of(params, work, i)
+            range2 = square_range(robot.interaction_range, True)
             found = search(
                 others, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
             )
-            vx, vy = _new_velocity(params, others, own, i, work, found, rng)
+            vx, vy = _new_velocity(robot, others, own, i, work, found, rng)
             vx, vy = drive(work, i, flock.vx[i], flock.vy[i], vx, vy)
             way_x = vx if moves_with_new else flock.vx[i]
             way_y = vy if moves_with_new else flock.vy[i]

@@ -11,4 +11,7 @@ publishers  which models let their boids measure and hear, and drive them
 breakdowns  which boids fail, when and how
 motors      what limits the motors of each boid
 actuation   how a boid follows the velocity that its model wants
+spreads     parameters of a model that differ from robot to robot
+differing   which of them a robot has
+readers     which of them its model reads robot by robot
 """

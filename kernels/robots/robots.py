@@ -1,6 +1,6 @@
 """What the layers between a model and its boids share."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from kernels.chance import NO_KEY, ChanceKey
 from kernels.robots import senses
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, build_motors, motors_are_ideal
+from kernels.robots.spreads import Rows, build_rows
 from kernels.settings import RobotSettings
 
 
@@ -30,7 +31,8 @@ class Robots(NamedTuple):
     `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
     address that begins with it, so that none depends on those before. `driven` (1,)
     counts the calls of `drive` while there are `motors`, which are None where all boids
-    move as their model wants.
+    move as their model wants. `rows` have the parameters of each robot, and are empty
+    where all have those of the flock.
     """
 
     clock: NDArray[np.int64]
@@ -38,12 +40,15 @@ class Robots(NamedTuple):
     keys: ChanceKeys
     failing: Failing
     motors: Motors | None
+    rows: Rows
 
 
 def build_robots(
-    settings: RobotSettings, keys: ChanceKeys, n: int, dt: float
+    settings: RobotSettings, keys: ChanceKeys, n: int, dt: float, params: Any = None
 ) -> Robots:
-    """The layers of `n` boids at the start of a flight with steps of length `dt`."""
+    """The layers of `n` boids at the start of a flight with steps of length `dt`, of a
+    model with these `params`.
+    """
     fails = failing(settings.breakdowns, keys.made, n, dt)
     return Robots(
         np.zeros(1, np.int64),
@@ -51,15 +56,17 @@ def build_robots(
         keys,
         fails,
         build_motors(settings.actuation, fails.moves, keys.made, n, dt),
+        build_rows(params, settings.spreads, keys.made, n),
     )
 
 
 def is_ideal(settings: RobotSettings, dt: float) -> bool:
-    """Whether, in steps of `dt`, boids know what is and do what their model wants, and
-    none fails: then no layer changes a bit.
+    """Whether, in steps of `dt`, boids know what is and do what their model wants, all
+    have the same parameters, and none fails: then no layer changes a bit.
     """
     return (
         senses.is_ideal(settings.sensing, dt)
         and motors_are_ideal(settings.actuation)
         and settings.breakdowns.failing_share == 0.0
+        and all(one.deviation == 0.0 for one in settings.spreads)
     )

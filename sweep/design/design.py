@@ -97,7 +97,8 @@ def expand(study: Study) -> Design:
     """
     designs = by_design(study.axes)
     _check_size(study, sum(map(_least_points, designs)))
-    products = [_product(replace(study, axes=axes)) for axes in designs]
+    base = study.preset_settings | study.fixed
+    products = [_product(replace(study, axes=axes), base) for axes in designs]
     _check_size(study, sum(points.count for points in products))
     points, repeated = united(products)
     points, rejected = _derived(study, points)
@@ -123,8 +124,7 @@ def _least_points(axes: Iterable[Axis]) -> int:
     return math.prod(len(axis) for axis in axes if axis.when is None)
 
 
-def _product(study: Study) -> Points:
-    base = study.preset_settings | study.fixed
+def _product(study: Study, base: dict[str, Value]) -> Points:
     points = fitted_to_map(study, Points(base, {}, 1, np.zeros(1, np.int32)))
     for axis in study.axes:
         points = _multiplied(study, points, axis)

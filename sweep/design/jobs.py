@@ -31,7 +31,7 @@ from sweep.spec.continuing import DOWN, PARENT
 from sweep.spec.copied_maps import Obstacles
 from sweep.spec.maps import OwnMap
 from sweep.spec.seeds import address, point_numbers
-from sweep.spec.settings import Value, preset_settings
+from sweep.spec.settings import Value, usual_settings
 from sweep.spec.study import RecordSpec, Stream, Streams, Study
 from sweep.spec.validating import ALL_PAIRS
 
@@ -127,7 +127,7 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
 
 def _point_of_any_steps(job: Job) -> str:
     """The id that the point of a job would have with the steps of its preset."""
-    usual = preset_settings(job.model, job.preset, job.known)
+    usual = usual_settings(job.model, job.preset, job.known)
     settings = job.settings | {STEPS: usual[STEPS]}
     return directed(point_id(job.model, job.preset, settings, usual), job.direction)
 

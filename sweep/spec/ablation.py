@@ -28,7 +28,7 @@ from sweep.spec.settings import (
     Value,
     Values,
     no_setting,
-    preset_settings,
+    usual_settings,
 )
 
 WORLD = ("map", "width", "height")
@@ -224,8 +224,10 @@ def differing(
 
 
 def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
-    """The settings of a preset, with the width and height that its map brings along."""
-    settings = preset_settings(model, preset, known)
+    """The settings of a preset, and the spreads, with the width and height that its map
+    brings along.
+    """
+    settings = usual_settings(model, preset, known)
     size = known.maps[str(settings["map"])].size
     return settings | (
         dict(zip(("width", "height"), size, strict=True)) if size else {}

@@ -4,9 +4,9 @@ values.
 
 import math
 import re
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.model import Model
+from kernels.robots.readers import LINE, parameters_read
 from kernels.settings import (
     About,
     Actuation,
@@ -62,7 +63,8 @@ class Setting:
     numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
     counted in steps, `each_step` what a shorter step makes of it: see
     `kernels.settings.InParts`. Where `only_where` is given, it changes something only
-    there. `whole_steps` says that it is a time of a whole number of steps.
+    there. `whole_steps` says that it is a time of a whole number of steps. A spread
+    names in `spread_of` the parameter that differs from robot to robot.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Setting:
     each_step: EachStep = ""
     only_where: OnlyWhere | None = None
     whole_steps: bool = False
+    spread_of: str = ""
 
     def in_parts(self, value: float, parts: float) -> float:
         """What a value becomes where each step is cut into so many; with 1 / k, what it
@@ -167,6 +170,76 @@ def _in_full(bound: float) -> str:
     )
 
 
+MOST_SPREAD = 10.0
+"""Factors stay far from what numbers can be."""
+
+
+class Settings(dict[str, Setting]):
+    """Settings of a model by name.
+
+    `spreads` are further ones: a setting X_spread for each parameter X that the model
+    reads robot by robot. They are known where a spec names them, and 0 elsewhere.
+    `refused` says of others why there is none.
+    """
+
+    def __init__(self, settings: Mapping[str, Setting], model: Model) -> None:
+        super().__init__(settings)
+        self.model = model
+
+    @cached_property
+    def spreads(self) -> dict[str, Setting]:
+        read = parameters_read(self.model)
+        names = [
+            name
+            for name in self.model.params._fields
+            if name in read.robot - read.flock and self[name].kind == "float"
+        ]
+        return {one.name: one for one in map(_spread, names) if one.name not in self}
+
+    @cached_property
+    def refused(self) -> dict[str, str]:
+        allowed = [one.spread_of for one in self.spreads.values()]
+        may = f"those may differ: {', '.join(allowed)}"
+        if not allowed:
+            may = f"it reads none so: write `{LINE}`, and see docs/own-models.md"
+        return {
+            f"{name}_spread": f"{self._why(name)}; {may}"
+            for name in self.keys() - allowed
+            if f"{name}_spread" not in self
+        }
+
+    def _why(self, name: str) -> str:
+        """Why a setting cannot differ from robot to robot."""
+        if name not in self.model.params._fields:
+            return f"{name} is no parameter of {self.model.name}"
+        if self[name].kind != "float":
+            return f"{name} is no number with decimals, which a factor could change"
+        return f"{self.model.name} does not read {name} robot by robot"
+
+    def of_study(self, maps: Iterable[str]) -> "Settings":
+        """Every setting that a study may name which brings maps with these names."""
+        choices = (*self["map"].choices, *maps)
+        drawn = {"map": replace(self["map"], choices=choices)}
+        found = Settings(self | drawn | self.spreads, self.model)
+        found.refused = self.refused
+        return found
+
+
+def _spread(parameter: str) -> Setting:
+    """By how much a parameter differs from robot to robot."""
+    return Setting(
+        f"{parameter}_spread",
+        "float",
+        "parameters",
+        f"spread of {parameter}: standard deviation of the logarithm of a factor that"
+        " each robot has of its own",
+        low=0.0,
+        high=MOST_SPREAD,
+        only_where=OnlyWhere(f"0 < abs({parameter}) < 1e299"),
+        spread_of=parameter,
+    )
+
+
 GROUPS: tuple[tuple[str, type[Any]], ...] = (
     ("schedule", Schedule),
     ("world", WorldSettings),
@@ -219,17 +292,18 @@ def _setting(
 
 
 @lru_cache(maxsize=256)
-def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
+def settings_of(model: str, known: Catalogue) -> Settings:
     """Every setting of the model of this name: its own parameters first, then schedule,
     world, sensing, actuation, failures, start and observation.
     """
     about = known.models[model]
     groups = (("parameters", about.params), *GROUPS)
-    return {
+    found = {
         name: _setting(name, hint, group, about, known)
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
+    return Settings(found, about)
 
 
 def no_setting(
@@ -251,15 +325,6 @@ def usual_preset(model: Model) -> str:
     return USUAL_PRESET if USUAL_PRESET in model.presets else next(iter(model.presets))
 
 
-def settings_of_study(
-    model: str, known: Catalogue, maps: Iterable[str]
-) -> dict[str, Setting]:
-    """Every setting of a model in a study that brings maps with these names."""
-    settings = settings_of(model, known)
-    choices = (*settings["map"].choices, *maps)
-    return settings | {"map": replace(settings["map"], choices=choices)}
-
-
 def spelled(unit: str, model: Model) -> str:
     """A unit in the words of `model`: length and time are px and step, or m and s."""
     own = {"length": model.length, "time": model.time}
@@ -273,6 +338,12 @@ def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Valu
         name: setting.coerce(values[name])
         for name, setting in settings_of(model, known).items()
     }
+
+
+def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
+    """The same with the spreads, by which robots of a preset do not differ."""
+    spreads = settings_of(model, known).spreads
+    return preset_settings(model, preset, known) | dict.fromkeys(spreads, 0.0)
 
 
 def settings_tuple(

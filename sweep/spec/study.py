@@ -76,9 +76,9 @@ from sweep.spec.settings import (
     USUAL_PRESET,
     Setting,
     Value,
-    preset_settings,
-    settings_of_study,
+    settings_of,
     usual_preset,
+    usual_settings,
 )
 from sweep.spec.sizes import Sizes, check_sizes, read_section_sizes, with_sizes
 from sweep.spec.strict_yaml import dump, parse_document
@@ -487,13 +487,23 @@ class Study:
 
     @cached_property
     def settings(self) -> dict[str, Setting]:
-        """Every setting of the model; the choices of `map` include the study's own."""
-        return settings_of_study(self.model, self.known, self.maps)
+        """Every setting of the model, and the spreads that the spec names; the choices
+        of `map` include the study's own.
+        """
+        derived = (one.expression for one in self.record.derive)
+        used = {name for one in (*self.expressions, *derived) for name in one.names}
+        every = settings_of(self.model, self.known).of_study(self.maps)
+        return {
+            name: setting
+            for name, setting in every.items()
+            if not setting.spread_of or name in used or self.place_of(name)
+        }
 
     @cached_property
     def preset_settings(self) -> dict[str, Value]:
         """The value of every setting in the preset of the study."""
-        return preset_settings(self.model, self.preset, self.known)
+        values = usual_settings(self.model, self.preset, self.known)
+        return {name: values[name] for name in self.settings}
 
     def map_size(self, name: str) -> tuple[float, float] | None:
         """The width and height of a map, built-in or the study's own; None for a map
@@ -632,7 +642,7 @@ def _flown(
     usual = usual_preset(known.models[name])
     preset = mistakes.read(_preset, root, known.models[name]) or usual
     drawn, recorded = given.get("maps"), given.get("record")
-    settings = settings_of_study(name, known, _names_in(drawn))
+    settings = settings_of(name, known).of_study(_names_in(drawn))
     seed = given.get("seed", 0)
     keys = {key.name for key in keys_of(*SPEC)}
     reader = AxisReader(known, name, preset, settings, seed, folder, samplers, keys)
@@ -642,7 +652,7 @@ def _flown(
     sizes = mistakes.read(read_section_sizes, given.get("sizes"))
     taken = [*fixed, *derive, *(sizes.settings if sizes else ())]
     swept = mistakes.read(read_designs, given.get("axes"), reader, taken)
-    values = preset_settings(name, preset, known)
+    values = usual_settings(name, preset, known)
     if sizes and swept is not None:
         swept = mistakes.read(with_sizes, root, sizes, swept, values, settings)
     require = mistakes.read(read_require, given.get("require"), settings)

@@ -19,7 +19,7 @@ from kernels.model import Model
 from sweep.design.jobs import Job, LastFlock
 from sweep.spec.continuing import DIRECTION, PARENT
 from sweep.spec.recorded import Column
-from sweep.spec.settings import Setting, settings_of, spelled
+from sweep.spec.settings import Setting, spelled
 from sweep.spec.study import LAST_FLOCKS, LAST_STATES, Streams, Study
 from sweep.store.origin import PROVENANCE
 from sweep.trial.kinds import kinds_of
@@ -93,9 +93,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
     columns += [_column(*about) for about in ABOUT_LINK if study.continued]
-    columns += [
-        _setting(setting) for setting in settings_of(study.model, study.known).values()
-    ]
+    columns += [_setting(setting) for setting in study.settings.values()]
     for name, (unit, text, derived) in _recorded(study).items():
         columns.append(
             _column(name, pa.float64(), unit, f"{text}, at the last frame", derived)

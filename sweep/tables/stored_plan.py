@@ -85,7 +85,8 @@ def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
     """The names of the model's settings; of any model's if a plan names none."""
     models = named.models
     if "model" not in about:
-        return {name for model in models for name in settings_of(model, named)}
+        every = [settings_of(model, named) for model in models]
+        return {name for one in every for name in (*one, *one.spreads)}
     if (
         about["model"] not in models
         or about["preset"] not in models[about["model"]].presets
@@ -93,7 +94,8 @@ def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
         raise ValueError(
             f'there is no preset "{about["preset"]}" of "{about["model"]}"'
         )
-    return set(settings_of(about["model"], named))
+    settings = settings_of(about["model"], named)
+    return {*settings, *settings.spreads}
 
 
 def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:

@@ -17,7 +17,7 @@ from sweep.spec.keys import written
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
 from sweep.spec.setting_values import read_fixed
-from sweep.spec.settings import Value, settings_of, settings_of_study
+from sweep.spec.settings import Value, settings_of
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
 
@@ -91,12 +91,12 @@ def _accepted(
         cell("error").text()
     spec = _spec(cell) | {"record": record}
     study = read_study(Entry(document, (), spec), known)
+    settings = settings_of(study.model, known).of_study(maps)
     values = {
         name: row.get(name)
-        for name in settings_of(study.model, known)
-        if row.get(name) is not None or name not in LATER
+        for name, setting in settings.items()
+        if row.get(name) is not None or not (name in LATER or setting.spread_of)
     }
-    settings = settings_of_study(study.model, known, maps)
     fixed = read_fixed(Entry(document, (), values), settings)
     study = replace(study, maps=dict(maps), fixed=fixed)
     return study, expand(study).settings(0)

@@ -371,9 +371,11 @@ class StoredStudy:
 
     @property
     def settings(self) -> dict[str, Setting]:
-        """Every setting of its model. Up to 0.1 a plan does not name the model."""
+        """Every setting that a study of its model may name. Up to 0.1 a plan does not
+        name the model.
+        """
         model = self.provenance.get("model") or str(self.trials["model"].iloc[0])
-        return settings_of(model, self.known)
+        return settings_of(model, self.known).of_study(())
 
     @property
     def spec(self) -> str:

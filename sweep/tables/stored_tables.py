@@ -140,10 +140,11 @@ def _check_trials(table: pa.Table, known: Catalogue) -> None:
     if len(models) > 1 or models[0] not in known.models:
         raise ValueError(f"they are of the models {', '.join(models[:5])}")
     settings = settings_of(models[0], known)
-    kinds = {name: ARROW[one.kind] for name, one in settings.items()}
+    every = settings | settings.spreads
+    kinds = {name: ARROW[one.kind] for name, one in every.items()}
     there = {name: kinds[name] for name in kinds if name in table.column_names}
     _check_types(table, there)
-    named = {*about, *settings}
+    named = {*about, *every}
     _check_numbers(table, set(table.column_names) - named)
 
 

@@ -1,10 +1,12 @@
 """Whether the boids of a trial are ideal ones, and their keys of random numbers."""
 
+from collections.abc import Iterator
+
 from kernels.chance import ChanceKey
 from kernels.robots.robots import ChanceKeys, is_ideal
-from kernels.settings import Actuation, Breakdowns, RobotSettings, Sensing
+from kernels.settings import Actuation, Breakdowns, RobotSettings, Sensing, Spread
 from sweep.design.jobs import Job, stream
-from sweep.spec.settings import settings_of, settings_tuple
+from sweep.spec.settings import Settings, settings_of, settings_tuple
 
 
 def robots_of(job: Job) -> RobotSettings:
@@ -14,8 +16,17 @@ def robots_of(job: Job) -> RobotSettings:
         *(
             settings_tuple(group, job.settings, known)
             for group in (Sensing, Actuation, Breakdowns)
-        )
+        ),
+        spreads=tuple(_spreads(job, known)),
     )
+
+
+def _spreads(job: Job, known: Settings) -> Iterator[Spread]:
+    """By how much parameters of the model differ from robot to robot."""
+    for name in sorted(job.settings.keys() - known):
+        parameter = known[known.spreads[name].spread_of]
+        deviation = float(job.settings[name])
+        yield Spread(parameter.name, deviation, parameter.low, parameter.high)
 
 
 def has_robots(job: Job) -> bool:

@@ -184,6 +184,7 @@ class Simulation:
             flight.work.kind,
             flight.work.robots.failing,
             flight.work.robots.motors,
+            flight.work.robots.rows,
             flight.record.frames,
             flight.record.coverage.stamp,
         )

@@ -1,0 +1,137 @@
+"""Which parameters a model reads robot by robot, from its text."""
+
+import ast
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from typing import Any, Literal, NamedTuple
+
+from kernels import flight
+from kernels.lanes.calls import is_ours, named_by, plain_of
+from kernels.lanes.syntax import tree_of
+from kernels.model import Model
+from kernels.robots.differing import params_of
+
+Whose = Literal["robot", "flock"]
+
+
+class Read(NamedTuple):
+    """The parameters that functions read of one robot, and those that they read for the
+    whole flock.
+    """
+
+    robot: frozenset[str]
+    flock: frozenset[str]
+
+
+def parameters_read(model: Model) -> Read:
+    """Which parameters the `advance` of a model reads, itself or by functions of ours
+    that it calls, from what `params_of` gives, and which from what it is given. Flights
+    read some of the flock themselves.
+    """
+    return _read(model.advance)
+
+
+@cache
+def _read(advance: Callable[..., bool]) -> Read:
+    plain, robot, flock = plain_of(advance), set[str](), set[str]()
+    if not is_ours(plain):
+        return Read(frozenset(), frozenset())
+    found = [*_attributes(plain, _third(plain), set())]
+    found += _attributes(flight.begin, {"params": "flock"}, set())
+    for name, whose in found:
+        (robot if whose == "robot" else flock).add(name)
+    return Read(frozenset(robot), frozenset(flock))
+
+
+def _third(plain: Callable[..., bool]) -> dict[str, Whose]:
+    """What `advance` calls the parameters, which are its third argument."""
+    return dict.fromkeys(plain.__code__.co_varnames[2:3], "flock")
+
+
+def potential_of(model: Model) -> frozenset[str]:
+    """The parameters on which the pair potential of a model depends."""
+    if model.pair_potential is None:
+        return frozenset()
+    plain = plain_of(model.pair_potential)
+    given = plain.__code__.co_varnames[0]
+    return frozenset(name for name, _ in _attributes(plain, {given: "flock"}, set()))
+
+
+LINE = "robot = params_of(params, work, i)"
+Met = set[tuple[Callable[..., Any], frozenset[tuple[str, Whose]]]]
+
+
+def _attributes(
+    plain: Callable[..., Any], given: Mapping[str, Whose], met: Met
+) -> Iterator[tuple[str, Whose]]:
+    """The names of all parameters that a plain function reads, with whose they are,
+    where its arguments `given` are parameters. `met` has the functions that were looked
+    at.
+    """
+    key = plain, frozenset(given.items())
+    if key in met:
+        return
+    met.add(key)
+    tree = tree_of(plain)
+    known = dict(given)
+    while more := {*_bound(tree, plain, known)} - known.items():
+        known.update(more)
+    for node in ast.walk(tree):
+        match node:
+            case ast.Attribute(ast.Name(name), read) if name in known:
+                yield read, known[name]
+            case ast.Call(function):
+                called = plain_of(named_by(function, plain.__globals__))
+                if is_ours(called) and called is not plain_of(params_of):
+                    passed = dict(_passed(called, node, plain, known))
+                    yield from _attributes(called, passed, met)
+
+
+def _whose(
+    node: ast.expr, plain: Callable[..., Any], known: Mapping[str, Whose]
+) -> Whose | None:
+    """Whose parameters an expression is, None where it is none."""
+    match node:
+        case ast.Name(name):
+            return known.get(name)
+        case ast.Call(function):
+            called = plain_of(named_by(function, plain.__globals__))
+            return "robot" if called is plain_of(params_of) else None
+    return None
+
+
+def _bound(
+    tree: ast.AST, plain: Callable[..., Any], known: Mapping[str, Whose]
+) -> Iterator[tuple[str, Whose]]:
+    """The names to which a function gives parameters."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Assign):
+            continue
+        for target in node.targets:
+            for name, value in _pairs(target, node.value):
+                if whose := _whose(value, plain, known):
+                    yield name, whose
+
+
+def _pairs(target: ast.expr, value: ast.expr) -> Iterator[tuple[str, ast.expr]]:
+    match target, value:
+        case ast.Name(name), _:
+            yield name, value
+        case ast.Tuple(targets), ast.Tuple(values):
+            for one, other in zip(targets, values, strict=False):
+                yield from _pairs(one, other)
+
+
+def _passed(
+    called: Callable[..., Any],
+    node: ast.Call,
+    plain: Callable[..., Any],
+    known: Mapping[str, Whose],
+) -> Iterator[tuple[str, Whose]]:
+    """Which arguments of a function that is called are parameters."""
+    names = called.__code__.co_varnames[: called.__code__.co_argcount]
+    arguments = [*zip(names, node.args, strict=False)]
+    arguments += [(one.arg, one.value) for one in node.keywords if one.arg]
+    for name, value in arguments:
+        if whose := _whose(value, plain, known):
+            yield name, whose
