@@ -1,5 +1,5 @@
 """Boids as robots: what they measure and hear, how they follow the velocity that their
-model wants, and which of them fail.
+model wants, which of them fail, and the wind that carries them.
 
 robots      what all layers share
 purposes    what their random numbers are for
@@ -11,4 +11,5 @@ publishers  which models let their boids measure and hear, and drive them
 breakdowns  which boids fail, when and how
 motors      what limits the motors of each boid
 actuation   how a boid follows the velocity that its model wants
+wind        how the medium moves that carries all boids
 """

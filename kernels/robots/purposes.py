@@ -11,3 +11,7 @@ FAILS, FACTOR, PUSH = 200, 201, 202
 """Whether a boid fails, with the address (boid, 0, 0); the factors of its motors, with
 (boid, number, 0); and the noise of its motors, with (step, boid, 0).
 """
+FIRST_GUST, GUST = 300, 301
+"""The gust with which a flight begins, with the address (0, 0, 0); what is new in that
+of a step, with (step, 0, 0).
+"""

@@ -9,7 +9,9 @@ from kernels.chance import NO_KEY, ChanceKey
 from kernels.robots import senses
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, build_motors, motors_are_ideal
+from kernels.robots.wind import Wind, build_wind, is_calm
 from kernels.settings import RobotSettings
+from kernels.state import World
 
 
 class ChanceKeys(NamedTuple):
@@ -30,7 +32,7 @@ class Robots(NamedTuple):
     `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
     address that begins with it, so that none depends on those before. `driven` (1,)
     counts the calls of `drive` while there are `motors`, which are None where all boids
-    move as their model wants.
+    move as their model wants. `wind` is None where the medium is at rest.
     """
 
     clock: NDArray[np.int64]
@@ -38,12 +40,20 @@ class Robots(NamedTuple):
     keys: ChanceKeys
     failing: Failing
     motors: Motors | None
+    wind: Wind | None
+
+    @property
+    def needs_publish(self) -> bool:
+        """Whether a model must call `publish` at the beginning of each step."""
+        return self.motors is not None or self.wind is not None
 
 
 def build_robots(
-    settings: RobotSettings, keys: ChanceKeys, n: int, dt: float
+    settings: RobotSettings, keys: ChanceKeys, n: int, dt: float, world: World
 ) -> Robots:
-    """The layers of `n` boids at the start of a flight with steps of length `dt`."""
+    """The layers of `n` boids in `world`, at the start of a flight with steps of length
+    `dt`.
+    """
     fails = failing(settings.breakdowns, keys.made, n, dt)
     return Robots(
         np.zeros(1, np.int64),
@@ -51,15 +61,17 @@ def build_robots(
         keys,
         fails,
         build_motors(settings.actuation, fails.moves, keys.made, n, dt),
+        build_wind(settings.medium, keys.made, dt, world),
     )
 
 
 def is_ideal(settings: RobotSettings, dt: float) -> bool:
-    """Whether, in steps of `dt`, boids know what is and do what their model wants, and
-    none fails: then no layer changes a bit.
+    """Whether, in steps of `dt`, boids know what is and do what their model wants, none
+    fails, and the medium is at rest: then no layer changes a bit.
     """
     return (
         senses.is_ideal(settings.sensing, dt)
         and motors_are_ideal(settings.actuation)
         and settings.breakdowns.failing_share == 0.0
+        and is_calm(settings.medium)
     )
