@@ -29,6 +29,7 @@ from kernels.recording import (
 from kernels.robots.robots import ChanceKeys, build_robots
 from kernels.robots.senses import build_senses, go_on_with
 from kernels.robots.spreads import Rows
+from kernels.robots.wind import go_on_blowing
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.shapes import Obstacles
 from kernels.state import Floats, Flock, Kinds, World, laid_out
@@ -138,7 +139,8 @@ def begin(
     flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
-    layers = build_robots(robots, keys, schedule.n, params.dt, params)
+    dt, world = params.dt, scenery.world
+    layers = build_robots(robots, keys, schedule.n, dt, world, params)
     work = build_workspace(
         flock,
         scenery.world,
@@ -250,7 +252,7 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     for. False if the state is not finite.
 
     Raises RuntimeError where the model has taken another number of steps, does not let
-    its boids know what they measure and hear, or does not drive each of them.
+    its boids know what they measure and hear or be carried, or does not drive each.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
@@ -273,8 +275,8 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             " numbers are not finite, as observe says"
         )
     taken = flight.step - before
-    alters = flight.work.near.senses is not None or robots.motors is not None
-    if alters and robots.clock[0] - begun != taken:
+    needs_publish = flight.work.near.senses is not None or robots.needs_publish
+    if needs_publish and robots.clock[0] - begun != taken:
         raise RuntimeError(
             f"advance called publish in {robots.clock[0] - begun} of {taken}"
             " steps; call it at the beginning of each"
@@ -344,6 +346,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     if go_on_with(flight.work.near.senses, earlier.work.near.senses):
         for here, there in zip(flight.work.before, earlier.work.before, strict=True):
             here[:] = there
+    go_on_blowing(flight.work.robots.wind, earlier.work.robots.wind)
     rebuild_grid(flight)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):

@@ -34,7 +34,8 @@ class Seen(NamedTuple):
 
 
 def seen_by(flight: Flight, boid: int) -> Seen:
-    """What `boid` sees of the flock as it is, as a model's `advance` searches.
+    """What `boid` sees of the flock as it is, before a wind carries it, as a model's
+    `advance` searches.
 
     In a sequential update those before it move first. The range is the longest of the
     model's.
@@ -46,6 +47,7 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     own = others = flock
     if work.near.senses is not None:
         flock, work = _copied(flock), _copied(work)
+        work = work._replace(robots=work.robots._replace(wind=None))
         others = work.before
         publish(flock, others, work)
         own = work.near.senses.own

@@ -13,6 +13,7 @@ from kernels.settings import (
     Actuation,
     Breakdowns,
     Demand,
+    Medium,
     Observation,
     Schedule,
     Sensing,
@@ -262,6 +263,7 @@ def _flaws_of_state(model: Model) -> Iterator[str]:
         Sensing,
         Actuation,
         Breakdowns,
+        Medium,
         StartSettings,
         Observation,
     )

@@ -2,8 +2,8 @@
 or its choices; and what they must fulfil together.
 
 Every model has its own `Params`; the groups here are common to all: Schedule,
-WorldSettings, Sensing, Actuation, Breakdowns, StartSettings and Observation. A setting
-with `choices` is stored in these tuples as the index of its choice. Units are written
+WorldSettings, Sensing, Actuation, Breakdowns, Medium, StartSettings and Observation. A
+setting with `choices` is stored in these tuples as the index of its choice. Units are written
 with the words length and time, which a model gives their meaning: px and step, or m and
 s.
 """
@@ -358,6 +358,36 @@ class Breakdowns(NamedTuple):
     ]
 
 
+class Medium(NamedTuple):
+    """How the medium moves in which boids are, see kernels.robots.wind."""
+
+    wind_x: Annotated[
+        float, About("mean velocity of the medium, which carries boids", "length/time")
+    ]
+    wind_y: Annotated[
+        float, About("mean velocity of the medium, which carries boids", "length/time")
+    ]
+    gust: Annotated[
+        float,
+        About(
+            "standard deviation of each component of the gusts, which add to the wind"
+            " and are the same for all boids",
+            "length/time",
+            low=0,
+        ),
+    ]
+    gust_time: Annotated[
+        float,
+        About(
+            "time in which a gust falls to 1/e of itself in the mean; 0: gusts of"
+            " different steps are independent; infinite: a trial has one gust",
+            "time",
+            low=0,
+        ),
+        OnlyWhere("gust > 0"),
+    ]
+
+
 class Spread(NamedTuple):
     """By how much a parameter of a model differs from robot to robot: `deviation` is
     the standard deviation of the logarithm of its factors. A value beyond `low` or
@@ -371,11 +401,14 @@ class Spread(NamedTuple):
 
 
 class RobotSettings(NamedTuple):
-    """In what boids differ from ideal ones, group by group, and from each other."""
+    """In what boids and their medium differ from ideal ones, group by group, and boids
+    from each other.
+    """
 
     sensing: Sensing
     actuation: Actuation
     breakdowns: Breakdowns
+    medium: Medium
     spreads: tuple[Spread, ...] = ()
 
 
@@ -511,6 +544,10 @@ COMMON: dict[str, Any] = {
     "failing_share": 0.0,
     "failing_time": 0.0,
     "failing_how": FAILURES[0],
+    "wind_x": 0.0,
+    "wind_y": 0.0,
+    "gust": 0.0,
+    "gust_time": 0.0,
     "start_positions": "continuous",
     "start_velocities": "heading",
     "start_margin": 0.0,

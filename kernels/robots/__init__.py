@@ -1,5 +1,5 @@
 """Boids as robots: what they measure and hear, how they follow the velocity that their
-model wants, and which of them fail.
+model wants, which of them fail, and the wind that carries them.
 
 robots      what all layers share
 purposes    what their random numbers are for
@@ -14,4 +14,5 @@ actuation   how a boid follows the velocity that its model wants
 spreads     parameters of a model that differ from robot to robot
 differing   which of them a robot has
 readers     which of them its model reads robot by robot
+wind        how the medium moves that carries all boids
 """

@@ -12,3 +12,7 @@ FAILS, FACTOR, PUSH, PARAMETER = 200, 201, 202, 203
 (boid, number, 0); the noise of its motors, with (step, boid, 0); and the factors of the
 parameters of its model, with (boid, number of the parameter, 0).
 """
+FIRST_GUST, GUST = 300, 301
+"""The gust with which a flight begins, with the address (0, 0, 0); what is new in that
+of a step, with (step, 0, 0).
+"""

@@ -10,7 +10,9 @@ from kernels.robots import senses
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, build_motors, motors_are_ideal
 from kernels.robots.spreads import Rows, build_rows
+from kernels.robots.wind import Wind, build_wind, is_calm
 from kernels.settings import RobotSettings
+from kernels.state import World
 
 
 class ChanceKeys(NamedTuple):
@@ -32,7 +34,7 @@ class Robots(NamedTuple):
     address that begins with it, so that none depends on those before. `driven` (1,)
     counts the calls of `drive` while there are `motors`, which are None where all boids
     move as their model wants. `rows` have the parameters of each robot, and are empty
-    where all have those of the flock.
+    where all have those of the flock. `wind` is None where the medium is at rest.
     """
 
     clock: NDArray[np.int64]
@@ -41,13 +43,24 @@ class Robots(NamedTuple):
     failing: Failing
     motors: Motors | None
     rows: Rows
+    wind: Wind | None
+
+    @property
+    def needs_publish(self) -> bool:
+        """Whether a model must call `publish` at the beginning of each step."""
+        return self.motors is not None or self.wind is not None
 
 
 def build_robots(
-    settings: RobotSettings, keys: ChanceKeys, n: int, dt: float, params: Any = None
+    settings: RobotSettings,
+    keys: ChanceKeys,
+    n: int,
+    dt: float,
+    world: World,
+    params: Any = None,
 ) -> Robots:
-    """The layers of `n` boids at the start of a flight with steps of length `dt`, of a
-    model with these `params`.
+    """The layers of `n` boids in `world`, at the start of a flight with steps of length
+    `dt`, of a model with these `params`.
     """
     fails = failing(settings.breakdowns, keys.made, n, dt)
     return Robots(
@@ -57,16 +70,19 @@ def build_robots(
         fails,
         build_motors(settings.actuation, fails.moves, keys.made, n, dt),
         build_rows(params, settings.spreads, keys.made, n),
+        build_wind(settings.medium, keys.made, dt, world),
     )
 
 
 def is_ideal(settings: RobotSettings, dt: float) -> bool:
     """Whether, in steps of `dt`, boids know what is and do what their model wants, all
-    have the same parameters, and none fails: then no layer changes a bit.
+    have the same parameters, none fails, and the medium is at rest: then no layer
+    changes a bit.
     """
     return (
         senses.is_ideal(settings.sensing, dt)
         and motors_are_ideal(settings.actuation)
         and settings.breakdowns.failing_share == 0.0
         and all(one.deviation == 0.0 for one in settings.spreads)
+        and is_calm(settings.medium)
     )

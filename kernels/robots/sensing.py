@@ -15,6 +15,7 @@ from kernels.jit import jit, jit_apart
 from kernels.neighbours import Grid, move_published
 from kernels.robots.purposes import OWN_ERROR, SENT_ERROR
 from kernels.robots.senses import NOT_BEGUN, NOW, SAMPLED, SENT, SINCE, Senses
+from kernels.robots.wind import blow
 from kernels.state import Floats, Flock, remember
 from kernels.workspace import Workspace
 
@@ -50,9 +51,11 @@ def is_measured(work: Workspace) -> bool:
 
 @jit
 def publish(flock: Flock, others: Flock, work: Workspace) -> None:
-    """Before a step, keep the velocities of `flock`, and let boids know of each other:
-    fill `others`, which `others_of` gives, and what `own_of` gives.
+    """Before a step, let the wind carry `flock`, keep its velocities, and let boids
+    know of each other: fill `others`, which `others_of` gives, and what `own_of` gives.
     """
+    robots = work.robots
+    blow(robots.wind, flock, work.grid, robots.keys.flown, robots.clock)
     _publish(work.near.senses, flock, others, work)
     work.robots.clock[0] += 1
 

@@ -7,6 +7,8 @@ chains       which points begin where others end
 consistency  what settings fulfil together
 motors       what those of motors and breakdowns do
 senses       what those of sensing do
+medium       what those of the wind do
+published_steps  that a model publishes each step
 code         which code computes a study
 recording    what a trial records
 trial_ids    12 bytes a trial

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kernels.settings import PIXELS, Demand
+from sweep.design.medium import MEDIUM_DEMANDS, check_medium
 from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
@@ -52,6 +53,7 @@ def check_consistency(study: Study, points: Points) -> None:
         mistakes.read(_check_demand, study, points, demand)
     mistakes.read(check_motors, study, points)
     mistakes.read(check_senses, study, points)
+    mistakes.read(check_medium, study, points)
     mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()
@@ -132,6 +134,7 @@ def _demands(study: Study) -> Iterator[Demand]:
             yield demand._replace(condition=condition)
     yield from DEMANDS
     yield from MOTOR_DEMANDS
+    yield from MEDIUM_DEMANDS
     if study.record.heatmaps:
         yield from PIXELS
     for metric in metrics:

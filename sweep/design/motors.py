@@ -5,9 +5,10 @@ has them.
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.robots.publishers import drives, publishes, to_publish
+from kernels.robots.publishers import drives
 from kernels.settings import Demand
 from sweep.design.points import Points
+from sweep.design.published_steps import check_published
 from sweep.spec.study import Study
 
 MOTOR_DEMANDS = (
@@ -59,13 +60,6 @@ def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
                 f"{name} needs a model that drives its boids, and {model.name} calls no"
                 f" `drive`: before confine write `{LINE}`, and see docs/own-models.md",
             )
-    if not publishes(model.advance):
-        needed["failing_share"] = fails.any()
-        for name in filter(needed.get, needed):
-            change = to_publish(model.advance)
-            raise study.document.error(
-                study.place_of(name) or ("model",),
-                f"{name} needs a model that counts its steps, and {model.name} calls no"
-                f" `publish`: {change + ', and ' if change else ''}see"
-                " docs/own-models.md",
-            )
+    needed["failing_share"] = fails.any()
+    for name in filter(needed.get, needed):
+        check_published(study, name, "that counts its steps")

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.robots.publishers import publishes, to_publish
 from sweep.design.points import Points
+from sweep.design.published_steps import check_published
 from sweep.spec.document import Place
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
@@ -125,9 +125,6 @@ def _bodiless(*_values: Any) -> str:
 
 def _check_model(study: Study, points: Points) -> None:
     """Refuse boids that are to measure and hear, of a model that does not let them."""
-    model = study.known.models[study.model]
-    if publishes(model.advance):
-        return
     for name, on in (
         ("position_noise", _above(points, "position_noise")),
         ("velocity_noise", _above(points, "velocity_noise")),
@@ -138,10 +135,4 @@ def _check_model(study: Study, points: Points) -> None:
         ("occlusion", points.column("occlusion") != "none"),
     ):
         if on.any():
-            change = to_publish(model.advance)
-            said = (
-                f"{name} needs a model whose boids measure and hear, and {model.name}"
-                f" calls no `publish`: {change + ', and ' if change else ''}see"
-                " docs/own-models.md"
-            )
-            raise study.document.error(_place(study, (name,)), said)
+            check_published(study, name, "whose boids measure and hear")

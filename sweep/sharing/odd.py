@@ -34,6 +34,7 @@ GROUPS = {
     "sensing": "With whom boids interact, and what they know",
     "actuation": "How boids follow their model",
     "failures": "Which boids fail",
+    "medium": "How the medium moves",
     "start": "Start",
     "observation": "Observation",
 }

@@ -21,6 +21,7 @@ from kernels.settings import (
     Breakdowns,
     EachStep,
     InParts,
+    Medium,
     Observation,
     OnlyWhere,
     Schedule,
@@ -246,6 +247,7 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
     ("sensing", Sensing),
     ("actuation", Actuation),
     ("failures", Breakdowns),
+    ("medium", Medium),
     ("start", StartSettings),
     ("observation", Observation),
 )
@@ -294,7 +296,7 @@ def _setting(
 @lru_cache(maxsize=256)
 def settings_of(model: str, known: Catalogue) -> Settings:
     """Every setting of the model of this name: its own parameters first, then schedule,
-    world, sensing, actuation, failures, start and observation.
+    world, sensing, actuation, failures, medium, start and observation.
     """
     about = known.models[model]
     groups = (("parameters", about.params), *GROUPS)

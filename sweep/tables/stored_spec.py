@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from kernels.settings import Actuation, Breakdowns, Sensing
+from kernels.settings import Actuation, Breakdowns, Medium, Sensing
 from sweep.design.design import expand
 from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import ChoiceError, SpecError, StoreError
@@ -24,8 +24,9 @@ from sweep.tables.stored_trials import StoredTrial
 LATER = (
     *(*Sensing._fields, *Actuation._fields, *Breakdowns._fields),
     "start_distance",
+    *Medium._fields,
 )
-"""Settings that trials of versions before 0.16 lack. They are those of the preset."""
+"""Settings that trials of versions before 0.17 lack. They are those of the preset."""
 
 
 def check_recorded(

@@ -4,18 +4,25 @@ from collections.abc import Iterator
 
 from kernels.chance import ChanceKey
 from kernels.robots.robots import ChanceKeys, is_ideal
-from kernels.settings import Actuation, Breakdowns, RobotSettings, Sensing, Spread
+from kernels.settings import (
+    Actuation,
+    Breakdowns,
+    Medium,
+    RobotSettings,
+    Sensing,
+    Spread,
+)
 from sweep.design.jobs import Job, stream
 from sweep.spec.settings import Settings, settings_of, settings_tuple
 
 
 def robots_of(job: Job) -> RobotSettings:
-    """In what the boids of a job differ from ideal ones."""
+    """In what the boids of a job and their medium differ from ideal ones."""
     known = settings_of(job.model, job.known)
     return RobotSettings(
         *(
             settings_tuple(group, job.settings, known)
-            for group in (Sensing, Actuation, Breakdowns)
+            for group in (Sensing, Actuation, Breakdowns, Medium)
         ),
         spreads=tuple(_spreads(job, known)),
     )
@@ -30,7 +37,9 @@ def _spreads(job: Job, known: Settings) -> Iterator[Spread]:
 
 
 def has_robots(job: Job) -> bool:
-    """Whether boids are not ideal ones. Such trials fly alone, with one thread."""
+    """Whether boids are not ideal ones, or their medium moves. Such trials fly alone,
+    with one thread.
+    """
     return not is_ideal(robots_of(job), float(job.settings["dt"]))
 
 

@@ -70,7 +70,7 @@ class Fleet:
             no_occupancy(),
             np.zeros((0, n)),
             np.zeros(n, np.int64),
-            build_robots(builders.robots(**changes), KEYS, n, DT),
+            build_robots(builders.robots(**changes), KEYS, n, DT, world),
         )
 
     def want(self, x: Any, y: Any, steps: int = 1) -> np.ndarray:
@@ -111,7 +111,9 @@ def test_the_step_response_of_the_lag_is_exact() -> None:
 def test_halving_the_time_step_leaves_the_step_response() -> None:
     """The lag is solved exactly: only what depends on the step's beginning may vary."""
     whole, half = Fleet(0.0, 0.0, motor_lag=0.7), Fleet(0.0, 0.0, motor_lag=0.7)
-    motors = build_robots(builders.robots(motor_lag=0.7), KEYS, 1, DT / 2)
+    motors = build_robots(
+        builders.robots(motor_lag=0.7), KEYS, 1, DT / 2, builders.a_world()
+    )
     half.work = half.work._replace(robots=motors)
     assert half.want(1.0, 1.0, 20) == pytest.approx(whole.want(1.0, 1.0, 10), abs=CLOSE)
 

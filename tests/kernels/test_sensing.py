@@ -72,7 +72,7 @@ def aware(
         no_occupancy(),
         np.zeros((0, n)),
         np.zeros(n, np.int64),
-        build_robots(builders.robots(), NO_KEYS, n, DT),
+        build_robots(builders.robots(), NO_KEYS, n, DT, world),
         senses,
     )
 

@@ -1,0 +1,117 @@
+"""How the medium moves in which boids are: a wind, and gusts.
+
+The velocities of boids, and all that their models do with them, are relative to the
+medium. It has one velocity everywhere, by which it carries all boids at the beginning
+of each step: (wind_x, wind_y) and a gust. Each component of the gust is an
+Ornstein-Uhlenbeck process (Uhlenbeck and Ornstein 1930, On the theory of the Brownian
+motion, Physical Review 36, 823-841), independent of the other one, whose value at the
+beginning of a step holds throughout it. Its exact solution over a step is
+g <- exp(-dt / gust_time) g + gust sqrt(1 - exp(-2 dt / gust_time)) z, with z a standard
+normal number, so that it is stationary from the start on for any `dt`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.chance import ChanceKey, normals
+from kernels.jit import jit, jit_apart
+from kernels.neighbours import Grid, move_all
+from kernels.robots.purposes import FIRST_GUST, GUST
+from kernels.rules.borders import confine
+from kernels.settings import Medium
+from kernels.state import Floats, Flock, World
+
+
+class Wind(NamedTuple):
+    """The motion of the medium in steps of length `dt`, in a world of this size.
+
+    `x` and `y` are the mean velocity, and `gust` the standard deviation of each
+    component of a gust. In a step the part `kept` of it is left, and `new` times a
+    standard normal number is added. `now` (2,) is the gust of the step to come, as a
+    multiple of `gust`.
+    """
+
+    x: float
+    y: float
+    gust: float
+    kept: float
+    new: float
+    dt: float
+    width: float
+    height: float
+    borders: int
+    now: Floats
+
+
+def is_calm(medium: Medium) -> bool:
+    """Whether the medium is at rest."""
+    return medium.wind_x == medium.wind_y == medium.gust == 0.0
+
+
+def build_wind(medium: Medium, key: ChanceKey, dt: float, world: World) -> Wind | None:
+    """The wind at the start of a flight with steps of length `dt`, with a gust of the
+    stationary distribution. None where the medium is at rest: then kernels are compiled
+    without any of this.
+    """
+    if is_calm(medium):
+        return None
+    parts = dt / medium.gust_time if medium.gust_time > 0.0 else math.inf
+    return Wind(
+        x=medium.wind_x,
+        y=medium.wind_y,
+        gust=medium.gust,
+        kept=math.exp(-parts),
+        new=math.sqrt(-math.expm1(-2.0 * parts)),
+        dt=dt,
+        width=world.width,
+        height=world.height,
+        borders=world.borders,
+        now=np.array(normals(key, 0, 0, 0, FIRST_GUST)),
+    )
+
+
+def go_on_blowing(mine: Wind | None, earlier: Wind | None) -> None:
+    """Let a wind go on with the gust of an `earlier` one. The gust is a multiple of its
+    standard deviation, and so stays stationary if that is another one.
+    """
+    if mine is not None and earlier is not None:
+        mine.now[:] = earlier.now
+
+
+@jit
+def blow(
+    wind: Wind | None,
+    flock: Flock,
+    grid: Grid,
+    key: ChanceKey,
+    clock: NDArray[np.int64],
+) -> None:
+    """Carry each boid of `flock` by the wind of one step; `clock` (1,) has the number
+    of steps that have begun.
+
+    The border acts on the place and the velocity as in a step of its own, and `grid` is
+    told where boids are then.
+    """
+    if wind is not None:
+        _carry(wind, flock, key, clock[0])
+        move_all(grid, flock)
+
+
+@jit_apart
+def _carry(wind: Wind, flock: Flock, key: ChanceKey, step: int) -> None:
+    way_x = (wind.x + wind.gust * wind.now[0]) * wind.dt
+    way_y = (wind.y + wind.gust * wind.now[1]) * wind.dt
+    for i in range(flock.x.size):
+        flock.x[i], flock.vx[i] = confine(
+            flock.x[i] + way_x, flock.vx[i], wind.width, wind.borders
+        )
+        flock.y[i], flock.vy[i] = confine(
+            flock.y[i] + way_y, flock.vy[i], wind.height, wind.borders
+        )
+    if wind.gust > 0.0:
+        one, other = normals(key, step, 0, 0, GUST)
+        wind.now[0] = wind.kept * wind.now[0] + wind.new * one
+        wind.now[1] = wind.kept * wind.now[1] + wind.new * other

@@ -1,0 +1,36 @@
+"""What the settings of the medium must fulfil together, and the model whose boids it
+carries.
+"""
+
+from kernels.settings import Demand, Medium
+from sweep.design.points import Points
+from sweep.design.published_steps import check_published
+from sweep.spec.study import Study
+
+MOST_GUSTS = 10
+"""No gust is stronger than so many standard deviations: a normal number is with a
+probability below 1e-22.
+"""
+MOST_WIND = 1e15
+MEDIUM_DEMANDS = (
+    Demand(
+        f"-{MOST_WIND} <= wind_x <= {MOST_WIND} and -{MOST_WIND} <= wind_y <="
+        f" {MOST_WIND} and gust <= {MOST_WIND}",
+        "wind and gusts must be finite",
+    ),
+    Demand(
+        f"borders == 'open' or (abs(wind_x) + {MOST_GUSTS} * gust) * dt <= width and"
+        f" (abs(wind_y) + {MOST_GUSTS} * gust) * dt <= height",
+        f"wind and a gust of {MOST_GUSTS} standard deviations carry a boid farther in"
+        " one step than the world is wide or high, and its border acts once in a step",
+    ),
+)
+
+
+def check_medium(study: Study, points: Points) -> None:
+    """Raise SpecError for a model that does not let a wind carry its boids, where there
+    is one.
+    """
+    for name in Medium._fields:
+        if name != "gust_time" and (points.column(name) != 0.0).any():
+            check_published(study, name, "that lets the medium carry its boids")
