@@ -33,6 +33,7 @@ prints nothing, validates nothing.
     starts       initial flocks
     recording    frames of a trial
     events       what is counted during a trial
+    groups       connected components of places
     coverage     visited pixels
 """
 

@@ -1,24 +1,30 @@
-"""What is counted during a trial: escapes, collisions, arrivals at the goal, and how
-long boids have moved in step.
+"""What is counted during a trial: escapes, collisions, arrivals at the goal, how long
+boids have moved in step, how flocks have parted and joined; and what is summed up of
+their motion.
 
 The start itself is not counted. A boid that is outside, in an obstacle or in contact at
 the start counts in step 1.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.jit import jit
+from kernels.groups import Labels, label_groups
+from kernels.jit import jit, jit_apart
 from kernels.settings import Observation
-from kernels.state import Flock, Indices, World
+from kernels.state import Floats, Flock, Indices, World
 from kernels.worlds import Reach, inside_any
 
 ESCAPES, COLLISIONS, BOID_COLLISIONS, ARRIVED, ARRIVAL_STEPS, SETTLED, DEAD_ENDS = (
     range(7)
 )
-N_EVENTS = 7
+PAIR_COLLISIONS, FISSIONS, FUSIONS = range(7, 10)
+N_EVENTS = 10
+SPEEDS, CHANGES, GAINS = range(3)
+N_INTEGRALS = 3
 TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
 
 
@@ -26,18 +32,27 @@ class Watch(NamedTuple):
     """What is counted, and the state of N boids after the last step.
 
     `counting` is for what concerns a boid and its place, `pairing` for what concerns
-    two boids. `contact` is the Reach with margin 0. `outside`, `inside`, `touching` and
-    `arrived` (N,) say which boids were outside the world, in an obstacle or in contact
-    with another, and which have been at the goal; `in_step` (N,) for how many steps a
-    boid has moved in step with all its neighbours. `order` (N,) are the boids sorted by
-    x, `state` (N,) is room for a step. `events` (N_EVENTS,) holds the counts: how often
-    each of the first three began, how many boids have arrived, the sum of the steps at
-    which they did, how many are in equilibrium now, and how often a model found no way
-    out.
+    two boids, `integrating` for what concerns its velocity, and `following` for what
+    becomes of flocks from frame to frame. `contact` is the Reach with margin 0.
+    `outside`, `inside`, `touching` and `arrived` (N,) say which boids were outside the
+    world, in an obstacle or in contact with another, and which have been at the goal;
+    `in_step` (N,) for how many steps a boid has moved in step with all its neighbours.
+    `order` (N,) are the boids sorted by x, `state` (N,) is room for a step. `before_x`
+    and `before_y` (N,) are the places one step earlier. `flock_before` (N,) has of each
+    boid the label of its flock at the last frame on time; `flock_now`, `next_member`
+    and `is_met` (N,) are room for a frame. `events` (N_EVENTS,) holds the counts: how
+    often each of the first three began, how many boids have arrived, the sum of the
+    steps at which they did, how many are in equilibrium now, how often a model found no
+    way out, how often a contact of two boids began, and how often flocks have parted
+    and joined up to the last frame on time. `integrals` (N_INTEGRALS,) are sums over
+    boids and steps: of their speeds, of the squares of the changes of their velocities,
+    and of the gains of |v|^2 / 2, losses left out.
     """
 
     counting: bool
     pairing: bool
+    integrating: bool
+    following: bool
     contact: Reach
     observation: Observation
     outside: NDArray[np.bool_]
@@ -47,20 +62,41 @@ class Watch(NamedTuple):
     in_step: NDArray[np.int64]
     order: Indices
     state: NDArray[np.uint8]
+    before_x: Floats
+    before_y: Floats
+    flock_before: Labels
+    flock_now: Labels
+    next_member: Labels
+    is_met: NDArray[np.bool_]
     events: NDArray[np.int64]
+    integrals: Floats
 
 
 def build_watch(
-    n: int, counting: bool, pairing: bool, contact: Reach, observation: Observation
+    n: int,
+    counting: bool,
+    pairing: bool,
+    integrating: bool,
+    following: bool,
+    contact: Reach,
+    observation: Observation,
 ) -> Watch:
     """Nothing counted yet for `n` boids."""
     outside, inside, touching, arrived = np.zeros((4, n), np.bool_)
     return Watch(
-        *(counting, pairing, contact, observation, outside, inside, touching, arrived),
+        *(counting, pairing, integrating, following, contact, observation),
+        *(outside, inside, touching, arrived),
         in_step=np.zeros(n, np.int64),
         order=np.arange(n, dtype=np.uint32),
         state=np.zeros(n, np.uint8),
+        before_x=np.zeros(n),
+        before_y=np.zeros(n),
+        flock_before=np.zeros(n, np.int64),
+        flock_now=np.zeros(n, np.int64),
+        next_member=np.zeros(n, np.int64),
+        is_met=np.zeros(n, np.bool_),
         events=np.zeros(N_EVENTS, np.int64),
+        integrals=np.zeros(N_INTEGRALS),
     )
 
 
@@ -69,8 +105,12 @@ def note_start(flock: Flock, world: World, watch: Watch) -> None:
     is not counted; being at the goal counts as an arrival.
     """
     count(flock, world, watch, 0)
-    watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED]] = 0
+    watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED, PAIR_COLLISIONS]] = 0
     watch.in_step[:] = 0
+    watch.integrals[:] = 0.0
+    if watch.following:
+        regroup(flock, watch)
+        watch.flock_before[:] = watch.flock_now
 
 
 @jit
@@ -82,6 +122,11 @@ def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
         _sort(flock, watch)
         _compare_pairs(flock, watch)
         _count_pairs(watch)
+        for i in range(flock.x.size):
+            watch.before_x[i] = flock.x[i]
+            watch.before_y[i] = flock.y[i]
+    if watch.integrating:
+        _integrate(flock, watch)
 
 
 @jit
@@ -140,13 +185,27 @@ def _compare_pairs(flock: Flock, watch: Watch) -> None:
             if dx >= reach:
                 break
             distance2 = dx * dx + dy * dy
-            state = TOUCHING if distance2 < contact2 else 0
+            state = 0
+            if distance2 < contact2:
+                state = TOUCHING
+                began = not _were_nearer(watch, i, j, contact2)
+                watch.events[PAIR_COLLISIONS] += int(began)
             if distance2 < company2:
                 state |= ACCOMPANIED
                 if not _in_step(flock, i, j, tolerance2):
                     state |= OUT_OF_STEP
             watch.state[i] |= state
             watch.state[j] |= state
+
+
+@jit
+def _were_nearer(watch: Watch, i: int, j: int, square: float) -> bool:
+    """Whether two boids were nearer to each other, one step earlier, than the root of
+    `square`.
+    """
+    dx = watch.before_x[j] - watch.before_x[i]
+    dy = watch.before_y[j] - watch.before_y[i]
+    return bool(dx * dx + dy * dy < square)
 
 
 @jit
@@ -176,3 +235,79 @@ def _count_pairs(watch: Watch) -> None:
         watch.in_step[i] = watch.in_step[i] + 1 if in_step else 0
         settled += int(watch.in_step[i] >= watch.observation.equilibrium_steps)
     watch.events[SETTLED] = settled
+
+
+@jit
+def _integrate(flock: Flock, watch: Watch) -> None:
+    """Add what this step adds to the integrals."""
+    speeds, changes, gains = 0.0, 0.0, 0.0
+    for i in range(flock.x.size):
+        vx, vy = flock.vx[i], flock.vy[i]
+        before_x, before_y = flock.previous_vx[i], flock.previous_vy[i]
+        dx, dy = vx - before_x, vy - before_y
+        square = vx * vx + vy * vy
+        speeds += math.sqrt(square)
+        changes += dx * dx + dy * dy
+        gain = 0.5 * (square - (before_x * before_x + before_y * before_y))
+        gains += max(0.0, gain)
+    watch.integrals[SPEEDS] += speeds
+    watch.integrals[CHANGES] += changes
+    watch.integrals[GAINS] += gains
+
+
+@jit_apart
+def regroup(flock: Flock, watch: Watch) -> tuple[int, int]:
+    """Find the flocks of now, `flock_now`; return how often flocks have parted and how
+    often they have joined since those of `flock_before`.
+
+    A flock whose members are in k flocks now has parted k - 1 times, and one whose
+    members come from k flocks has been joined k - 1 times. So the number of flocks has
+    grown by the first number less the second.
+    """
+    n = flock.x.size
+    _sort(flock, watch)
+    label_groups(
+        flock.x, flock.y, watch.order, watch.observation.flock_range, watch.flock_now
+    )
+    before, now, shared = 0, 0, 0
+    for i in range(n):
+        watch.next_member[i] = i
+        before += int(watch.flock_before[i] == i)
+    for i in range(n):
+        label = watch.flock_now[i]
+        if label == i:
+            now += 1
+        else:
+            watch.next_member[i] = watch.next_member[label]
+            watch.next_member[label] = i
+    for label in range(n):
+        if watch.flock_now[label] == label:
+            shared += _count_origins(watch, label)
+    return shared - before, shared - now
+
+
+@jit
+def _count_origins(watch: Watch, label: int) -> int:
+    """From how many flocks of before the members of a flock come."""
+    found, member, is_first = 0, label, True
+    while is_first or member != label:
+        is_first = False
+        origin = watch.flock_before[member]
+        found += int(not watch.is_met[origin])
+        watch.is_met[origin] = True
+        member = watch.next_member[member]
+    is_first = True
+    while is_first or member != label:
+        is_first = False
+        watch.is_met[watch.flock_before[member]] = False
+        member = watch.next_member[member]
+    return found
+
+
+@jit
+def keep_flocks(watch: Watch, parted: int, joined: int) -> None:
+    """Go on from the flocks of now, after what `regroup` has returned."""
+    for i in range(watch.flock_now.size):
+        watch.flock_before[i] = watch.flock_now[i]
+    watch.events[FISSIONS] += parted
+    watch.events[FUSIONS] += joined

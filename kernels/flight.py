@@ -239,6 +239,8 @@ def _record(
             schedule.n,
             any(metric.counts for metric in metrics),
             any(metric.pairs for metric in metrics),
+            any(metric.integrates for metric in metrics),
+            any(metric.follows for metric in metrics),
             scenery.contact,
             observation,
         ),

@@ -157,6 +157,7 @@ def _metric_stamp(metric: Metric | None) -> str:
     if metric is None:
         return ""
     needs = metric.covers, metric.counts, metric.pairs
+    needs += metric.integrates, metric.follows
     return _hash([stamp(metric.measure), needs])
 
 

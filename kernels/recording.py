@@ -7,7 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.coverage import N_SUMS, Coverage, mark
-from kernels.events import N_EVENTS, Watch, count
+from kernels.events import (
+    FISSIONS,
+    FUSIONS,
+    N_EVENTS,
+    N_INTEGRALS,
+    Watch,
+    count,
+    keep_flocks,
+    regroup,
+)
 from kernels.jit import jit
 from kernels.state import Floats, Flock, World
 
@@ -21,15 +30,17 @@ FIRST_STATE = len(Flock._fields)
 class Frames(NamedTuple):
     """Up to F snapshots: `bodies` (F, 6 + S, N), the fields of Flock in their order and
     from FIRST_STATE on the rows of the model's state, `counts` (F, N_COUNTS), `step`
-    (F,).
+    (F,), `integrals` (F, N_INTEGRALS).
 
-    The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch.
+    The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch,
+    whose integrals are the others.
     Where no metric looks at the bodies, `bodies` has no room for them: (F, 6 + S, 0).
     """
 
     bodies: NDArray[np.float64]
     counts: NDArray[np.int64]
     step: NDArray[np.int64]
+    integrals: Floats
 
 
 class Record(NamedTuple):
@@ -57,6 +68,7 @@ def build_frames(n_frames: int, n: int, states: int = 0) -> Frames:
         np.zeros((n_frames, FIRST_STATE + states, n)),
         np.zeros((n_frames, N_COUNTS), np.int64),
         np.zeros(n_frames, np.int64),
+        np.zeros((n_frames, N_INTEGRALS)),
     )
 
 
@@ -69,7 +81,11 @@ def silent(record: Record, state: Floats, state_before: Floats) -> Record:
     is kept but its number and the events that a model counts itself.
     """
     watch = record.watch._replace(
-        counting=False, pairing=False, events=record.watch.events.copy()
+        counting=False,
+        pairing=False,
+        integrating=False,
+        following=False,
+        events=record.watch.events.copy(),
     )
     return record._replace(
         progress=np.array([1, 0]),
@@ -106,6 +122,14 @@ def keep_frame(flock: Flock, record: Record) -> None:
         record.frames.counts[f, k] = record.coverage.sums[k]
     for k in range(N_EVENTS):
         record.frames.counts[f, FIRST_EVENT + k] = record.watch.events[k]
+    for k in range(N_INTEGRALS):
+        record.frames.integrals[f, k] = record.watch.integrals[k]
+    if record.watch.following:
+        parted, joined = regroup(flock, record.watch)
+        record.frames.counts[f, FIRST_EVENT + FISSIONS] += parted
+        record.frames.counts[f, FIRST_EVENT + FUSIONS] += joined
+        if step % record.every == 0:  # a longer trial has no frame at the step `last`
+            keep_flocks(record.watch, parted, joined)
     record.frames.step[f] = step
     record.progress[FILLED] = f + 1
 

@@ -18,6 +18,7 @@ Unit = Literal[
     "length/time",
     "length/time^2",
     "length^2/time^2",
+    "length^2/time^3",
     "1/time",
     "1/time^2",
     "degrees",

@@ -11,7 +11,7 @@ patel2023 limits only when it moves.
 motion  speed, turns, headings    shape    radius, distances, elongation, turning
 flocks  connected groups          places   obstacles and the goal
 spectrum  how well these hold together
-energy  the pair potential        counted  coverage and events
+energy  the pair potential        counted  coverage, events, integrals over time
 herd    sheep, and their dog
 ground  what a metric is, and what it gets to see
 """
@@ -371,6 +371,73 @@ METRICS = Registry(
             distribution="count",
             better="low",
             pairs=True,
+        ),
+        "pair_collisions": Metric(
+            counted.pair_collisions,
+            unit="",
+            text="times two boids came into contact with each other",
+            source="ours",
+            distribution="count",
+            better="low",
+            pairs=True,
+        ),
+        "collision_rate": Metric(
+            counted.collision_rate,
+            unit="1/time",
+            text="collisions a boid and unit of time: of two boids, or with obstacles",
+            source="ours",
+            distribution="skewed",
+            better="low",
+            counts=True,
+            pairs=True,
+            low=0.0,
+        ),
+        "fissions": Metric(
+            counted.fissions,
+            unit="",
+            text="times a flock parted, from frame to frame",
+            source="Palla et al. (2007)",
+            distribution="count",
+            better="low",
+            follows=True,
+        ),
+        "fusions": Metric(
+            counted.fusions,
+            unit="",
+            text="times two flocks joined, from frame to frame",
+            source="Palla et al. (2007)",
+            distribution="count",
+            follows=True,
+        ),
+        "path_length": Metric(
+            counted.path_length,
+            unit="length",
+            text="mean length of the paths flown: integral of the speed",
+            source="ours",
+            distribution="skewed",
+            better="low",
+            integrates=True,
+            low=0.0,
+        ),
+        "control_effort": Metric(
+            counted.control_effort,
+            unit="length^2/time^3",
+            text="mean integral of the square of the acceleration over time",
+            source="Athans and Falb (1966)",
+            distribution="skewed",
+            better="low",
+            integrates=True,
+            low=0.0,
+        ),
+        "mechanical_work": Metric(
+            counted.mechanical_work,
+            unit="length^2/time^2",
+            text="mean work for a unit of mass: all gains of speed^2 / 2",
+            source="ours",
+            distribution="skewed",
+            better="low",
+            integrates=True,
+            low=0.0,
         ),
         "share_arrived": Metric(
             counted.share_arrived,

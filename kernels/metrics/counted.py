@@ -1,4 +1,4 @@
-"""What was counted during a trial: visited pixels and events."""
+"""What was counted during a trial, pixels and events, and what was summed up."""
 
 import math
 
@@ -6,10 +6,16 @@ from kernels.events import (
     ARRIVAL_STEPS,
     ARRIVED,
     BOID_COLLISIONS,
+    CHANGES,
     COLLISIONS,
     DEAD_ENDS,
     ESCAPES,
+    FISSIONS,
+    FUSIONS,
+    GAINS,
+    PAIR_COLLISIONS,
     SETTLED,
+    SPEEDS,
 )
 from kernels.jit import jit
 from kernels.metrics.ground import Ground
@@ -163,3 +169,123 @@ def dead_end_time(
     """
     for f in range(filled):
         values[f] = ground.dt * frames.counts[f, FIRST_EVENT + DEAD_ENDS]
+
+
+@jit
+def pair_collisions(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """How often two boids have come nearer than contact_distance to each other since
+    the start: a pair counts once until it is farther apart after a step.
+    """
+    for f in range(filled):
+        values[f] = frames.counts[f, FIRST_EVENT + PAIR_COLLISIONS]
+
+
+@jit
+def collision_rate(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Collisions a boid and unit of time since the start, of two boids or with an
+    obstacle; one of two boids counts once. NaN at the start.
+    """
+    for f in range(filled):
+        time = ground.dt * ground.boids * frames.step[f]
+        found = (
+            frames.counts[f, FIRST_EVENT + PAIR_COLLISIONS]
+            + frames.counts[f, FIRST_EVENT + COLLISIONS]
+        )
+        values[f] = found / time if time > 0.0 else math.nan
+
+
+@jit
+def fissions(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """How often flocks have parted from one recorded frame to the next, since the
+    start: see kernels.events.regroup.
+    """
+    for f in range(filled):
+        values[f] = frames.counts[f, FIRST_EVENT + FISSIONS]
+
+
+@jit
+def fusions(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """How often flocks have joined from one recorded frame to the next, since the
+    start: see kernels.events.regroup.
+    """
+    for f in range(filled):
+        values[f] = frames.counts[f, FIRST_EVENT + FUSIONS]
+
+
+@jit
+def path_length(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean over boids of the integral of |v| over time since the start, each step with
+    the speed at its end.
+    """
+    for f in range(filled):
+        values[f] = ground.dt * frames.integrals[f, SPEEDS] / ground.boids
+
+
+@jit
+def control_effort(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean over boids of the integral of |a|^2 over time since the start, where a is
+    the change of the velocity in a step over its time. A velocity that is mirrored at a
+    border changes.
+
+    The cost of minimum-energy control: Athans and Falb (1966), Optimal Control.
+    A turn at constant speed v and rate w has (v w)^2 a unit of time, in the limit of
+    short steps; in steps of dt it is less by the factor (sin(h) / h)^2, h = w dt / 2.
+    """
+    for f in range(filled):
+        changes = frames.integrals[f, CHANGES] / ground.boids
+        values[f] = changes / ground.dt
+
+
+@jit
+def mechanical_work(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean over boids of the work that motors do for a unit of mass, since the start:
+    the integral of the power v a where it is positive. What a boid loses in slowing
+    down is not regained.
+
+    It is the sum of all gains of |v|^2 / 2 from step to step. A fall and a rise of the
+    speed within one step are not seen.
+    """
+    for f in range(filled):
+        values[f] = frames.integrals[f, GAINS] / ground.boids

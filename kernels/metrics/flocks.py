@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.groups import label_groups
 from kernels.jit import jit, jit_with_memory
 from kernels.metrics.ground import VX, VY, Ground, X, Y
 from kernels.recording import Frames
@@ -17,30 +18,9 @@ def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
     """For every boid the index of one boid of its flock, the same for all members;
     shape (N,).
     """
-    n = x.size
-    order = np.argsort(x)
-    parent = np.arange(n)
-    for k in range(n):
-        i = order[k]
-        for other in range(k + 1, n):
-            j = order[other]
-            dx, dy = x[j] - x[i], y[j] - y[i]
-            if dx >= reach:
-                break
-            if dx * dx + dy * dy < reach * reach:
-                parent[_root(parent, i)] = _root(parent, j)
-    for i in range(n):
-        parent[i] = _root(parent, i)
-    return parent
-
-
-@jit
-def _root(parent: NDArray[np.int64], i: int) -> int:
-    """The representative of `i`'s component; halves the path to it."""
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
+    found = np.empty(x.size, np.int64)
+    label_groups(x, y, np.argsort(x), reach, found)
+    return found
 
 
 @jit_with_memory

@@ -40,7 +40,9 @@ class Metric(NamedTuple):
     compares boids with each other, which takes longer, and `cubic` that the time of a
     frame grows with the cube of the number of boids. `covers`, `counts` and `pairs`
     say that it needs, instead of the bodies: the visited pixels; escapes, collisions
-    and arrivals; contacts between boids. `potential` says that it needs a model with a
+    and arrivals; contacts between boids. So do `integrates`, sums over all steps of
+    what boids do, and `follows`, flocks that are followed from frame to frame.
+    `potential` says that it needs a model with a
     pair potential; `state` and `kinds`, that it needs one whose rows of state, and
     whose kinds of boids, begin with these, in this order. Row k of the state is
     `frames.bodies[f, FIRST_STATE + k]`, and `ground.kind[i]` is the index of the kind
@@ -69,8 +71,11 @@ class Metric(NamedTuple):
     low: float = -math.inf
     high: float = math.inf
     cubic: bool = False
+    integrates: bool = False
+    follows: bool = False
 
     @property
     def looks(self) -> bool:
         """Whether the metric looks at the bodies."""
-        return not (self.covers or self.counts or self.pairs)
+        counted = self.covers or self.counts or self.pairs
+        return not (counted or self.integrates or self.follows)

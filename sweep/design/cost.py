@@ -29,6 +29,7 @@ counted: measured where a boid-step took about as long as here.
 """
 CANDIDATE_SECONDS = 6e-9
 METRIC_SECONDS = 15e-9
+INTEGRAL_SECONDS = 3e-9
 PAIR_METRIC_SECONDS = 250e-9
 CUBIC_METRIC_SECONDS = 0.5e-9
 ROW_BYTES = 120.0
@@ -95,7 +96,9 @@ def trial_seconds(
     once = ONCE_SECONDS + VISIT_SECONDS * covering
     boid_step = once + (boid_step - once) / threads
     boid_step += PAIR_METRIC_SECONDS * any(metric.pairs for metric in measured)
+    boid_step += INTEGRAL_SECONDS * any(metric.integrates for metric in measured)
     pairing = sum(metric.pairwise for metric in measured)
+    pairing += any(metric.follows for metric in measured)
     cubic = n**2 * sum(metric.cubic for metric in measured)
     of_a_boid = METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing
     metrics = n * frames * (of_a_boid + CUBIC_METRIC_SECONDS * cubic)

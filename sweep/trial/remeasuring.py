@@ -2,9 +2,10 @@
 them.
 
 A trajectory has what most metrics look at: positions, velocities and the state of boids
-in each frame, all bits of them. It lacks the counts, and the velocities one step
-earlier, which are those of the frame before if each step has a frame. What it lacks is
-filled in twice, in two ways. A metric whose values differ needs it, and has none here.
+in each frame, all bits of them. It lacks counts and integrals, and the velocities one
+step earlier, which are those of the frame before if each step has a frame. What it
+lacks is filled in twice, in two ways. A metric whose values differ needs it, and has
+none here.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.events import N_INTEGRALS
 from kernels.flight import measure
 from kernels.metrics import Metric
 from kernels.recording import FILLED, FIRST_STATE, N_COUNTS, Frames
@@ -59,10 +61,12 @@ class FlownTrial(NamedTuple):
 
 class Guess(NamedTuple):
     """What a trajectory lacks of F frames, guessed: the counts (F, N_COUNTS), the
-    velocities one step earlier (F, 2, N), and the value where a metric writes none.
+    integrals (F, N_INTEGRALS), the velocities one step earlier (F, 2, N), and the value
+    where a metric writes none.
     """
 
     counts: NDArray[np.int64]
+    integrals: Floats
     velocities: Floats
     blank: float
 
@@ -89,6 +93,10 @@ def what_lacks(metric: Metric, every: int) -> str:
         return "escapes, collisions or arrivals, which are counted in each step"
     if metric.pairs:
         return "contacts between boids, which are counted in each step"
+    if metric.integrates:
+        return "the velocities of each step, which are summed up as it is taken"
+    if metric.follows:
+        return "flocks from frame to frame, which are compared as the trial flies"
     if metric.per_step and every > 1:
         return f"the velocities one step earlier; frames are {every} steps apart"
     return ""
@@ -185,8 +193,7 @@ def _measured(
     (metrics,).
     """
     flight, job = simulation.flight, simulation.job
-    bodies, counts, step = flight.record.frames
-    start = Frames(bodies[:1].copy(), counts[:1].copy(), step[:1].copy())
+    start = Frames(*(array[:1].copy() for array in flight.record.frames))
     _check_same(flown, start.bodies[:, MOVING], start.bodies[:, FIRST_STATE:])
     metrics = [job.known.metrics[name] for name in job.record.metrics]
     values = np.full((len(metrics), len(flown.steps)), np.nan)
@@ -219,7 +226,8 @@ def _calls(simulation: Simulation, steps: NDArray[np.int64]) -> list[NDArray[np.
 def _nothing(flown: FlownTrial, places: NDArray[np.int64]) -> Guess:
     """Nothing was counted, and all boids were at rest."""
     counts = np.zeros((len(places), N_COUNTS), np.int64)
-    return Guess(counts, np.zeros_like(flown.bodies[places, 2:]), np.nan)
+    integrals = np.zeros((len(places), N_INTEGRALS))
+    return Guess(counts, integrals, np.zeros_like(flown.bodies[places, 2:]), np.nan)
 
 
 def _anything(
@@ -227,9 +235,11 @@ def _anything(
 ) -> Guess:
     """Any counts, and velocities in any direction."""
     counts = rng.integers(1, 1000, (len(places), N_COUNTS))
+    integrals = rng.uniform(1.0, 1000.0, (len(places), N_INTEGRALS))
     velocities = flown.bodies[places, 2:]
     scale = np.abs(velocities).max(initial=0.0) or 1.0
-    return Guess(counts, scale * rng.standard_normal(velocities.shape), 0.0)
+    guessed = scale * rng.standard_normal(velocities.shape)
+    return Guess(counts, integrals, guessed, 0.0)
 
 
 def _fill(
@@ -245,13 +255,15 @@ def _fill(
     here, before = slice(0, len(places)), places - 1
     follows = flown.steps[places] - flown.steps[before] == 1
     frames.step[here], frames.counts[here] = flown.steps[places], guess.counts
+    frames.integrals[here] = guess.integrals
     frames.bodies[here, MOVING] = flown.bodies[places]
     frames.bodies[here, FIRST_STATE:] = flown.states[places]
     frames.bodies[here, BEFORE] = np.where(
         follows[:, None, None], flown.bodies[before, 2:], guess.velocities
     )
     if places[0] == 0:
-        frames.bodies[0], frames.counts[0] = start.bodies[0], start.counts[0]
+        for filled, first in zip(frames, start, strict=True):
+            filled[0] = first[0]
 
 
 def _differ(one: Floats, other: Floats) -> NDArray[np.bool_]:

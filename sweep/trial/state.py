@@ -110,8 +110,8 @@ def check(state: State, n: int, steps: int) -> None:
     """Raise ValueError for a state that no trial of `n` boids can have before its last
     step.
 
-    Kernels check no index: with an impossible number of frames, or an impossible order,
-    they would write anywhere in memory.
+    Kernels check no index: with an impossible number of frames, an impossible order, or
+    the label of no boid, they would write anywhere in memory.
     """
     step, filled = state.arrays["record.progress"].tolist()
     finite = all(
@@ -120,5 +120,7 @@ def check(state: State, n: int, steps: int) -> None:
         if name.startswith(("flock.", "work.state"))
     )
     in_order = np.array_equal(np.sort(state.arrays["record.watch.order"]), np.arange(n))
-    if not (0 < step < steps and filled == 0 and finite and in_order):
+    flocks = state.arrays["record.watch.flock_before"]
+    labelled = bool(((flocks >= 0) & (flocks < n)).all())
+    if not (0 < step < steps and filled == 0 and finite and in_order and labelled):
         raise ValueError("no trial is ever in this state")

@@ -40,8 +40,7 @@ def simulation_of(job: Job) -> Simulation:
     wanted = [
         name
         for name, metric in job.known.metrics.items()
-        if (metric.counts or metric.pairs or metric.covers)
-        and not lacks_boids(model, metric)
+        if not metric.looks and not lacks_boids(model, metric)
     ]
     if not _can_cover(job):
         wanted = [

@@ -61,6 +61,8 @@ LIES: dict[str, Callable[[State], State]] = {
     "boids elsewhere": filled("flock.x", 1.0),
     "boids far outside": filled("flock.x", 1e300),
     "order beyond": filled("record.watch.order", 2**32 - 1),
+    "flock beyond": filled("record.watch.flock_before", 2**62),
+    "flock before": filled("record.watch.flock_before", -1),
     "order twice": filled("record.watch.order", 0),
     "neighbours beyond": filled("work.near.boid", 2**32 - 1),
     "frames beyond": filled("record.progress", (3, 2**40)),

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels.catalogue import BUILT_IN
-from kernels.events import N_EVENTS
+from kernels.events import N_EVENTS, N_INTEGRALS
 from kernels.identity import code_of
 from kernels.metrics import METRICS, Ground, Metric
 from kernels.model import PairPotential
-from kernels.recording import FIRST_STATE, build_frames
+from kernels.recording import FIRST_STATE, N_COUNTS, build_frames
 from kernels.registry import Registry
 from sweep.spec.recorded import declaration_of
 from sweep.trial.simulation import run
@@ -32,6 +32,10 @@ GROUND = Ground(
 )
 
 
+N_NUMBERS = N_COUNTS + N_INTEGRALS + 1
+"""What a frame holds besides bodies: counts, integrals and the step."""
+
+
 def measured(
     name: str,
     bodies: np.ndarray,
@@ -41,13 +45,18 @@ def measured(
     ground: Ground = GROUND,
 ) -> np.ndarray:
     """A metric of frames with the given bodies (F, 6, N), or with rows of state after
-    these six; as kernels do, it leaves the last frame's value alone.
+    these six; as kernels do, it leaves the last frame's value alone. `counts` are
+    those of `drawn_counts`.
     """
     filled, rows, n = bodies.shape
     frames = build_frames(filled + 1, n, rows - FIRST_STATE)
     frames.bodies[:filled] = bodies
     if counts is not None:
-        frames.counts[:filled] = counts
+        frames.counts[:filled], frames.integrals[:filled], frames.step[:filled] = (
+            counts[:, :N_COUNTS],
+            counts[:, N_COUNTS:-1],
+            counts[:, -1],
+        )
     values = np.full(filled + 1, -7.0)
     seen = builders.OBSERVATION._replace(coverage_cv_ddof=ddof, flock_range=flock_range)
     METRICS[name].measure(frames, filled, ground, seen, values)
@@ -67,13 +76,17 @@ def one(name: str, **rows: Any) -> float:
 
 
 def drawn_counts(rng: np.random.Generator, filled: int) -> np.ndarray:
-    """Running counts of visits to pixels, some visited often, as frames hold them."""
+    """What frames hold: running counts of visits to pixels, some visited often, and of
+    events; integrals; the step, at first 0.
+    """
     visits = rng.poisson(
         rng.uniform(0.01, 3.0, (filled, 1)), (filled, GROUND.traversable)
     )
     visits[:, 0] += 1
     sums = [(visits > 0).sum(axis=1), visits.sum(axis=1), (visits**2).sum(axis=1)]
-    return np.column_stack([*sums, rng.integers(0, 9, (filled, N_EVENTS))])
+    events = rng.integers(0, 9, (filled, N_EVENTS))
+    integrals = rng.uniform(0.0, 9.0, (filled, N_INTEGRALS))
+    return np.column_stack([*sums, events, integrals, 10 * np.arange(filled)])
 
 
 def test_every_metric_has_a_slow_twin() -> None:
@@ -443,13 +456,14 @@ def test_the_potential_of_a_pair_counts_for_either_boid() -> None:
 
 def test_coverage_cv_before_the_first_visit_is_not_a_number() -> None:
     assert math.isnan(
-        measured("coverage_cv", np.zeros((1, 6, 1)), np.zeros((1, 3 + N_EVENTS)))[0]
+        measured("coverage_cv", np.zeros((1, 6, 1)), np.zeros((1, N_NUMBERS)))[0]
     )
 
 
 def test_even_coverage_does_not_vary() -> None:
     visits = 3
-    counts = np.array([[900, visits * 900, visits**2 * 900] + [0] * N_EVENTS])
+    counts = np.zeros((1, N_NUMBERS))
+    counts[0, :3] = 900, visits * 900, visits**2 * 900
     assert measured("coverage_cv", np.zeros((1, 6, 1)), counts)[0] == 0.0
     assert measured("coverage", np.zeros((1, 6, 1)), counts)[0] == 100.0
     assert measured("coverage_total", np.zeros((1, 6, 1)), counts)[0] == 90.0

@@ -296,6 +296,21 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     ),
     "equilibrium": lambda _, counts, ground, _seen: 100 * counts[8] / ground.boids,
     "dead_end_time": lambda _, counts, ground, _seen: counts[9] * ground.dt,
+    "pair_collisions": lambda _, counts, *_rest: counts[10],
+    "collision_rate": lambda _, counts, ground, _seen: (
+        (counts[4] + counts[10]) / (counts[16] * ground.dt) / ground.boids
+        if counts[16]
+        else math.nan
+    ),
+    "fissions": lambda _, counts, *_rest: counts[11],
+    "fusions": lambda _, counts, *_rest: counts[12],
+    "path_length": lambda _, counts, ground, _seen: (
+        counts[13] / ground.boids * ground.dt
+    ),
+    "control_effort": lambda _, counts, ground, _seen: (
+        counts[14] / ground.boids / ground.dt
+    ),
+    "mechanical_work": lambda _, counts, ground, _seen: counts[15] / ground.boids,
     "largest_flock_share": lambda bodies, _counts, _ground, seen: (
         100 * max(flock_sizes(bodies, seen.flock_range)) / bodies.shape[1]
     ),
