@@ -7,11 +7,15 @@ import math
 from kernels.chance import chance
 from kernels.jit import jit, jit_apart
 from kernels.near import Near
-from kernels.robots.occlusion import is_hidden
+from kernels.robots.occlusion import (
+    bodies_within,
+    is_behind_body,
+    is_behind_obstacle,
+    way_between,
+)
 from kernels.robots.purposes import LOSS
 from kernels.robots.senses import NOW, SAMPLED, SENT, Senses
 from kernels.state import World
-from kernels.torus import nearest_image
 
 
 @jit
@@ -29,13 +33,32 @@ def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -
 
 @jit_apart
 def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) -> int:
-    kept = 0
+    """`heard` for boids with senses: first whose packets arrive, then who of them is
+    hidden by bodies, which costs more.
+    """
+    kept, furthest2 = 0, 0.0
     for k in range(found):
-        near.boid[kept] = near.boid[k]
-        near.dx[kept], near.dy[kept] = near.dx[k], near.dy[k]
-        near.distance2[kept] = near.distance2[k]
-        kept += int(hears(senses, world, i, int(near.boid[k])))
+        _keep(near, k, kept)
+        arrives, distance2 = _arrives(senses, world, i, int(near.boid[k]))
+        kept += int(arrives)
+        furthest2 = max(furthest2, distance2 if arrives else 0.0)
+    if not senses.boids_hide:
+        return kept
+    found, kept = kept, 0
+    bodies = bodies_within(senses, world, i, furthest2)
+    for k in range(found):
+        _keep(near, k, kept)
+        dx, dy = way_between(senses, world, i, int(near.boid[k]))
+        kept += int(not is_behind_body(senses, bodies, dx, dy))
     return kept
+
+
+@jit
+def _keep(near: Near, k: int, kept: int) -> None:
+    """Move the neighbour at place `k` to place `kept`."""
+    near.boid[kept] = near.boid[k]
+    near.dx[kept], near.dy[kept] = near.dx[k], near.dy[k]
+    near.distance2[kept] = near.distance2[k]
 
 
 @jit
@@ -50,26 +73,37 @@ def hears_of(senses: Senses | None, world: World, i: int, j: int) -> bool:
 
 @jit
 def hears(senses: Senses, world: World, i: int, j: int) -> bool:
-    """Whether boid `i` hears of boid `j`, by where both truly were at the last sample.
+    """Whether boid `i` hears of boid `j`, by where both truly were at the last
+    sample.
+    """
+    arrives, distance2 = _arrives(senses, world, i, j)
+    if not arrives:
+        return False
+    bodies = bodies_within(senses, world, i, distance2)
+    dx, dy = way_between(senses, world, i, j)
+    return not is_behind_body(senses, bodies, dx, dy)
+
+
+@jit
+def _arrives(senses: Senses, world: World, i: int, j: int) -> tuple[bool, float]:
+    """Whether a packet of boid `j` arrives at boid `i` if no body is between them, and
+    the square of their distance.
 
     A packet is lost with the probability packet_loss (d / packet_loss_range)^2, at most
     1: G. Vasarhelyi et al. (2018), Optimized flocking of autonomous drones in confined
     environments, Science Robotics 3, eaat3536, as their simulator has it.
     """
-    if senses.blind_from[i] <= senses.times[NOW]:
-        return False
-    if senses.silent_from[j] <= senses.times[SENT]:
-        return False
-    dx = senses.place[0, j] - senses.place[0, i]
-    dy = senses.place[1, j] - senses.place[1, i]
-    if world.minimum_image:
-        dx, dy = nearest_image(dx, world.width), nearest_image(dy, world.height)
+    dx, dy = way_between(senses, world, i, j)
     distance2 = dx * dx + dy * dy
+    if senses.blind_from[i] <= senses.times[NOW]:
+        return False, distance2
+    if senses.silent_from[j] <= senses.times[SENT]:
+        return False, distance2
     if distance2 > senses.radio_range * senses.radio_range:
-        return False
+        return False, distance2
     if senses.packet_loss > 0.0 and _is_lost(senses, i, j, distance2):
-        return False
-    return not is_hidden(senses, world, i, j, dx, dy)
+        return False, distance2
+    return not is_behind_obstacle(senses, world, i, dx, dy), distance2
 
 
 @jit

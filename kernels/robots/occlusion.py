@@ -6,18 +6,19 @@ from kernels.robots.senses import Senses
 from kernels.state import Corners, World
 from kernels.torus import nearest_image
 
+BEYOND = 1.0 + 1e-9
+"""A factor of squared lengths, by far more than their rounding."""
+
 
 @jit
-def is_hidden(
-    senses: Senses, world: World, i: int, j: int, dx: float, dy: float
+def is_behind_obstacle(
+    senses: Senses, world: World, i: int, dx: float, dy: float
 ) -> bool:
-    """Whether something is on the way (dx, dy) from boid `i` to `j`, from middle to
-    middle.
+    """Whether an obstacle that hides is on the way (dx, dy) from the middle of boid
+    `i`.
     """
     x, y = senses.place[0, i], senses.place[1, i]
-    if senses.obstacles_hide and _is_behind_obstacle(world, x, y, dx, dy):
-        return True
-    return senses.boids_hide and _is_behind_boid(senses, world, i, j, dx, dy)
+    return senses.obstacles_hide and _is_behind_obstacle(world, x, y, dx, dy)
 
 
 @jit
@@ -61,26 +62,49 @@ def _meets(
 
 
 @jit
-def _is_behind_boid(
-    senses: Senses, world: World, i: int, j: int, dx: float, dy: float
-) -> bool:
-    """Whether the body of a third boid is between `i` and `j`: its middle is beside the
-    way, and nearer to it than body_radius.
+def bodies_within(senses: Senses, world: World, i: int, length2: float) -> int:
+    """Keep in `senses.bodies` the ways from boid `i` to all bodies that can be between
+    it and boids up to the square root of `length2` away, and return how many they are.
+    They can be so none where bodies do not hide.
+    """
+    found = 0
+    if senses.boids_hide:
+        radius2 = senses.body_radius * senses.body_radius
+        reach2 = (length2 + radius2) * BEYOND
+        for m in range(senses.place.shape[1]):
+            to_x, to_y = way_between(senses, world, i, m)
+            senses.bodies[0, found], senses.bodies[1, found] = to_x, to_y
+            found += int(to_x * to_x + to_y * to_y <= reach2)
+    return found
+
+
+@jit
+def is_behind_body(senses: Senses, count: int, dx: float, dy: float) -> bool:
+    """Whether one of the first `count` bodies of `bodies_within` is between their boid
+    and the one at the end of the way (dx, dy): its middle is beside the way, and nearer
+    to it than body_radius.
+
+    Both ends are no middles beside the way: there `along` is 0 and `length2`.
     """
     length2 = dx * dx + dy * dy
-    for m in range(senses.place.shape[1]):
-        to_x = senses.place[0, m] - senses.place[0, i]
-        to_y = senses.place[1, m] - senses.place[1, i]
-        if world.minimum_image:
-            to_x = nearest_image(to_x, world.width)
-            to_y = nearest_image(to_y, world.height)
+    bound = senses.body_radius * senses.body_radius * length2
+    hidden = False
+    for m in range(count):  # without a way out, it looks at several bodies at once
+        to_x, to_y = senses.bodies[0, m], senses.bodies[1, m]
         along = to_x * dx + to_y * dy
         across = to_x * dy - to_y * dx
-        beside = (along > 0.0) & (along < length2)
-        bound = senses.body_radius * senses.body_radius * length2
-        if beside & (across * across < bound) & (m != i) & (m != j):
-            return True
-    return False
+        hidden |= (along > 0.0) & (along < length2) & (across * across < bound)
+    return hidden
+
+
+@jit
+def way_between(senses: Senses, world: World, i: int, j: int) -> tuple[float, float]:
+    """The way from boid `i` to boid `j`, by where both were at the last sample."""
+    dx = senses.place[0, j] - senses.place[0, i]
+    dy = senses.place[1, j] - senses.place[1, i]
+    if world.minimum_image:
+        dx, dy = nearest_image(dx, world.width), nearest_image(dy, world.height)
+    return dx, dy
 
 
 @jit

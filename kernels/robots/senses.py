@@ -22,6 +22,8 @@ from kernels.state import Floats, Flock, empty_flock, laid_out
 NEVER = np.iinfo(np.int64).max
 """The step in which what does not happen happens."""
 NOT_BEGUN = -1
+NODES = 10
+"""Of a Gauss-Legendre rule, which integrates a kick of a spring to rounding."""
 SINCE, NOW, SAMPLED, SENT = range(4)
 """Places in the times of Senses."""
 
@@ -54,7 +56,8 @@ class Senses(NamedTuple):
     that each has measured in the last steps, for a `delay` of D steps. `errors` (4, N)
     are those of x, y, vx and vy that others see, `own_errors` (4, N) those that the
     boid has itself. `place` (2, N) is where all were when others were last sampled,
-    which is done every `period` steps.
+    which is done every `period` steps. `bodies` (2, N) is room for the ways to those
+    that may hide others from one boid; it is (2, 0) where bodies hide nobody.
 
     `times` (4,) are steps, counted from 0: in which these senses begin, NOT_BEGUN
     before; the step that is taken; that of the last sample; and that in which was sent
@@ -69,6 +72,7 @@ class Senses(NamedTuple):
     errors: Floats
     own_errors: Floats
     place: Floats
+    bodies: Floats
     times: NDArray[np.int64]
     silent_from: NDArray[np.int64]
     blind_from: NDArray[np.int64]
@@ -125,12 +129,14 @@ def build_senses(
     if is_ideal(sensing, dt) and all_well:
         return None
     delay = steps_of(sensing.sensing_delay, dt)
+    boids_hide = sensing.occlusion in (HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH)
     return Senses(
         laid_out(empty_flock(n)),
         np.zeros((delay + 1, 4, n)),
         np.zeros((4, n)),
         np.zeros((4, n)),
         np.zeros((2, n)),
+        np.zeros((2, n if boids_hide else 0)),
         np.full(4, NOT_BEGUN),
         silent_from,
         blind_from,
@@ -144,7 +150,7 @@ def build_senses(
         sensing.packet_loss,
         sensing.packet_loss_range,
         sensing.occlusion in (HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOTH),
-        sensing.occlusion in (HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH),
+        boids_hide,
         sensing.body_radius,
     )
 
@@ -182,31 +188,53 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
         sensing.noise_time,
     )
     if sensing.noise_form == COUPLED:
-        qq, qu, uq, uu = _spring(time, (pace / place) ** 2, dt)
+        k = (pace / place) ** 2
+        (qq, qu), (uq, uu) = _spring(time, k, dt).tolist()
+        added = 2.0 * pace * pace / time * _kicks(time, k, dt)
+        (var_q, cross), (_, var_u) = added.tolist()
     else:
         qq = uu = math.exp(-dt / time) if time > 0.0 else 0.0
-        qu = uq = 0.0
-    p2, v2 = place * place, pace * pace
-    var_q = p2 - (qq * qq * p2 + qu * qu * v2)
-    cross = -(qq * uq * p2 + qu * uu * v2)
-    var_u = v2 - (uq * uq * p2 + uu * uu * v2)
-    from_q = math.sqrt(max(var_q, 0.0))
+        qu = uq = cross = 0.0
+        fresh = -math.expm1(-2.0 * dt / time) if time > 0.0 else 1.0
+        var_q, var_u = fresh * place * place, fresh * pace * pace
+    from_q = math.sqrt(var_q)
     across = cross / from_q if from_q > 0.0 else 0.0
     from_u = math.sqrt(max(var_u - across * across, 0.0))
     is_none = place == 0.0 and pace == 0.0
     return ErrorLaw(is_none, place, pace, qq, qu, uq, uu, from_q, across, from_u)
 
 
-def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, float]:
-    """The matrix exponential of (0, 1; -k, -1 / time) times `dt`, by rows."""
+def _spring(time: float, k: float, dt: float) -> Floats:
+    """The matrix exponential (2, 2) of (0, 1; -k, -1 / time) times `dt`."""
     rate = 0.5 / time
     square = rate * rate - k
     root = math.sqrt(abs(square))
     if square > 0.0:
-        slow, fast = math.exp((root - rate) * dt), math.exp(-(root + rate) * dt)
-        even, odd = 0.5 * (slow + fast), 0.5 * (slow - fast) / root
+        slow, fast = math.exp(-k / (root + rate) * dt), math.exp(-(root + rate) * dt)
+        even, odd = 0.5 * (slow + fast), -0.5 * slow * math.expm1(-2 * root * dt) / root
     else:
         even = odd = math.exp(-rate * dt)
         even *= math.cos(root * dt)
         odd *= math.sin(root * dt) / root if root > 0.0 else dt
-    return even + rate * odd, odd, -k * odd, even - rate * odd
+    return np.array([[even + rate * odd, odd], [-k * odd, even - rate * odd]])
+
+
+def _kicks(time: float, k: float, dt: float) -> Floats:
+    """The covariance (2, 2) that white noise of u adds in `dt`: the integral of the
+    outer product of what a kick of u becomes, the second column of `_spring`.
+
+    S - M S M' says the same, but loses nearly all digits where dt is short: there the
+    part of q is of the order of dt^3. So the integral is computed over a part of dt in
+    which the spring has hardly moved, and then doubled as often as needed, by sums
+    alone: that of 2 t is Q(t) + M(t) Q(t) M(t)'.
+    """
+    fastest = max(1.0 / time, math.sqrt(k))
+    doublings = max(0, math.ceil(math.log2(fastest * dt)))
+    part = dt / 2.0**doublings
+    at, weights = np.polynomial.legendre.leggauss(NODES)
+    kicked = [_spring(time, k, 0.5 * part * (1.0 + one))[:, 1] for one in at.tolist()]
+    added: Floats = 0.5 * part * np.einsum("m,mi,mj", weights, kicked, kicked)
+    for n in range(doublings):
+        moved = _spring(time, k, part * 2.0**n)
+        added = added + moved @ added @ moved.T
+    return added

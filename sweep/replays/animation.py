@@ -1,7 +1,7 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
 Boids are triangles that point in their direction of flight; where they are of several
-kinds, each kind has a colour. In an animation lines show whence they come. The picture
+kinds, each kind has a colour. Those that have failed have a cross. In an animation lines show whence they come. The picture
 shows the world with its obstacles, the goal if boids are drawn to it, and where boids
 have been if the trial records coverage. What does not change is drawn once.
 """
@@ -15,9 +15,13 @@ from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
+from matplotlib.patheffects import Normal, withStroke
 from numpy.typing import NDArray
 
+from kernels.robots.senses import NEVER
+from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
@@ -26,6 +30,7 @@ from sweep.replays.flight import Report, seen
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
 from sweep.trial.kinds import kinds_of
+from sweep.trial.robots import failing_of
 from sweep.trial.world import world_of
 
 MOST_FRAMES = 600
@@ -60,6 +65,7 @@ class Scene:
             world_of(job),
             job.known.models[job.model],
         )
+        self.failing = failing_of(job)
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):
             self.figure = Figure(figsize=self._size(), dpi=DPI)
@@ -87,6 +93,7 @@ class Scene:
             (self.trail,) = self.axes.plot(
                 [], [], color=TRAIL_COLOUR, linewidth=0.8, zorder=2, animated=True
             )
+            self.crosses = self._draw_crosses()
             self.ground = self._draw_ground()
             self.title = self.axes.set_title(" ", animated=True)
             self.canvas.draw()
@@ -113,6 +120,8 @@ class Scene:
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
+            self.crosses.set_data(*bodies[:2, self.failing.fails_at <= step])
+            self.axes.draw_artist(self.crosses)
             self.title.set_text(self._words(step, bodies) + _covered(visits))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
@@ -165,9 +174,29 @@ class Scene:
         for name, colour in colours_of_kinds(names).items():
             self.axes.plot([], [], ">", color=colour, label=f"{names[name]:,} {name}")
             found += names[name] * [colour]
-        if names:
-            self.axes.legend(loc="upper right")
         return found or BOIDS
+
+    def _draw_crosses(self) -> Line2D:
+        """Room for the crosses over boids that have failed, which the legend explains;
+        white below the black lets them be seen on any colour.
+        """
+        at_all = int((self.failing.fails_at < NEVER).sum())
+        how = FAILURES[self.failing.how]
+        (crosses,) = self.axes.plot(
+            *([], [], "x"),
+            markersize=7,
+            markeredgewidth=1.4,
+            color="black",
+            path_effects=[withStroke(linewidth=3.2, foreground="white"), Normal()],
+            zorder=5,
+            animated=True,
+        )
+        if at_all:
+            shown = f"{at_all:,} failing: {how}"
+            self.axes.plot([], [], "x", color="black", label=shown)
+        if self.axes.get_legend_handles_labels()[1]:
+            self.axes.legend(loc="upper right")
+        return cast(Line2D, crosses)
 
     def _draw_goal(self) -> None:
         if self.world.goal:

@@ -39,6 +39,11 @@ def faces_heading(simulation: Simulation) -> bool:
     return simulation.flight.model.faces_heading
 
 
+def is_measured(simulation: Simulation) -> bool:
+    """Whether boids know what they measured and heard, and not all that they see."""
+    return simulation.flight.work.near.senses is not None
+
+
 def pixels(simulation: Simulation) -> Pixels:
     """The pixels whose visits are counted."""
     of = simulation.flight.record.coverage

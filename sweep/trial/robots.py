@@ -1,8 +1,11 @@
-"""Whether the boids of a trial are ideal ones, and their keys of random numbers."""
+"""Whether the boids of a trial are ideal ones, which of them fail, and their keys of
+random numbers.
+"""
 
 from collections.abc import Iterator
 
 from kernels.chance import ChanceKey
+from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.robots import ChanceKeys, is_ideal
 from kernels.settings import (
     Actuation,
@@ -41,6 +44,12 @@ def has_robots(job: Job) -> bool:
     with one thread.
     """
     return not is_ideal(robots_of(job), float(job.settings["dt"]))
+
+
+def failing_of(job: Job) -> Failing:
+    """Which boids of a trial fail, when and how."""
+    n, dt = int(job.settings["n"]), float(job.settings["dt"])
+    return failing(robots_of(job).breakdowns, keys_of(job).made, n, dt)
 
 
 def keys_of(job: Job) -> ChanceKeys:

@@ -1,7 +1,14 @@
 """The scene message: the world of a trial as a page draws it."""
 
+from typing import Any
+
+import numpy as np
+
+from kernels.robots.senses import NEVER
+from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.spec.polygons import polygon_as_written
+from sweep.trial.robots import failing_of
 from sweep.trial.world import world_of
 from sweep.web.protocol import Reply
 
@@ -28,4 +35,22 @@ def scene_of(job: Job) -> Reply:
         ],
         "goal": goal if any(rule.to_goal for rule in model.rules) else None,
         "kinds": list(map(list, world.kinds.items())),
+        "failing": _failing(job),
+    }
+
+
+def _failing(job: Job) -> dict[str, Any] | None:
+    """How boids fail, and each that does with the step from which on it has failed;
+    None where none does.
+    """
+    fails_at, how = failing_of(job)
+    boids = np.flatnonzero(fails_at < NEVER)
+    if not boids.size:
+        return None
+    steps = fails_at[boids]
+    return {
+        "how": FAILURES[how],
+        "boids": [
+            list(pair) for pair in zip(boids.tolist(), steps.tolist(), strict=True)
+        ],
     }

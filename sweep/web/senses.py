@@ -25,8 +25,9 @@ def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
     `range`, `fov` in degrees and `inclusive` are those of the longest search of the
     model; with `shortest_way` distances are taken through the borders. `flock_range` is
     that of the metrics of flocks. `resting` has a bit for each boid of each frame, in
-    base64: whether it sees all round, as it rests; "" where none does. `pixels` is null
-    where no visits are counted.
+    base64: whether it sees all round, as it rests; "" where none does. With `measured`
+    boids know what they measured and heard, which no frame has. `pixels` is null where
+    no visits are counted.
     """
     simulation = simulation_of(job)
     sight = looking.sight(simulation)
@@ -37,6 +38,7 @@ def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
         "shortest_way": bool(simulation.world.minimum_image),
         "flock_range": float(job.settings["flock_range"]),
         "resting": "" if looking.faces_heading(simulation) else _resting(bodies),
+        "measured": looking.is_measured(simulation),
         "pixels": _pixels(simulation),
     }
 

@@ -225,7 +225,9 @@ export class BoidCard {
   }
 
   /** @param {Selected} selection @param {string} unit */
-  words({ x, y, range, fov, heading, neighbours }, unit) {
+  words({ boid, x, y, range, fov, heading, neighbours }, unit) {
+    const { failed, scene } = this.stage;
+    const how = failed.includes(boid) ? `; failed: ${scene?.failing?.how}` : "";
     const turned = typeof heading === "number"
       ? `, heading ${short((heading * 180) / Math.PI, 3)}°`
       : "";
@@ -236,12 +238,13 @@ export class BoidCard {
     const others = neighbours.length === 1
       ? "1 neighbour"
       : `${neighbours.length} neighbours`;
-    return `at ${short(x)}, ${short(y)} ${unit}${turned}; ${others}${sees}${cone}`;
+    const at = `at ${short(x)}, ${short(y)} ${unit}${turned}`;
+    return `${at}; ${others}${sees}${cone}${how}`;
   }
 }
 
 // Switches for what is drawn besides the boids, with the legend of each; above them the
-// colours of the kinds of boids.
+// colours of the kinds of boids, and the mark of those that have failed.
 export class Overlays {
   /** @param {Stage} stage @param {() => void} changed */
   constructor(stage, changed) {
@@ -252,12 +255,15 @@ export class Overlays {
     this.legends = new Map();
     this.kinds = make("div", { className: "legend", hidden: true });
     this.legends.set("kinds", this.kinds);
+    this.failed = make("div", { className: "legend", hidden: true });
+    this.legends.set("failed", this.failed);
     this.rows = make("div", { className: "overlays" });
     this.element = make(
       "section",
       { "aria-label": "overlays" },
       make("h2", { textContent: "Show" }),
       this.kinds,
+      this.failed,
       this.rows,
     );
     this.changed = changed;
@@ -339,6 +345,16 @@ export class Overlays {
         ),
     );
     this.kinds.hidden = !this.kinds.hasChildNodes();
+    const failing = this.stage.scene?.failing;
+    this.legend("failed", Boolean(failing), () => [
+      make(
+        "span",
+        { className: "swatch" },
+        make("b", { textContent: "✕", "aria-hidden": "true" }),
+        ` ${this.stage.failed.length} of ${failing?.boids.length} failed: ${failing?.how}`,
+      ),
+    ]);
+    this.failed.hidden = !this.failed.hasChildNodes();
     const flocks = new Set(this.stage.frame?.flocks ?? []);
     flocks.delete(65535);
     const words = `${flocks.size} of two or more; grey boids are alone`;

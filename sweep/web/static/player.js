@@ -17,6 +17,8 @@ import { Visits } from "./visits.js";
 /** @import { Message, Recording, State } from "./protocol.d.ts" */
 
 const NEARLY = "Told from recorded places, of 16 bits, and headings, of 8.";
+const MEASURED = " What boids measured and heard of is not recorded: whom a boid sees" +
+  " is told as if it knew where all are.";
 const THINNED = " Visits between recorded frames are not counted.";
 const LEGENDS_EVERY = 500; // ms
 
@@ -114,7 +116,8 @@ export class Player {
     this.stage.setScene(scene);
     this.overlays.offer(["trails", "flocks", ...(about.pixels ? ["coverage"] : [])]);
     const every = recording.state.replay?.frames[2] ?? 1;
-    this.nearly.textContent = NEARLY + (about.pixels && every > 1 ? THINNED : "");
+    this.nearly.textContent = NEARLY + (about.measured ? MEASURED : "") +
+      (about.pixels && every > 1 ? THINNED : "");
     this.card.show(this.run.state.replay);
     this.charts.offer({ metrics });
     this.charts.show(this.run.state);

@@ -247,6 +247,8 @@ export interface Scene {
   goal: [x: number, y: number, radius: number] | null;
   /** The kinds of boids: the first boids are of the first kind. */
   kinds: [name: string, boids: number][];
+  /** The boids that fail, and the step from which on each of them has; or null. */
+  failing: { how: string; boids: [boid: number, from: number][] } | null;
 }
 
 export interface Metrics {
@@ -363,7 +365,8 @@ export interface Recording {
 
 /**
  * What tells from places whom a boid sees. `resting` has in base64 a bit for each boid
- * of each frame: whether it sees all round, because it rests.
+ * of each frame: whether it sees all round, because it rests. With `measured` boids
+ * know what they measured and heard, which is not recorded.
  */
 export interface SensesOf {
   range: number | "inf";
@@ -372,6 +375,7 @@ export interface SensesOf {
   shortest_way: boolean;
   flock_range: number;
   resting: string;
+  measured: boolean;
   pixels: Pixels | null;
 }
 

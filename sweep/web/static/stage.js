@@ -17,6 +17,7 @@ import {
 import {
   drawAccelerations,
   drawBoids,
+  drawFailed,
   drawPerception,
   drawTrails,
   HUES,
@@ -330,6 +331,7 @@ export class Stage {
       if (overlays.has("trails")) drawTrails(this, scene);
       drawPerception(this, scene, frame);
       drawBoids(this, scene, frame);
+      drawFailed(this, scene, frame);
       if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);
@@ -416,6 +418,13 @@ export class Stage {
 
   get world() {
     return { width: this.scene?.width ?? 0, height: this.scene?.height ?? 0 };
+  }
+
+  // The boids that have failed in the frame that is shown.
+  get failed() {
+    const step = this.frame?.step ?? 0;
+    const boids = this.scene?.failing?.boids ?? [];
+    return boids.filter(([, from]) => from <= step).map(([boid]) => boid);
   }
 
   // The obstacle that is selected.

@@ -124,6 +124,28 @@ export function drawBoids(stage, scene, frame) {
   context.stroke();
 }
 
+// A cross over each boid that has failed, which any ground and any hue leave visible.
+/** @param {Stage} stage @param {Scene} scene @param {Frame} frame */
+export function drawFailed(stage, scene, frame) {
+  const { context, failed, screenX, screenY } = stage;
+  if (!failed.length) return;
+  const arm = 0.7 * boidLength(scene, frame, stage.camera);
+  context.beginPath();
+  for (const i of failed) {
+    const [x, y] = [screenX[i], screenY[i]];
+    context.moveTo(x - arm, y - arm);
+    context.lineTo(x + arm, y + arm);
+    context.moveTo(x - arm, y + arm);
+    context.lineTo(x + arm, y - arm);
+  }
+  context.strokeStyle = stage.colours.stage;
+  context.lineWidth = 4;
+  context.stroke();
+  context.strokeStyle = stage.colours.ink;
+  context.lineWidth = 1.75;
+  context.stroke();
+}
+
 // For each boid the colour of its flock (-1 for one that is alone), or of its kind.
 /** @param {Stage} stage @param {Frame} frame */
 function boidColours({ overlays, flocks, kinds }, frame) {
