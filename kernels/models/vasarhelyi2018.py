@@ -6,11 +6,11 @@ eaat3536. The equations are those that the authors' simulator runs (csviragh/rob
 the settings that bear the paper's letters were read second-hand.
 
 What drones measure and hear, and how they follow the velocity that they want, are
-settings of all models; see kernels.robots. There the lag is the exact solution for a
-wanted velocity that is held, v + (w - v) (1 - exp(-dt / lag)); the simulator takes a
-step of Euler, v + (w - v) dt / lag, which with its dt of 0.01 s and lag of 1 s is half
-a percent faster. Its drones come to w by the velocity that they measure, and those here
-by the one that they have.
+settings of all models; see kernels.robots. The loop of the motors has the velocity u
+that a drone measures, as in the simulator: v + (w - u) (1 - exp(-dt / lag)), which is
+what motors do for the wanted velocity w + v - u. That is the exact solution for a w
+that is held; the simulator takes a step of Euler, v + (w - u) dt / lag, which with its
+dt of 0.01 s and lag of 1 s is half a percent faster.
 """
 
 import math
@@ -458,8 +458,10 @@ def advance(
                 work.state[WAIT, i] += robot.control_period
             work.state[WAIT, i] -= dt
             wx, wy = work.state[WANTED_X, i], work.state[WANTED_Y, i]
-            vx, vy = drive(work, i, flock.vx[i], flock.vy[i], wx, wy)
-            x, y = flock.x[i] + flock.vx[i] * dt, flock.y[i] + flock.vy[i] * dt
+            vx, vy = flock.vx[i], flock.vy[i]
+            x, y = flock.x[i] + vx * dt, flock.y[i] + vy * dt
+            missed_x, missed_y = vx - own.vx[i], vy - own.vy[i]
+            vx, vy = drive(work, i, vx, vy, wx + missed_x, wy + missed_y)
             _, wx = confine(x, wx, world.width, world.borders)
             _, wy = confine(y, wy, world.height, world.borders)
             x, vx = confine(x, vx, world.width, world.borders)

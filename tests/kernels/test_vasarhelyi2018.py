@@ -278,3 +278,38 @@ def test_drones_want_what_a_slow_twin_wants_of_what_they_know(preset: str) -> No
             heard += len(others)
     everyone = 20 * 12 * 11
     assert 0.05 * everyone < heard < 0.9 * everyone, "some are out of range, or lost"
+
+
+def test_the_loop_of_the_motors_has_the_velocity_that_is_measured() -> None:
+    """v + (w - u) (1 - exp(-dt / lag)) for 200 steps of drones whose own velocities u
+    have errors of 0.3 m/s; with the true velocities steps would differ by 0.003 m/s.
+    The slow twin computes errors in another way, to 1e-8 m/s (see above).
+    """
+    a_job = builders.job(
+        "vasarhelyi2018",
+        "real",
+        metrics=(),
+        n=6,
+        steps=200,
+        seed=5,
+        velocity_noise=0.3,
+        motor_noise=0.0,
+        motor_acceleration=math.inf,
+        motor_lag=1.0,
+    )
+    simulation = Simulation(a_job)
+    knowledge = Knowledge(a_job.settings, simulation.world, keys_of(a_job).flown)
+    come = -math.expm1(-a_job.settings["dt"])
+    errors = []
+    for _ in range(200):
+        before = builders.state(simulation.flock)[2:].copy()
+        knows = knowledge.own_and_heard(naive.birds(simulation.flock))
+        measured = np.array([own.velocity for own, _ in knows]).T
+        simulation.advance(1)
+        simulation.take_frames()
+        wanted = simulation.flight.work.state[:2]
+        expected = before + (wanted - measured) * come
+        found = builders.state(simulation.flock)[2:]
+        assert found == pytest.approx(expected, rel=0, abs=1e-8)
+        errors.append(measured - before)
+    assert 0.1 < np.std(errors) < 0.5
