@@ -7,7 +7,8 @@ LOSS, SENT_ERROR, OWN_ERROR = 100, 101, 102
 errors of measurement that others see, and those of what a boid knows of itself, with
 (step, boid, axis).
 """
-FAILS, FACTOR, PUSH = 200, 201, 202
+FAILS, FACTOR, PUSH, WAY = 200, 201, 202, 203
 """Whether a boid fails, with the address (boid, 0, 0); the factors of its motors, with
-(boid, number, 0); and the noise of its motors, with (step, boid, 0).
+(boid, number, 0); the noise of its motors, with (step, boid, 0); and in which direction
+an obstacle moves, with (obstacle, 0, 0).
 """

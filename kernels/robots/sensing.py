@@ -12,6 +12,7 @@ it. The flock itself is where boids truly are: the model moves them from there.
 
 from kernels.chance import normals
 from kernels.jit import jit, jit_apart
+from kernels.moving import place_obstacles
 from kernels.neighbours import Grid, move_published
 from kernels.robots.purposes import OWN_ERROR, SENT_ERROR
 from kernels.robots.senses import NOT_BEGUN, NOW, SAMPLED, SENT, SINCE, Senses
@@ -51,10 +52,12 @@ def is_measured(work: Workspace) -> bool:
 @jit
 def publish(flock: Flock, others: Flock, work: Workspace) -> None:
     """Before a step, keep the velocities of `flock`, and let boids know of each other:
-    fill `others`, which `others_of` gives, and what `own_of` gives.
+    fill `others`, which `others_of` gives, and what `own_of` gives. Obstacles that move
+    are put where they are after this step.
     """
     _publish(work.near.senses, flock, others, work)
     work.robots.clock[0] += 1
+    place_obstacles(work.motion, work.robots.clock[0])
 
 
 @jit

@@ -6,6 +6,7 @@ import numpy as np
 
 from kernels.settings import PIXELS, Demand
 from sweep.design.motors import MOTOR_DEMANDS, check_motors
+from sweep.design.obstacles import check_obstacles
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
 from sweep.spec.expressions import parse
@@ -52,6 +53,7 @@ def check_consistency(study: Study, points: Points) -> None:
         mistakes.read(_check_demand, study, points, demand)
     mistakes.read(check_motors, study, points)
     mistakes.read(check_senses, study, points)
+    mistakes.read(check_obstacles, study, points)
     mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()

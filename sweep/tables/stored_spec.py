@@ -23,9 +23,9 @@ from sweep.tables.stored_trials import StoredTrial
 
 LATER = (
     *(*Sensing._fields, *Actuation._fields, *Breakdowns._fields),
-    "start_distance",
+    *("start_distance", "obstacle_speed"),
 )
-"""Settings that trials of versions before 0.16 lack. They are those of the preset."""
+"""Settings that trials of versions before 0.17 lack. They are those of the preset."""
 
 
 def check_recorded(
