@@ -27,6 +27,7 @@ prints nothing, validates nothing.
     rules/       social, steering, headings, avoidance, obstacles, borders
     shapes       what obstacles there can be
     polygons     those of any shape: nearest points, insides, what is behind them
+    moving       obstacles that move
     worlds       maps -> World
     arenas       maps for small robots, in metres
     occupancy    grids on which robots look for obstacles

@@ -16,6 +16,13 @@ from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
 from kernels.metrics import Ground, Metric
 from kernels.model import NO_POTENTIAL, Model, OccupancySettings, kind_counts
+from kernels.moving import (
+    Motion,
+    build_motion,
+    given_velocities,
+    place_obstacles,
+    velocities_of,
+)
 from kernels.neighbours import build_grid
 from kernels.occupancy import Occupancy, build_occupancy, no_occupancy
 from kernels.recording import (
@@ -39,17 +46,25 @@ from kernels.worlds import Reach, build_reach, build_world
 
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 """Of the frames that are kept until they are taken."""
+NO_GRID = "a model that looks at an occupancy grid has one of the start"
+NO_PIXELS = "visits are counted by pixels, which are free for a while or not at all"
+"""Why some things do not go together with obstacles that move."""
 
 
 class Scenery(NamedTuple):
     """The world, the reach of its obstacles' surfaces, that of their forces, and the
     model's occupancy grid. Flights that differ in their boids may share one.
+
+    Where obstacles move, `velocities` (2, M) are as `given_velocities` has them,
+    `speed` is that of the others, and any obstacle may act at any place.
     """
 
     world: World
     contact: Reach
     reach: Reach
     occupancy: Occupancy
+    velocities: Floats | None = None
+    speed: float = 0.0
 
 
 class Memory(NamedTuple):
@@ -108,8 +123,15 @@ def build_scenery(
 ) -> Scenery:
     """The world of `settings` with these obstacles, as a model meets it whose
     obstacles act up to `reach` beyond their surface and which looks at such a `grid`.
+    Raises ValueError for a grid where obstacles move.
     """
-    world = build_world(settings, obstacles)
+    world, speed = build_world(settings, obstacles), settings.obstacle_speed
+    velocities = given_velocities(obstacles, speed)
+    if velocities is not None:
+        if grid:
+            raise ValueError(f"obstacles move, and {NO_GRID}")
+        everywhere = build_reach(world, math.inf)
+        return Scenery(world, everywhere, everywhere, no_occupancy(), velocities, speed)
     occupancy = build_occupancy(world, grid) if grid else no_occupancy()
     return Scenery(world, build_reach(world, 0.0), build_reach(world, reach), occupancy)
 
@@ -133,8 +155,12 @@ def begin(
     without pixels where `memory` is not covering. `flock` and `coverage` become the
     flight's own. `rng` has drawn the flock, and draws the state that boids begin with;
     `keys` are for what is random about the `robots`. Raises RuntimeError
-    where the model's kinds are not those of so many boids, or this state is not finite.
+    where the model's kinds are not those of so many boids, this state is not finite, or
+    pixels are to be visited where obstacles move.
     """
+    motion = _motion(scenery, memory, keys, params.dt)
+    if motion is not None:
+        scenery = scenery._replace(world=motion.world)
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
     flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
@@ -159,6 +185,7 @@ def begin(
             layers.failing.silent_from(),
             layers.failing.blind_from(),
         ),
+        motion,
     )
     flight = Flight(
         model,
@@ -177,6 +204,7 @@ def begin(
             params.dt,
             potential,
             kind,
+            motion,
         ),
     )
     note_start(flock, scenery.world, flight.record.watch)
@@ -191,11 +219,25 @@ def _search_range(model: Model, params: Any, rows: Rows) -> float:
 
 
 def _reach(model: Model, scenery: Scenery, rows: Rows) -> Reach:
-    """Where obstacles act on boids: as far as on the one on which they act farthest."""
-    if not rows:
+    """Where obstacles act on boids: as far as on the one on which they act farthest,
+    and everywhere if they move.
+    """
+    if not rows or scenery.velocities is not None:
         return scenery.reach
     farthest = max(map(model.obstacle_reach, rows[0]))
     return build_reach(scenery.world, float(farthest))
+
+
+def _motion(
+    scenery: Scenery, memory: Memory, keys: ChanceKeys, dt: float
+) -> Motion | None:
+    """What moves the obstacles of a flight, None where none moves."""
+    if scenery.velocities is None:
+        return None
+    if memory.covering:
+        raise RuntimeError(f"obstacles move, and {NO_PIXELS}")
+    velocities = velocities_of(scenery.velocities, scenery.speed, keys.made)
+    return build_motion(scenery.world, velocities, dt)
 
 
 def _begun(
@@ -277,8 +319,9 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             " numbers are not finite, as observe says"
         )
     taken = flight.step - before
-    needs_publish = flight.work.near.senses is not None or robots.needs_publish
-    if needs_publish and robots.clock[0] - begun != taken:
+    work = flight.work
+    layers = work.near.senses, robots.motors, robots.wind, work.motion
+    if any(one is not None for one in layers) and robots.clock[0] - begun != taken:
         raise RuntimeError(
             f"advance called publish in {robots.clock[0] - begun} of {taken}"
             " steps; call it at the beginning of each"
@@ -320,6 +363,7 @@ def measure(
         metric.measure(
             flight.record.frames, flight.filled, flight.ground, flight.observation, row
         )
+    place_obstacles(flight.work.motion, flight.step)
     return values
 
 
@@ -350,6 +394,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
             here[:] = there
     go_on_blowing(flight.work.robots.wind, earlier.work.robots.wind)
     rebuild_grid(flight)
+    place_obstacles(flight.work.motion, flight.step)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):
         coverage.visits[:], coverage.sums[:] = before.visits, before.sums

@@ -15,7 +15,8 @@ from kernels.near import build_near
 from kernels.neighbours import cone, search, square_range
 from kernels.recording import silent
 from kernels.robots.sensing import publish
-from kernels.state import Floats
+from kernels.state import Floats, World
+from kernels.workspace import Workspace
 
 
 class Seen(NamedTuple):
@@ -57,7 +58,7 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     near = build_near(flock.x.size, work.near.topology, work.near.senses)
     found = search(
         others,
-        flight.world,
+        _world_of(flight, work),
         work.grid,
         boid,
         square_range(reach, inclusive),
@@ -97,8 +98,14 @@ def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
             if value != getattr(flight.params, name):
                 table[name] = value
     record = silent(flight.record, work.state, work.state_before)
-    flight.model.advance(flock, flight.world, params, work, record, rng, 1)
+    world = _world_of(flight, work)
+    flight.model.advance(flock, world, params, work, record, rng, 1)
     return np.stack([flock.vx, flock.vy])
+
+
+def _world_of(flight: Flight, work: Workspace) -> World:
+    """The world of a flight with the obstacles that a workspace moves."""
+    return flight.world if work.motion is None else work.motion.world
 
 
 def _copied(tree: Any) -> Any:

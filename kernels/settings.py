@@ -166,6 +166,15 @@ class WorldSettings(NamedTuple):
     ]
     goal_x: Annotated[float, About("where boids are to go", "length")]
     goal_y: Annotated[float, About("where boids are to go", "length")]
+    obstacle_speed: Annotated[
+        float,
+        About(
+            "speed of obstacles that have no velocity of their own, each in a random"
+            " direction",
+            "length/time",
+            low=0,
+        ),
+    ] = 0.0
 
 
 OWN_NOISES = ("none", "shared", "independent")
@@ -520,6 +529,7 @@ COMMON: dict[str, Any] = {
     "obstacle_positions": "continuous",
     "goal_x": 0.0,
     "goal_y": 0.0,
+    "obstacle_speed": 0.0,
     "neighbours": ALL_IN_SIGHT,
     "nearest": 7,
     "position_noise": 0.0,

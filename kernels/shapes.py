@@ -1,11 +1,11 @@
 """What obstacles there can be, as maps and specs have them.
 
 A row of five numbers is a disc or a rectangle: x and y of the centre, half width, half
-height, and 1 for a disc (whose half width is its radius) or 0 for a rectangle. A
-Polygon has any other shape.
+height, and 1 for a disc (whose half width is its radius) or 0 for a rectangle. Two more
+numbers are its velocity, if it has one of its own. A Polygon has any other shape.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,31 +13,43 @@ from numpy.typing import NDArray
 
 from kernels.state import Corners, Floats
 
-Row = tuple[float, float, float, float, float]
+Row = tuple[float, ...]
 Point = tuple[float, float]
 
 
 class Polygon(NamedTuple):
     """An obstacle by its vertices, in their order round it, in either direction.
 
-    It is solid inside; an arena is solid outside, and boids are to be in it.
+    It is solid inside; an arena is solid outside, boids are to be in it, and it does
+    not move. `velocity` is that of a polygon that has one of its own.
     """
 
     vertices: tuple[Point, ...]
     is_arena: bool = False
+    velocity: Point | None = None
 
 
 Obstacle = Row | Polygon
 Obstacles = NDArray[np.float64] | Sequence[Obstacle]
-"""An array of rows (M, 5), or a sequence of rows and polygons."""
+"""An array of rows, (M, 5) or (M, 7), or a sequence of rows and polygons."""
+
+
+def is_arena(obstacle: Obstacle) -> bool:
+    """Whether an obstacle is solid outside."""
+    return isinstance(obstacle, Polygon) and obstacle.is_arena
+
+
+def velocity_of(obstacle: Obstacle) -> Point | None:
+    """The velocity that an obstacle has of its own, None where it has none."""
+    if isinstance(obstacle, Polygon):
+        return obstacle.velocity
+    return (obstacle[5], obstacle[6]) if len(obstacle) == 7 else None
 
 
 def shapes_of(obstacles: Obstacles) -> tuple[Obstacle, ...]:
     """The same obstacles one by one, in plain numbers."""
     return tuple(
-        one
-        if isinstance(one, Polygon)
-        else (float(one[0]), float(one[1]), float(one[2]), float(one[3]), float(one[4]))
+        one if isinstance(one, Polygon) else tuple(float(number) for number in one)
         for one in obstacles
     )
 
@@ -46,29 +58,29 @@ def checked(obstacles: Obstacles, name: str) -> Obstacles:
     """The obstacles that a map of this name draws. Raises ValueError for what are
     none.
     """
-    if not isinstance(obstacles, np.ndarray) and any(polygons_of(obstacles)):
-        found = tuple(obstacles)
-        rows = [one for one in found if not isinstance(one, Polygon)]
-        _check_rows(np.array(rows, np.float64) if rows else np.empty((0, 5)), name)
-        for polygon in polygons_of(found):
-            corners = np.asarray(polygon.vertices, np.float64)
-            fits = corners.ndim == 2 and corners.shape[1] == 2 and len(corners) > 2
-            if not fits or not np.isfinite(corners).all():
-                raise ValueError(
-                    f"map {name} draws a polygon whose vertices are no pairs (x, y) of"
-                    " finite numbers, at least three"
-                )
-        return found
-    return _check_rows(np.asarray(obstacles, np.float64), name)
-
-
-def _check_rows(rows: Floats, name: str) -> Floats:
-    if rows.ndim != 2 or rows.shape[1] != 5 or not np.isfinite(rows).all():
-        raise ValueError(
-            f"map {name} draws an array of shape {rows.shape}: it must be (M, 5), of"
-            " finite numbers, or a sequence of such rows and Polygons"
-        )
-    return rows
+    if isinstance(obstacles, np.ndarray) or not polygons_of(obstacles):
+        rows = np.asarray(obstacles, np.float64)
+        if rows.ndim != 2 or rows.shape[1] not in (5, 7) or not np.isfinite(rows).all():
+            raise ValueError(
+                f"map {name} draws an array of shape {rows.shape}: it must be (M, 5) or"
+                " (M, 7), of finite numbers, or a sequence of such rows and Polygons"
+            )
+        return rows
+    found = tuple(obstacles)
+    for one in found:
+        if not isinstance(one, Polygon):
+            checked(np.array([one], np.float64), name)
+            continue
+        corners = np.asarray(one.vertices, np.float64)
+        fits = corners.ndim == 2 and corners.shape[1] == 2 and len(corners) > 2
+        velocity = np.asarray(one.velocity or (0.0, 0.0), np.float64)
+        finite = np.isfinite(corners).all() and np.isfinite(velocity).all()
+        if not fits or not finite or velocity.shape != (2,):
+            raise ValueError(
+                f"map {name} draws a polygon that is none: it must have pairs (x, y) of"
+                " finite numbers, at least three, and such a velocity or None"
+            )
+    return found
 
 
 def polygons_of(obstacles: Obstacles) -> list[Polygon]:
@@ -80,13 +92,14 @@ def polygons_of(obstacles: Obstacles) -> list[Polygon]:
 
 def numbers_of(obstacles: Obstacles) -> Floats:
     """All numbers of obstacles in a row, by which two draws are compared."""
-    parts: Iterable[Sequence[float]] = (
-        [value for vertex in one.vertices for value in vertex]
-        if isinstance(one, Polygon)
-        else one
-        for one in shapes_of(obstacles)
-    )
-    return np.array([value for part in parts for value in part], np.float64)
+    parts: list[float] = []
+    for one in shapes_of(obstacles):
+        if isinstance(one, Polygon):
+            parts += [value for vertex in one.vertices for value in vertex]
+            parts += one.velocity or ()
+        else:
+            parts += one
+    return np.array(parts, np.float64)
 
 
 def box_of(polygon: Polygon) -> Row:
@@ -103,10 +116,12 @@ def boxes_of(obstacles: Obstacles, width: float, height: float) -> Floats:
     all of the world.
     """
     if isinstance(obstacles, np.ndarray):
-        return obstacles
+        return obstacles[:, :5]
     world = width / 2, height / 2, width / 2, height / 2, 0.0
     rows = [
-        (world if one.is_arena else box_of(one)) if isinstance(one, Polygon) else one
+        (world if one.is_arena else box_of(one))
+        if isinstance(one, Polygon)
+        else one[:5]
         for one in obstacles
     ]
     return np.array(rows, np.float64).reshape(-1, 5)

@@ -186,7 +186,8 @@ def _kernel(
             heading_x, heading_y = {_rows_of("bodies", 12, 14)}
             near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks, 0, None)
             work = Workspace(
-                grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind, 0
+                grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind, 0,
+                None,
             )
             record = LanesRecord(
                 room.trail, room.late, rows(room.counted), room.finite,

@@ -121,6 +121,8 @@ class Formation:
             raise ValueError("boids do not interact with all in sight")
         if any(one.work.near.senses is not None for one in flights):
             raise ValueError("boids do not know all that they see")
+        if any(one.work.motion is not None for one in flights):
+            raise NotForLanesError("obstacles move")
         self._publishes = publishes(first.model.advance)
         alike = all(one.scenery is first.scenery for one in flights)
         self._kernel = kernel_of(first.model, alike)

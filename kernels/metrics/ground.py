@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 from kernels.model import PairPotential
+from kernels.moving import Motion
 from kernels.recording import FIRST_STATE, Frames
 from kernels.settings import Demand, Observation, Unit
 from kernels.state import Floats, Kinds, World
@@ -16,7 +17,9 @@ X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
 
 class Ground(NamedTuple):
     """The world and the number of boids, of traversable pixels and of all pixels, the
-    time of a step, the potential, and of each boid the index of its kind (N,).
+    time of a step, the potential, and of each boid the index of its kind (N,). Where
+    `motion` is not None obstacles move, and a metric of them calls
+    `place_obstacles(ground.motion, frames.step[f])` before it looks at frame f.
     """
 
     world: World
@@ -26,6 +29,7 @@ class Ground(NamedTuple):
     dt: float
     potential: PairPotential
     kind: Kinds
+    motion: Motion | None = None
 
 
 class Metric(NamedTuple):

@@ -4,6 +4,7 @@ import math
 
 from kernels.jit import jit
 from kernels.metrics.ground import Ground, X, Y
+from kernels.moving import place_obstacles
 from kernels.recording import Frames
 from kernels.settings import Observation
 from kernels.state import Floats, World
@@ -34,6 +35,7 @@ def clearance(
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
+        place_obstacles(ground.motion, frames.step[f])
         total = 0.0
         for i in range(n):
             total += _clearance(
@@ -54,6 +56,7 @@ def least_clearance(
     obstacles.
     """
     for f in range(filled):
+        place_obstacles(ground.motion, frames.step[f])
         least = math.inf
         for i in range(frames.bodies.shape[2]):
             least = min(
@@ -80,6 +83,7 @@ def depth_outside(
     """
     world, n = ground.world, frames.bodies.shape[2]
     for f in range(filled):
+        place_obstacles(ground.motion, frames.step[f])
         total = 0.0
         for i in range(n):
             x, y = frames.bodies[f, X, i], frames.bodies[f, Y, i]

@@ -45,11 +45,6 @@ class Robots(NamedTuple):
     rows: Rows
     wind: Wind | None
 
-    @property
-    def needs_publish(self) -> bool:
-        """Whether a model must call `publish` at the beginning of each step."""
-        return self.motors is not None or self.wind is not None
-
 
 def build_robots(
     settings: RobotSettings,

@@ -12,6 +12,7 @@ it. The flock itself is where boids truly are: the model moves them from there.
 
 from kernels.chance import normals
 from kernels.jit import jit, jit_apart
+from kernels.moving import place_obstacles
 from kernels.neighbours import Grid, move_published
 from kernels.robots.purposes import OWN_ERROR, SENT_ERROR
 from kernels.robots.senses import NOT_BEGUN, NOW, SAMPLED, SENT, SINCE, Senses
@@ -53,11 +54,13 @@ def is_measured(work: Workspace) -> bool:
 def publish(flock: Flock, others: Flock, work: Workspace) -> None:
     """Before a step, let the wind carry `flock`, keep its velocities, and let boids
     know of each other: fill `others`, which `others_of` gives, and what `own_of` gives.
+    Obstacles that move are put where they are after this step.
     """
     robots = work.robots
     blow(robots.wind, flock, work.grid, robots.keys.flown, robots.clock)
     _publish(work.near.senses, flock, others, work)
     work.robots.clock[0] += 1
+    place_obstacles(work.motion, work.robots.clock[0])
 
 
 @jit

@@ -9,6 +9,7 @@ motors       what those of motors and breakdowns do
 senses       what those of sensing do
 medium       what those of the wind do
 published_steps  that a model publishes each step
+obstacles    what obstacles that move need
 code         which code computes a study
 recording    what a trial records
 trial_ids    12 bytes a trial

@@ -7,6 +7,7 @@ import numpy as np
 from kernels.settings import PIXELS, Demand
 from sweep.design.medium import MEDIUM_DEMANDS, check_medium
 from sweep.design.motors import MOTOR_DEMANDS, check_motors
+from sweep.design.obstacles import check_obstacles
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
 from sweep.spec.expressions import parse
@@ -54,6 +55,7 @@ def check_consistency(study: Study, points: Points) -> None:
     mistakes.read(check_motors, study, points)
     mistakes.read(check_senses, study, points)
     mistakes.read(check_medium, study, points)
+    mistakes.read(check_obstacles, study, points)
     mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()

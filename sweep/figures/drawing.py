@@ -57,18 +57,7 @@ def draw_map(
     """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled
     with `face`. Obstacles that touch or overlap have one `outline`, if any.
     """
-    shapes = [_shape(one, world) for one in world.shapes]
-    layers = [(face, SEAM)] if outline is None else [(outline, OUTLINE), (face, SEAM)]
-    for colour, width in layers:
-        axes.add_collection(
-            PatchCollection(
-                shapes,
-                color=colour,
-                linewidth=width,
-                antialiased=outline is None,
-                zorder=1.5,
-            )
-        )
+    draw_obstacles(axes, world, face=face, outline=outline)
     axes.set(
         xlim=(0.0, world.width),
         ylim=(world.height, 0.0) if downwards else (0.0, world.height),
@@ -76,6 +65,27 @@ def draw_map(
     axes.set(aspect="equal", xlabel=f"x ({unit})", ylabel=f"y ({unit})")
     axes.grid(visible=False)
     axes.spines[["top", "right"]].set_visible(True)
+
+
+def draw_obstacles(
+    axes: Axes, world: TrialWorld, *, face: str = "0.6", outline: str | None = None
+) -> list[PatchCollection]:
+    """The obstacles of `world`, as `draw_map` has them, in layers."""
+    shapes = [_shape(one, world) for one in world.shapes]
+    layers = [(face, SEAM)] if outline is None else [(outline, OUTLINE), (face, SEAM)]
+    drawn = [
+        PatchCollection(
+            shapes,
+            color=colour,
+            linewidth=width,
+            antialiased=outline is None,
+            zorder=1.5,
+        )
+        for colour, width in layers
+    ]
+    for layer in drawn:
+        axes.add_collection(layer)
+    return drawn
 
 
 def _shape(obstacle: Obstacle, world: TrialWorld) -> Patch:
@@ -94,7 +104,7 @@ def _shape(obstacle: Obstacle, world: TrialWorld) -> Patch:
                 _closed(around), _closed(within if clockwise else within[::-1])
             )
         )
-    x, y, half_width, half_height, is_round = obstacle
+    x, y, half_width, half_height, is_round = obstacle[:5]
     if is_round:
         return Circle((x, y), half_width)
     return Rectangle(

@@ -155,6 +155,7 @@ def _panel(
 ) -> int:
     """Draw a flight. Returns its last frame."""
     frames, flight = study.trajectory(trial["trial_id"])
+    world = world.at(int(frames[-1]))
     draw_map(axes, world, unit, downwards=world.y_down)
     _widen(axes, flight[:, :2], (world.width, world.height))
     points = world.obstacles[world.obstacles[:, 2] == 0.0]

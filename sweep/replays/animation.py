@@ -3,7 +3,8 @@
 Boids are triangles that point in their direction of flight; where they are of several
 kinds, each kind has a colour. Those that have failed have a cross. In an animation lines show whence they come. The picture
 shows the world with its obstacles, the goal if boids are drawn to it, and where boids
-have been if the trial records coverage. What does not change is drawn once.
+have been if the trial records coverage. What does not change is drawn once:
+obstacles too, unless they move.
 """
 
 from collections import deque
@@ -25,7 +26,7 @@ from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
-from sweep.figures.drawing import colours_of_kinds
+from sweep.figures.drawing import colours_of_kinds, draw_obstacles
 from sweep.replays.flight import Report, seen
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
@@ -50,6 +51,9 @@ VISITED, OPACITY = (0.94, 0.73, 0.25), 0.45
 ON_WHITE = 248, 224, 169
 """The same on a white ground, as a picture of 8 bits has it."""
 
+NO_ROWS = np.empty((0, 5))
+"""Of obstacles: those that move are drawn in each frame."""
+
 Picture = NDArray[np.uint8]
 """Pixels (rows, columns, 3): red, green and blue."""
 
@@ -71,9 +75,10 @@ class Scene:
             self.figure = Figure(figsize=self._size(), dpi=DPI)
             self.canvas = cast(Any, FigureCanvasAgg(self.figure))
             self.axes = self.figure.subplots()
+            still = self.world.paths is None
             draw_map(
                 self.axes,
-                self.world,
+                self.world if still else self.world._replace(obstacles=NO_ROWS),
                 self.model.length,
                 downwards=self.world.y_down,
             )
@@ -116,6 +121,8 @@ class Scene:
             self.past.append(bodies[:2])
             self.trail.set_data(*self._ways())
             self.axes.draw_artist(self.trail)
+            if self.world.paths is not None:
+                self._draw_obstacles(step)
             draw_flock(self.axes, bodies, self.length, self.colour)
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
@@ -125,6 +132,12 @@ class Scene:
             self.title.set_text(self._words(step, bodies) + _covered(visits))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
+
+    def _draw_obstacles(self, step: int) -> None:
+        """Obstacles that move, where they are after so many steps."""
+        for layer in draw_obstacles(self.axes, self.world.at(step)):
+            self.axes.draw_artist(layer)
+            layer.remove()
 
     def _draw_ground(self) -> AxesImage:
         """Room for the visits of pixels, a pixel about the point that it stands for."""

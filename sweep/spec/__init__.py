@@ -25,6 +25,7 @@ expressions      checked formulas
 evaluation       formulas on whole columns
 units            units of formulas
 maps             shapes, copies, images, ROS maps
+polygons         obstacles of any shape
 copied_maps      what differs from a built-in map
 images           pixels as few rectangles
 replication      how many trials a point has

@@ -34,7 +34,15 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.shapes import Obstacle, Polygon, Row, box_of, polygons_of
+from kernels.shapes import (
+    Obstacle,
+    Point,
+    Polygon,
+    Row,
+    box_of,
+    is_arena,
+    velocity_of,
+)
 from sweep.spec.contents import Content, ListOf, Number, ReadLater, Text, Whole
 from sweep.spec.copied_maps import (
     Copy,
@@ -55,7 +63,12 @@ from sweep.spec.keys import (
     section_schema,
 )
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.polygons import VertexPolygon, polygon_as_written, polygon_from_json
+from sweep.spec.polygons import (
+    VELOCITY,
+    VertexPolygon,
+    polygon_as_written,
+    polygon_from_json,
+)
 from sweep.spec.schema_parts import Schema, named, one_of, reference
 from sweep.spec.strict_yaml import read_document
 from sweep.text import unknown
@@ -81,11 +94,13 @@ class Disc:
     x: Annotated[float, Key(Number(), ACROSS, example="3")]
     y: Annotated[float, Key(Number(), DOWN, example="4")]
     radius: Annotated[float, Key(LENGTH, "radius", example="0.5")]
+    velocity: Annotated[Point | None, VELOCITY] = None
 
     @property
     def obstacle(self) -> Obstacle:
-        """The obstacle as kernels.worlds has it."""
-        return self.x, self.y, self.radius, self.radius, 1.0
+        """The obstacle as kernels.shapes has it."""
+        about = self.x, self.y, self.radius, self.radius, 1.0
+        return about + (self.velocity or ())
 
 
 @dataclass(frozen=True)
@@ -96,11 +111,13 @@ class Rectangle:
     y: Annotated[float, Key(Number(), DOWN, example="5")]
     width: Annotated[float, Key(LENGTH, "from left to right", example="2")]
     height: Annotated[float, Key(LENGTH, "from top to bottom", example="1")]
+    velocity: Annotated[Point | None, VELOCITY] = None
 
     @property
     def obstacle(self) -> Obstacle:
-        """The obstacle as kernels.worlds has it."""
-        return self.x, self.y, self.width / 2, self.height / 2, 0.0
+        """The obstacle as kernels.shapes has it."""
+        about = self.x, self.y, self.width / 2, self.height / 2, 0.0
+        return about + (self.velocity or ())
 
 
 @dataclass(frozen=True)
@@ -294,7 +311,7 @@ class OwnMap:
     @cached_property
     def digest(self) -> str:
         """32 hexadecimal digits that stand for the obstacles."""
-        if polygons_of(self.obstacles):
+        if any(isinstance(one, Polygon) or len(one) > 5 for one in self.obstacles):
             content = json.dumps(self.as_json()["obstacles"]).encode()
         else:
             content = np.array(self.obstacles, "<f8").tobytes()
@@ -338,8 +355,10 @@ def from_json(stored: Any) -> OwnMap:
 def _obstacle_from_json(stored: Any) -> Obstacle:
     if isinstance(stored, dict):
         return polygon_from_json(stored)
-    x, y, half_width, half_height, disc = map(float, stored)
-    return x, y, half_width, half_height, disc
+    row = tuple(map(float, stored))
+    if len(row) not in (5, 7) or not all(map(math.isfinite, row[5:])):
+        raise ValueError
+    return row
 
 
 def maps_from_json(stored: Any, built_in: Collection[str]) -> dict[str, OwnMap]:
@@ -514,11 +533,12 @@ def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, Any]]:
     """An obstacle as a spec has it."""
     if isinstance(obstacle, Polygon):
         return {"polygon": polygon_as_written(obstacle)}
-    x, y, half_width, half_height, is_round = obstacle
+    x, y, half_width, half_height, is_round = obstacle[:5]
+    moves = {"velocity": list(obstacle[5:])} if len(obstacle) > 5 else {}
     if is_round:
-        return {"disc": {"x": x, "y": y, "radius": half_width}}
+        return {"disc": {"x": x, "y": y, "radius": half_width, **moves}}
     sides = {"width": 2 * half_width, "height": 2 * half_height}
-    return {"rectangle": {"x": x, "y": y, **sides}}
+    return {"rectangle": {"x": x, "y": y, **sides, **moves}}
 
 
 def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
@@ -530,6 +550,8 @@ def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
     shape = read_values(Shape, entry, mistakes)
     mistakes.check()
     obstacle: Obstacle = shape[kind].obstacle
+    if is_arena(obstacle) and velocity_of(obstacle):
+        raise entry.child(kind).error("an arena does not move: it has no velocity")
     if size and not _meets(obstacle, *size):
         width, height = size
         raise entry.child(kind).error(
@@ -540,7 +562,7 @@ def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
 
 def _box(obstacle: Obstacle) -> Row:
     """The rectangle about a polygon; a disc or a rectangle itself."""
-    return box_of(obstacle) if isinstance(obstacle, Polygon) else obstacle
+    return box_of(obstacle) if isinstance(obstacle, Polygon) else obstacle[:5]
 
 
 def _meets(obstacle: Obstacle, width: float, height: float) -> bool:

@@ -34,6 +34,35 @@ class Sides(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Pair(Content[Point]):
+    """Two finite numbers, along x and along y."""
+
+    @property
+    def words(self) -> str:
+        return "[x, y]"
+
+    def read(self, entry: Entry) -> Point:
+        if len(entry.entries()) != 2:
+            raise entry.expected(self.words)
+        x, y = (NUMBER.read(one) for one in entry.entries())
+        return x, y
+
+    def schema(self) -> Schema:
+        return {
+            "type": "array",
+            "items": NUMBER.schema(),
+            "minItems": 2,
+            "maxItems": 2,
+        }
+
+    def write(self, value: Point) -> Any:
+        return list(value)
+
+
+PAIR = Pair()
+
+
+@dataclass(frozen=True)
 class Vertices(Content[tuple[Point, ...]]):
     """The vertices of a polygon, in their order round it."""
 
@@ -46,21 +75,15 @@ class Vertices(Content[tuple[Point, ...]]):
         if not LEAST_VERTICES <= len(listed) <= MOST_VERTICES:
             given = f"a list of {len(listed)}"
             raise entry.error(f'"{entry.name}" must be {self.words}, not {given}')
-        vertices = tuple(_vertex(one) for one in listed)
+        vertices = tuple(map(PAIR.read, listed))
         if flaw := flaw_of(vertices):
             raise entry.error(f"the polygon has {flaw}")
         return vertices
 
     def schema(self) -> Schema:
-        pair = {
-            "type": "array",
-            "items": NUMBER.schema(),
-            "minItems": 2,
-            "maxItems": 2,
-        }
         return {
             "type": "array",
-            "items": pair,
+            "items": PAIR.schema(),
             "minItems": LEAST_VERTICES,
             "maxItems": MOST_VERTICES,
         }
@@ -69,11 +92,12 @@ class Vertices(Content[tuple[Point, ...]]):
         return [list(vertex) for vertex in value]
 
 
-def _vertex(entry: Entry) -> Point:
-    if len(entry.entries()) != 2:
-        raise entry.expected("[x, y]")
-    x, y = (NUMBER.read(one) for one in entry.entries())
-    return x, y
+VELOCITY = Key(
+    PAIR,
+    "[along x, along y], length/time: the obstacle moves",
+    otherwise="obstacle_speed",
+    example="[0.1, 0]",
+)
 
 
 @dataclass(frozen=True)
@@ -96,16 +120,22 @@ class VertexPolygon:
         ),
     ] = INSIDE
 
+    velocity: Annotated[Point | None, VELOCITY] = None
+
     @property
     def obstacle(self) -> Polygon:
         """The obstacle as kernels.shapes has it."""
-        return Polygon(self.vertices, self.solid == OUTSIDE)
+        return Polygon(self.vertices, self.solid == OUTSIDE, self.velocity)
 
 
 def polygon_as_written(polygon: Polygon) -> dict[str, Any]:
     """A polygon as a spec has it."""
-    solid = {"solid": OUTSIDE} if polygon.is_arena else {}
-    return {"vertices": [list(vertex) for vertex in polygon.vertices], **solid}
+    about: dict[str, Any] = {"vertices": [list(one) for one in polygon.vertices]}
+    if polygon.is_arena:
+        about["solid"] = OUTSIDE
+    if polygon.velocity:
+        about["velocity"] = list(polygon.velocity)
+    return about
 
 
 def polygon_from_json(stored: Any) -> Polygon:
@@ -115,16 +145,21 @@ def polygon_from_json(stored: Any) -> Polygon:
     try:
         rows = np.array(stored["vertices"], np.float64).reshape(-1, 2)
         solid = stored.get("solid", INSIDE)
+        velocity = stored.get("velocity")
+        if velocity is not None:
+            vx, vy = map(float, velocity)
+            velocity = vx, vy
     except (ValueError, TypeError, KeyError, OverflowError, AttributeError):
         raise ValueError("a polygon has no list of vertices") from None
     vertices = tuple((x, y) for x, y in rows.tolist())
     if not LEAST_VERTICES <= len(vertices) <= MOST_VERTICES:
         raise ValueError(f"a polygon has {len(vertices)} vertices")
-    if not np.isfinite(rows).all() or solid not in (INSIDE, OUTSIDE):
-        raise ValueError("a polygon has vertices or a solid side that are none")
+    finite = np.isfinite(rows).all() and np.isfinite(velocity or (0.0, 0.0)).all()
+    if not finite or solid not in (INSIDE, OUTSIDE) or (velocity and solid == OUTSIDE):
+        raise ValueError("a polygon has vertices, a solid side or a velocity of none")
     if flaw := flaw_of(vertices):
         raise ValueError(f"a polygon has {flaw}")
-    return Polygon(vertices, solid == OUTSIDE)
+    return Polygon(vertices, solid == OUTSIDE, velocity)
 
 
 def flaw_of(vertices: tuple[Point, ...]) -> str:

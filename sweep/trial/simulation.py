@@ -28,6 +28,7 @@ from kernels.flight import (
 )
 from kernels.metrics import Metric
 from kernels.model import Model
+from kernels.moving import place_obstacles
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
@@ -185,6 +186,7 @@ class Simulation:
             flight.work.robots.failing,
             flight.work.robots.motors,
             flight.work.robots.rows,
+            flight.work.motion,
             flight.record.frames,
             flight.record.coverage.stamp,
         )
@@ -200,6 +202,7 @@ class Simulation:
             "flock": flight.flock,
             "state": (flight.work.state, flight.work.kind),
             "scenery": flight.scenery,
+            "motion": flight.work.motion,
             "visits": flight.record.coverage.visits,
         }
         return digest(parts, self.noise.state)
@@ -214,6 +217,7 @@ class Simulation:
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
         rebuild_grid(self.flight, room)
+        place_obstacles(self.flight.work.motion, self.flight.step)
         self._find_among_all()
 
     def _find_among_all(self) -> None:
@@ -297,7 +301,8 @@ def _flight(job: Job, together: bool) -> Flight:
         else no_coverage()
     )
     flock, random = start_of(job, landscape, group(StartSettings))
-    threads = 1 if has_robots(job) else job.threads
+    still = landscape.scenery.velocities is None and not has_robots(job)
+    threads = job.threads if still else 1
     with random.lent() as rng:
         flight = begin(
             starting(in_threads(model, threads), job.begins),

@@ -7,11 +7,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.shapes import Obstacle, Polygon, boxes_of, shapes_of
+from kernels.moving import given_velocities, place_along, velocities_of
+from kernels.shapes import Obstacle, Obstacles, Polygon, boxes_of, shapes_of
 from sweep.design.jobs import Job
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.kinds import kinds_of
+from sweep.trial.robots import keys_of
 from sweep.trial.scenery import obstacles
+
+
+class Paths(NamedTuple):
+    """How obstacles move: `velocities` (2, M), the time of a step, and whether they
+    wrap round the world; else they are mirrored at its borders.
+    """
+
+    velocities: NDArray[np.float64]
+    dt: float
+    wraps: bool
 
 
 class TrialWorld(NamedTuple):
@@ -22,6 +34,7 @@ class TrialWorld(NamedTuple):
     `polygons` are these, by their rows. `goal` is x and y of the goal and the radius
     about it, None where no boid seeks it. Lengths are in the model's unit; `y_down`
     says that y points down. `kinds` are those of its boids, as `kinds_of` has them.
+    Where obstacles move, they are where they begin, and `paths` are theirs.
     """
 
     width: float
@@ -31,6 +44,27 @@ class TrialWorld(NamedTuple):
     y_down: bool = True
     kinds: Mapping[str, int] = MappingProxyType({})
     polygons: Mapping[int, Polygon] = MappingProxyType({})
+    paths: Paths | None = None
+
+    def at(self, step: int) -> "TrialWorld":
+        """The world with its obstacles where they are after so many steps."""
+        if self.paths is None:
+            return self
+        rows, (velocities, dt, wraps) = self.obstacles.copy(), self.paths
+        for axis, length in enumerate((self.width, self.height)):
+            ways = velocities[axis] * (step * dt)
+            pairs = zip(rows[:, axis].tolist(), ways.tolist(), strict=True)
+            rows[:, axis] = [place_along(*pair, length, wraps) for pair in pairs]
+        off = rows - self.obstacles
+        moved = {
+            number: one._replace(
+                vertices=tuple(
+                    (x + off[number, 0], y + off[number, 1]) for x, y in one.vertices
+                )
+            )
+            for number, one in self.polygons.items()
+        }
+        return self._replace(obstacles=rows, polygons=moved, paths=None)
 
     @property
     def shapes(self) -> tuple[Obstacle, ...]:
@@ -58,4 +92,16 @@ def world_of(job: Job) -> TrialWorld:
         model.y_down,
         kinds_of(job),
         {number: one for number, one in enumerate(drawn) if isinstance(one, Polygon)},
+        _paths(job, drawn),
     )
+
+
+def _paths(job: Job, drawn: Obstacles) -> Paths | None:
+    """How the obstacles of a trial move; None where none does."""
+    speed = float(job.settings["obstacle_speed"])
+    given = given_velocities(drawn, speed)
+    if given is None:
+        return None
+    velocities = velocities_of(given, speed, keys_of(job).made)
+    wraps = job.settings["borders"] == "torus"
+    return Paths(velocities, float(job.settings["dt"]), wraps)

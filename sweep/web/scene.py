@@ -33,6 +33,8 @@ def scene_of(job: Job) -> Reply:
             else row
             for number, row in enumerate(world.obstacles.tolist())
         ],
+        "paths": world.paths
+        and world.paths._asdict() | {"velocities": world.paths.velocities.tolist()},
         "goal": goal if any(rule.to_goal for rule in model.rules) else None,
         "kinds": list(map(list, world.kinds.items())),
         "failing": _failing(job),

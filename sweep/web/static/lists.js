@@ -69,7 +69,7 @@ export class ObstacleList {
   }
 
   show() {
-    const { stage, frozen } = this.hand;
+    const { stage, fixed: frozen } = this.hand;
     const { obstacles, marked } = stage;
     this.actions.hidden = frozen;
     this.count.textContent = String(obstacles.length);
@@ -121,7 +121,7 @@ export class ObstacleList {
       "",
       { className: "quiet" },
     );
-    away.hidden = this.hand.frozen;
+    away.hidden = this.hand.fixed;
     const head = make("div", { className: "row" }, choose, away);
     return make(
       "li",

@@ -3,8 +3,9 @@
 // something else moves the view.
 
 import { paced } from "./dom.js";
+import { isSolid, shifted } from "./obstacles.js";
 
-/** @import { Kind, Message, Obstacle, Polygon, Scene, Shape } from "./protocol.d.ts" */
+/** @import { Kind, Message, Obstacle, Scene, Shape } from "./protocol.d.ts" */
 /** @import { Place, Stage } from "./stage.js" */
 
 /** @typedef {"select" | "goal" | Kind} Tool */
@@ -69,18 +70,6 @@ const same = (first, second) =>
 const numbersOf = ([x, y, halfWidth, halfHeight, round, polygon]) =>
   polygon?.vertices.flat() ?? [x, y, halfWidth, halfHeight, round];
 
-// Whether a place is within what is solid of a polygon: a ray along x crosses its sides
-// an odd number of times from inside.
-/** @param {Polygon} polygon @param {Place} place */
-export function isSolid({ vertices, solid }, { x, y }) {
-  let odd = false;
-  vertices.forEach(([bx, by], k) => {
-    const [ax, ay] = vertices.at(k - 1) ?? [bx, by];
-    if (ay > y !== by > y && x < ax + ((y - ay) * (bx - ax)) / (by - ay)) odd = !odd;
-  });
-  return odd !== (solid === "outside");
-}
-
 /** @param {Place} one @param {Place} other */
 const apart = (one, other) => Math.hypot(one.x - other.x, one.y - other.y);
 
@@ -121,9 +110,14 @@ export class Hand {
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
 
+  // Whether obstacles stay as they are: those that move are set in the spec.
+  get fixed() {
+    return this.frozen || Boolean(this.stage.scene?.paths);
+  }
+
   /** @param {Tool} tool */
   use(tool) {
-    this.tool = this.frozen ? "select" : tool;
+    this.tool = (tool === "goal" ? this.frozen : this.fixed) ? "select" : tool;
     this.stage.canvas.dataset.tool = this.tool;
     this.changed();
   }
@@ -195,7 +189,7 @@ export class Hand {
   }
 
   remove(index = this.stage.marked) {
-    if (index === null || this.frozen) return;
+    if (index === null || this.fixed) return;
     this.stage.marked = null;
     this.replace(this.stage.obstacles.filter((_, i) => i !== index));
   }
@@ -242,7 +236,7 @@ export class Hand {
     const { stage, tool } = this;
     if (tool !== "select") return { kind: tool, boid: null };
     const { chosen: row, marked: index } = stage;
-    if (!this.frozen && row && index !== null) {
+    if (!this.fixed && row && index !== null) {
       const handle = stage.handles(row).find((one) => apart(one, place) <= near);
       if (handle) {
         return { kind: "handle", boid: null, index, row, signs: handle.signs };
@@ -264,7 +258,9 @@ export class Hand {
     const { stage } = this;
     const index = this.shapeAt(stage.toWorld(place));
     if (index < 0) return { kind: "pan", boid };
-    if (index !== stage.marked) return { kind: "pan", boid, thing: index };
+    if (this.fixed || index !== stage.marked) {
+      return { kind: "pan", boid, thing: index };
+    }
     return { kind: "shape", boid, index, row: stage.obstacles[index] };
   }
 
@@ -374,12 +370,7 @@ export class Hand {
     });
     if (!row[5]) return [this.tidy(x), this.tidy(y), row[2], row[3], row[4]];
     const [across, along] = [this.tidy(x) - row[0], this.tidy(y) - row[1]];
-    /** @type {Polygon["vertices"]} */
-    const moved = row[5].vertices.map(([one, other]) => [
-      Number((one + across).toPrecision(15)),
-      Number((other + along).toPrecision(15)),
-    ]);
-    const polygon = { ...row[5], vertices: moved };
+    const polygon = shifted(row[5], across, along);
     return [row[0] + across, row[1] + along, row[2], row[3], 0, polygon];
   }
 
@@ -490,7 +481,7 @@ export class Hand {
       this.setGoal({ x: x + step * across, y: y + step * along * stage.upright });
       return this.putGoal();
     }
-    if (!chosen || marked === null || this.frozen) {
+    if (!chosen || marked === null || this.fixed) {
       return stage.pan(5 * step * across, 5 * step * along * stage.upright);
     }
     const [x, y, halfWidth, halfHeight, round] = chosen;

@@ -25,6 +25,13 @@ export type Obstacle = [
   polygon?: Polygon,
 ];
 
+/** How obstacles move: velocities along x and along y, and the time of a step. */
+export interface Paths {
+  velocities: [x: number[], y: number[]];
+  dt: number;
+  wraps: boolean;
+}
+
 export type Kind = "disc" | "rectangle";
 
 /** An obstacle as a spec writes it. */
@@ -244,6 +251,8 @@ export interface Scene {
   time: string;
   downwards: boolean;
   obstacles: Obstacle[];
+  /** Null where none moves. */
+  paths: Paths | null;
   goal: [x: number, y: number, radius: number] | null;
   /** The kinds of boids: the first boids are of the first kind. */
   kinds: [name: string, boids: number][];

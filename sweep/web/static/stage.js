@@ -3,6 +3,7 @@
 
 import { decode, FlockColours, placeX, placeY } from "./frames.js";
 import { contextOf, make } from "./dom.js";
+import { obstaclesAt } from "./obstacles.js";
 import { SvgPen } from "./pen.js";
 import { Stamps } from "./stamps.js";
 import {
@@ -433,7 +434,8 @@ export class Stage {
   }
 
   get obstacles() {
-    return this.edited ?? this.scene?.obstacles ?? [];
+    if (this.edited || !this.scene) return this.edited ?? [];
+    return obstaclesAt(this.scene, this.frame?.step ?? 0);
   }
 
   // Where the handles of an obstacle are, by what a drag of them changes: [sign of x,

@@ -2,7 +2,7 @@
 // kernels do.
 
 import { OBSTACLE_PIXEL, placeX, placeY } from "./frames.js";
-import { isSolid } from "./pointer.js";
+import { isSolid } from "./obstacles.js";
 
 /** @import { Coverage, Frame } from "./frames.js" */
 /** @import { Obstacle, Pixels, Scene } from "./protocol.d.ts" */

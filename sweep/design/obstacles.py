@@ -1,0 +1,50 @@
+"""What obstacles that move need of a model and of what is recorded."""
+
+from kernels.robots.publishers import publishes, to_publish
+from kernels.shapes import velocity_of
+from sweep.design.points import Points
+from sweep.spec.study import Study
+
+
+def check_obstacles(study: Study, points: Points) -> None:
+    """Raise SpecError where obstacles move, and the model does not let them, or what is
+    recorded would mean nothing.
+    """
+    place = _moving(study, points)
+    if not place:
+        return
+    model = study.known.models[study.model]
+    refused = ""
+    if not publishes(model.advance):
+        change = to_publish(model.advance)
+        refused = (
+            f"a model that begins its steps with `publish`, and {model.name} calls"
+            f" none: {change + ', and ' if change else ''}see docs/own-models.md"
+        )
+    elif model.occupancy:
+        refused = (
+            f"a model that looks at them, and {model.name} looks at an occupancy grid,"
+            " which is that of the start"
+        )
+    names = [
+        *(name for name in study.record.metrics if study.known.metrics[name].covers),
+        *(["heatmaps"] if study.record.heatmaps else []),
+    ]
+    if not refused and names:
+        refused = (
+            "that no visits are counted by pixels, which would be free for a while or"
+            f" not at all: leave {', '.join(names)} out of what is recorded"
+        )
+    if refused:
+        raise study.document.error(place, f"obstacles that move need {refused}")
+
+
+def _moving(study: Study, points: Points) -> tuple[str | int, ...]:
+    """Where the spec says that obstacles move; () where none does."""
+    if (points.column("obstacle_speed") > 0.0).any():
+        return study.place_of("obstacle_speed") or ("model",)
+    for name in dict.fromkeys(points.column("map").tolist()):
+        own = study.maps.get(str(name))
+        if own and any(any(velocity_of(one) or ()) for one in own.obstacles):
+            return "maps", str(name)
+    return ()
