@@ -21,7 +21,7 @@ from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
 from sweep.spec.recorded import lacks_boids
-from sweep.spec.settings import preset_settings, settings_of
+from sweep.spec.settings import preset_settings, settings_of, usual_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
 from sweep.trial.robots import robots_of
@@ -93,7 +93,7 @@ def job(
     """A job with the settings of a preset but for `changes`; those that the model does
     not have are left out. Worlds of tests are small: boids may start close together.
     """
-    known = settings_of(model, BUILT_IN)
+    known = settings_of(model, BUILT_IN).of_study(())
     changes = {"start_distance": 0} | changes
     changed = {
         name: known[name].coerce(value)
@@ -105,7 +105,9 @@ def job(
     recorded = MODELS[model].metrics if metrics is None else metrics
     return Job(
         trial_id="",
-        point=point_id(model, preset, settings, defaults),
+        point=point_id(
+            model, preset, settings, usual_settings(model, preset, BUILT_IN)
+        ),
         replicate=replicate,
         seed=seed,
         literal=literal,

@@ -8,6 +8,7 @@ from kernels.settings import PIXELS, Demand
 from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
+from sweep.design.spreads import check_spreads
 from sweep.spec.expressions import parse
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
@@ -43,8 +44,8 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError where settings do not go together, boids cannot sense as wanted
-    or be divided among threads, or replicates have no flock. Of each thing that is
+    """Raise SpecError where settings do not go together, boids cannot sense as wanted,
+    differ as wanted or be divided among threads, or replicates have no flock. Of each thing that is
     wrong it names the first point.
     """
     mistakes = Mistakes()
@@ -52,6 +53,7 @@ def check_consistency(study: Study, points: Points) -> None:
         mistakes.read(_check_demand, study, points, demand)
     mistakes.read(check_motors, study, points)
     mistakes.read(check_senses, study, points)
+    mistakes.read(check_spreads, study, points)
     mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()
