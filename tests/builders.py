@@ -12,6 +12,7 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from kernels.events import note_start
+from kernels.flight import search_range
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
@@ -237,15 +238,15 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
     """The simulation with its boids put elsewhere before the first step."""
     for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):
         array[:] = values
-    reach = simulation.flight.model.sight(simulation.flight.params).range
-    there = simulation.flight.scenery
-    work = simulation.flight.work
+    flight, there = simulation.flight, simulation.flight.scenery
+    work = flight.work
+    reach = search_range(flight.model, flight.params, work.robots.rows)
     simulation.flight.work = build_workspace(
         simulation.flock,
         simulation.world,
         reach,
         work.near.topology,
-        there.reach,
+        work.reach,
         there.occupancy,
         work.state,
         work.kind,

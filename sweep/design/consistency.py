@@ -45,8 +45,8 @@ DEMANDS = (
 
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError where settings do not go together, boids cannot sense as wanted,
-    differ as wanted or be divided among threads, or replicates have no flock. Of each thing that is
-    wrong it names the first point.
+    differ as wanted or be divided among threads, or replicates have no flock. Of each
+    thing that is wrong it names the first point.
     """
     mistakes = Mistakes()
     for demand in dict.fromkeys(_demands(study)):

@@ -20,6 +20,7 @@ from kernels.robots.spreads import build_rows
 from kernels.settings import Spread
 from sweep.design.jobs import Job, stream
 from sweep.spec.settings import settings_of
+from sweep.spec.study import Streams
 from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.looking import accelerations
 from sweep.trial.simulation import Simulation
@@ -43,7 +44,9 @@ def spreads(model: str, spread: float) -> dict[str, float]:
 
 
 def small(model: str, spread: float, **changes: Any) -> Job:
-    """A small flock among obstacles, which all forces push."""
+    """A small flock among obstacles, which all forces push, with the same noise at any
+    spread.
+    """
     lengths = {"width": 300, "height": 280, "obstacle_margin": 60}
     settings: dict[str, Any] = {
         "map": "random_obstacles",
@@ -58,9 +61,10 @@ def small(model: str, spread: float, **changes: Any) -> Job:
         "metrics": (),
     }
     settings |= builders.scaled(model, **lengths, obstacle_radius=15)
-    return builders.job(
+    a_job = builders.job(
         model, **(settings | builders.IDEAL | spreads(model, spread) | changes)
     )
+    return replace(a_job, streams=Streams(noise="common"))
 
 
 def own_of(simulation: Simulation) -> dict[str, np.ndarray]:

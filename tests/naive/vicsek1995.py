@@ -14,8 +14,8 @@ def vicsek1995(
     s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.Generator
 ) -> list[Bird]:
     """One step, with the settings `s`, of Eqs. (1) and (2) of the paper: headings are
-    angles, and their mean is the angle of the mean of exp(i theta). Where speeds differ,
-    each counts by its speed.
+    angles, and their mean is the angle of the mean of exp(i theta), in which each
+    counts by its speed.
     """
 
     def heading(bird: Bird) -> float:
