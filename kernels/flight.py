@@ -170,7 +170,7 @@ def begin(
     work = build_workspace(
         flock,
         scenery.world,
-        _search_range(model, params, layers.rows),
+        search_range(model, params, layers.rows),
         topology_of(robots.sensing, schedule.n, scenery.world),
         _reach(model, scenery, layers.rows),
         scenery.occupancy,
@@ -212,7 +212,7 @@ def begin(
     return flight
 
 
-def _search_range(model: Model, params: Any, rows: Rows) -> float:
+def search_range(model: Model, params: Any, rows: Rows) -> float:
     """How far boids see: as far as the one that sees farthest."""
     seen = map(model.sight, rows[0] if rows else [params])
     return max(float(one.range) for one in seen)
@@ -344,7 +344,7 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
     kernels.neighbours.build_grid.
     """
     rows, topology = flight.work.robots.rows, flight.work.near.topology
-    reach = _search_range(flight.model, flight.params, rows)
+    reach = search_range(flight.model, flight.params, rows)
     reach = min(reach, topology.around)
     published = flight.work.near.senses is not None
     known = flight.work.before if published else flight.flock

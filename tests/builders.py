@@ -12,6 +12,7 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from kernels.events import note_start
+from kernels.flight import search_range
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
@@ -21,7 +22,7 @@ from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
 from sweep.spec.recorded import lacks_boids
-from sweep.spec.settings import preset_settings, settings_of
+from sweep.spec.settings import preset_settings, settings_of, usual_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
 from sweep.trial.robots import robots_of
@@ -93,7 +94,7 @@ def job(
     """A job with the settings of a preset but for `changes`; those that the model does
     not have are left out. Worlds of tests are small: boids may start close together.
     """
-    known = settings_of(model, BUILT_IN)
+    known = settings_of(model, BUILT_IN).of_study(())
     changes = {"start_distance": 0} | changes
     changed = {
         name: known[name].coerce(value)
@@ -105,7 +106,9 @@ def job(
     recorded = MODELS[model].metrics if metrics is None else metrics
     return Job(
         trial_id="",
-        point=point_id(model, preset, settings, defaults),
+        point=point_id(
+            model, preset, settings, usual_settings(model, preset, BUILT_IN)
+        ),
         replicate=replicate,
         seed=seed,
         literal=literal,
@@ -235,15 +238,15 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
     """The simulation with its boids put elsewhere before the first step."""
     for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):
         array[:] = values
-    reach = simulation.flight.model.sight(simulation.flight.params).range
-    there = simulation.flight.scenery
-    work = simulation.flight.work
+    flight, there = simulation.flight, simulation.flight.scenery
+    work = flight.work
+    reach = search_range(flight.model, flight.params, work.robots.rows)
     simulation.flight.work = build_workspace(
         simulation.flock,
         simulation.world,
         reach,
         work.near.topology,
-        there.reach,
+        work.reach,
         there.occupancy,
         work.state,
         work.kind,

@@ -150,7 +150,8 @@ def _new_velocity(
     random angle. With the vectorial noise of Gregoire and Chate (2004) it is along the
     sum of the n unit vectors of the headings and eta n e, where e is a random unit
     vector. Where the sum is zero, the old heading stands for it. One number is drawn
-    for each boid and step, whatever the noise.
+    for each boid and step, whatever the noise. Velocities are summed: where speeds
+    differ, as those of robots may, a faster boid counts for more.
     """
     own_x, own_y = own.vx[i], own.vy[i]
     x, y, count = velocity_sum_from(own_x, own_y, others, work.near, found)

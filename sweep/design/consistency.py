@@ -10,6 +10,7 @@ from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.obstacles import check_obstacles
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
+from sweep.design.spreads import check_spreads
 from sweep.spec.expressions import parse
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
@@ -45,9 +46,9 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError where settings do not go together, boids cannot sense as wanted
-    or be divided among threads, or replicates have no flock. Of each thing that is
-    wrong it names the first point.
+    """Raise SpecError where settings do not go together, boids cannot sense as wanted,
+    differ as wanted or be divided among threads, or replicates have no flock. Of each
+    thing that is wrong it names the first point.
     """
     mistakes = Mistakes()
     for demand in dict.fromkeys(_demands(study)):
@@ -56,6 +57,7 @@ def check_consistency(study: Study, points: Points) -> None:
     mistakes.read(check_senses, study, points)
     mistakes.read(check_medium, study, points)
     mistakes.read(check_obstacles, study, points)
+    mistakes.read(check_spreads, study, points)
     mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()

@@ -30,7 +30,7 @@ from sweep.spec.schema_parts import (
     reference,
 )
 from sweep.spec.search_schema import model_schema
-from sweep.spec.settings import Setting, Value, preset_settings, settings_of
+from sweep.spec.settings import Setting, Value, settings_of, usual_settings
 
 ON_CONDITION: Schema = {"when": reference("when")}
 Presets = Mapping[str, Mapping[str, Value]]
@@ -42,7 +42,7 @@ def kinds(known: Catalogue) -> Schema:
     settings = [
         setting
         for model in known.models
-        for setting in settings_of(model, known).values()
+        for setting in settings_of(model, known).of_study(()).values()
     ]
     every = {_kind(setting): setting for setting in settings}
     several = {f"each.{kind}": _each(reference(kind)) for kind in every}
@@ -80,9 +80,9 @@ def _each(value: Schema) -> Schema:
 
 def of_model(model: str, known: Catalogue) -> Schema:
     """The definitions of a model: its settings, its axes, and what its spec adds."""
-    settings = settings_of(model, known)
+    settings = settings_of(model, known).of_study(())
     presets = {
-        name: preset_settings(model, name, known)
+        name: usual_settings(model, name, known)
         for name in known.models[model].presets
     }
     values = {name: reference(_kind(setting)) for name, setting in settings.items()}

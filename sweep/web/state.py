@@ -26,9 +26,9 @@ from sweep.spec.settings import (
     NotAllowedError,
     Setting,
     Value,
-    preset_settings,
     settings_of,
     usual_preset,
+    usual_settings,
 )
 from sweep.spec.strict_yaml import MOST_BYTES, dump
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
@@ -113,16 +113,21 @@ class ViewState:
 
     @cached_property
     def _known_settings(self) -> dict[str, Setting]:
-        return settings_of(self.model, self.known)
+        return settings_of(self.model, self.known).of_study(())
 
     @cached_property
     def _preset(self) -> dict[str, Value]:
-        return preset_settings(self.model, self.preset, self.known)
+        return usual_settings(self.model, self.preset, self.known)
 
     @property
     def settings(self) -> dict[str, Value]:
-        """The value of every setting."""
+        """The value of every setting, and of spreads those that differ from 0."""
         return self.job.settings
+
+    def _differing(self, before: "ViewState") -> dict[str, Value]:
+        """The settings that are others than `before`, with their values."""
+        every, there = self._preset | self.settings, before._preset | before.settings
+        return {name: value for name, value in every.items() if value != there[name]}
 
     @property
     def shapes(self) -> list[Shape] | None:
@@ -222,9 +227,8 @@ class ViewState:
         redrawn = self.own != before.own
         changes = {
             name: value
-            for name, value in self.settings.items()
-            if value != before.settings[name]
-            and not (redrawn and name in (*SIDES, "map"))
+            for name, value in self._differing(before).items()
+            if not (redrawn and name in (*SIDES, "map"))
         }
         seed = there.seed if self.seed == before.seed else self.seed
         state = replace(there, seed=seed, plots=self.plots, sweeps=self.sweeps)
@@ -286,12 +290,12 @@ class ViewState:
         own = self.own != before.own and self.own
         settings = {
             name: value
-            for name, value in self.settings.items()
-            if value != before.settings[name] and not (own and name in SIDES)
+            for name, value in self._differing(before).items()
+            if not (own and name in SIDES)
         }
         edits = Edits(
             settings=settings,
-            shown=self.settings,
+            shown=self._preset | self.settings,
             maps={str(self.fixed["map"]): map_as_written(own)} if own else {},
             sweeps={
                 name: _axis(known[name].kind, range_)
@@ -419,7 +423,7 @@ def from_job(job: Job) -> ViewState:
     """The state of a stored trial, with its random numbers and the first of its
     metrics.
     """
-    preset = preset_settings(job.model, job.preset, job.known)
+    preset = usual_settings(job.model, job.preset, job.known)
     name, width, height = (
         str(job.settings["map"]),
         float(job.settings["width"]),

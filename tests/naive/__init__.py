@@ -11,7 +11,15 @@ from tests.naive.aziel_chen2025 import aziel_chen2025
 from tests.naive.couzin2002 import couzin2002
 from tests.naive.cucker_smale2007 import cucker_smale2007
 from tests.naive.dorsogna2006 import dorsogna2006
-from tests.naive.flight import Bird, angle_between, birds, neighbours, walk
+from tests.naive.flight import (
+    Bird,
+    OfRobots,
+    angle_between,
+    birds,
+    neighbours,
+    turns,
+    walk,
+)
 from tests.naive.metrics import METRICS, flock_sizes
 from tests.naive.nanobot import nanobot
 from tests.naive.nguyen2024 import nguyen2024

@@ -57,4 +57,4 @@ def aziel_chen2025(
         velocity = shortened(flock[i].velocity + acceleration * s["dt"], s["max_speed"])
         return bordered(world, flock[i].position + velocity * s["dt"], velocity)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

@@ -21,11 +21,11 @@ def couzin2002(
     """One step, with the settings `s`, of the paper's rules in the plane: headings are
     angles.
     """
-    inner = s["repulsion_range"]
-    middle = inner + s["orientation_width"]
-    outer = inner + (s["orientation_width"] + s["attraction_width"])
 
     def desired(flock: list[Bird], i: int) -> Vector:
+        inner = s["repulsion_range"]
+        middle = inner + s["orientation_width"]
+        outer = inner + (s["orientation_width"] + s["attraction_width"])
         others = [
             (j, d, math.hypot(*d)) for j, d in neighbours(world, flock, i, outer, False)
         ]
@@ -60,4 +60,4 @@ def couzin2002(
         velocity = np.array([new.real, new.imag])
         return bordered(world, flock[i].position + s["dt"] * velocity, velocity)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

@@ -29,4 +29,4 @@ def cucker_smale2007(
         place = flock[i].position + s["dt"] * flock[i].velocity
         return bordered(world, place, velocity)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

@@ -44,4 +44,4 @@ def dorsogna2006(
         velocity = propelled(velocity)
         return bordered(world, flock[i].position + s["dt"] * velocity, velocity)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

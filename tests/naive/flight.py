@@ -1,7 +1,7 @@
 """What the twins of models share: birds, who sees whom, and the order of updates."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,16 +64,39 @@ def neighbours(
     return seen
 
 
+class OfRobots(dict[str, Any]):
+    """Settings of robots that differ: whoever reads one gets that of the robot whose
+    turn it is. `own` has those that differ, (N,) each.
+    """
+
+    def __init__(self, settings: dict[str, Any], own: dict[str, Any]) -> None:
+        super().__init__(settings)
+        self.own, self.turn = own, 0
+
+    def __getitem__(self, name: str) -> Any:
+        if name in self.own:
+            return float(self.own[name][self.turn])
+        return super().__getitem__(name)
+
+
+def turns(s: dict[str, Any], flock: list[Any]) -> Iterator[int]:
+    """The index of each boid in its turn."""
+    for i in range(len(flock)):
+        if isinstance(s, OfRobots):
+            s.turn = i
+        yield i
+
+
 def walk(
-    flock: list[Bird], update: str, new_state: Callable[[list[Bird], int], Bird]
+    s: dict[str, Any], flock: list[Bird], new_state: Callable[[list[Bird], int], Bird]
 ) -> list[Bird]:
     """The flock after every boid took its new state, seeing those before it in their
     new states, or not.
     """
-    if update == "synchronous":
-        return [new_state(flock, i) for i in range(len(flock))]
+    if s["update"] == "synchronous":
+        return [new_state(flock, i) for i in turns(s, flock)]
     flock = list(flock)
-    for i in range(len(flock)):
+    for i in turns(s, flock):
         flock[i] = new_state(flock, i)
     return flock
 

@@ -36,4 +36,4 @@ def nanobot(
         v = clamp_speed(*v, s["min_speed"], s["max_speed"])
         return bordered(world, position + dt * v, v)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

@@ -42,4 +42,4 @@ def nguyen2024(
         position, velocity = bordered(world, position, velocity)
         return Bird(position, velocity * (1 - s["drag"]))
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.naive.flight import Bird, bordered, neighbours
+from tests.naive.flight import Bird, bordered, neighbours, turns
 from tests.naive.rules import Vector, clamp_speed, repulsion_linear, turn_back
 
 
@@ -63,10 +63,10 @@ def patel2023(
         return added[s["border_adds_velocity"]] + s["border_turn"] * back
 
     if s["update"] == "synchronous":
-        gone = [moved(bird) for bird in flock]
-        return [steered(gone, i) for i in range(len(gone))]
+        gone = [moved(flock[i]) for i in turns(s, flock)]
+        return [steered(gone, i) for i in turns(s, gone)]
     flock = list(flock)
-    for i, bird in enumerate(flock):
-        flock[i] = moved(bird)
+    for i in turns(s, flock):
+        flock[i] = moved(flock[i])
         flock[i] = steered(flock, i)
     return flock

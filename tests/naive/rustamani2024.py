@@ -135,4 +135,4 @@ def rustamani2024(
         )
         return bordered(world, flock[i].position + velocity * s["dt"], velocity)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

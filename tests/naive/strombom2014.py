@@ -89,4 +89,4 @@ def strombom2014(
         place = flock[i].position + s["dt"] * velocity
         return bordered(world, place, velocity)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)

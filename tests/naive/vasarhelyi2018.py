@@ -66,7 +66,6 @@ def vasarhelyi2018(
     """One step, with the settings `s`, of drones that know all, without noise of the
     motors; a flock of birds is one at its start.
     """
-    period = round(s["control_period"] / s["dt"])
     flock = [
         bird if isinstance(bird, Drone) else Drone(*bird, np.zeros(2), 0)
         for bird in flock
@@ -103,7 +102,7 @@ def vasarhelyi2018(
         return s["flock_speed"] * unit(sum_)
 
     def new_state(flock: list[Any], i: int) -> Any:
-        me = flock[i]
+        me, period = flock[i], round(s["control_period"] / s["dt"])
         w, wait = (me.wanted, me.wait) if me.wait else (wanted(flock, i), period)
         come = -math.expm1(-s["dt"] / s["motor_lag"]) if s["motor_lag"] > 0 else 1.0
         change = shortened((w - me.velocity) * come, s["motor_acceleration"] * s["dt"])
@@ -112,4 +111,4 @@ def vasarhelyi2018(
         moved = bordered(world, place, velocity)
         return Drone(*moved, bordered(world, place, w).velocity, wait - 1)
 
-    return walk(flock, s["update"], new_state)
+    return walk(s, flock, new_state)
