@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.goals import Goals, all_reached, has_arrived, note_reached
 from kernels.jit import jit
 from kernels.settings import Observation
 from kernels.state import Flock, Indices, World
@@ -18,7 +19,8 @@ from kernels.worlds import Reach, inside_any
 ESCAPES, COLLISIONS, BOID_COLLISIONS, ARRIVED, ARRIVAL_STEPS, SETTLED, DEAD_ENDS = (
     range(7)
 )
-N_EVENTS = 7
+GOALS_REACHED = 7
+N_EVENTS = 8
 TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
 
 
@@ -28,12 +30,14 @@ class Watch(NamedTuple):
     `counting` is for what concerns a boid and its place, `pairing` for what concerns
     two boids. `contact` is the Reach with margin 0. `outside`, `inside`, `touching` and
     `arrived` (N,) say which boids were outside the world, in an obstacle or in contact
-    with another, and which have been at the goal; `in_step` (N,) for how many steps a
-    boid has moved in step with all its neighbours. `order` (N,) are the boids sorted by
-    x, `state` (N,) is room for a step. `events` (N_EVENTS,) holds the counts: how often
-    each of the first three began, how many boids have arrived, the sum of the steps at
-    which they did, how many are in equilibrium now, and how often a model found no way
-    out.
+    with another, and which have been at the goal, or at all of several; `in_step` (N,)
+    for how many steps a boid has moved in step with all its neighbours. `order` (N,)
+    are the boids sorted by x, `state` (N,) is room for a step. `events` (N_EVENTS,)
+    holds the counts: how often each of the first three began, how many boids have
+    arrived, the sum of the steps at which they did, how many are in equilibrium now,
+    how often a model found no way out, and how many goals all boids together have
+    reached. `goals` are those of the Workspace, which are noted here whatever is
+    counted.
     """
 
     counting: bool
@@ -48,10 +52,16 @@ class Watch(NamedTuple):
     order: Indices
     state: NDArray[np.uint8]
     events: NDArray[np.int64]
+    goals: Goals | None
 
 
 def build_watch(
-    n: int, counting: bool, pairing: bool, contact: Reach, observation: Observation
+    n: int,
+    counting: bool,
+    pairing: bool,
+    contact: Reach,
+    observation: Observation,
+    goals: Goals | None,
 ) -> Watch:
     """Nothing counted yet for `n` boids."""
     outside, inside, touching, arrived = np.zeros((4, n), np.bool_)
@@ -61,6 +71,7 @@ def build_watch(
         order=np.arange(n, dtype=np.uint32),
         state=np.zeros(n, np.uint8),
         events=np.zeros(N_EVENTS, np.int64),
+        goals=goals,
     )
 
 
@@ -76,6 +87,7 @@ def note_start(flock: Flock, world: World, watch: Watch) -> None:
 @jit
 def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
     """Take note of what happened in `step`, the number of steps done."""
+    note_reached(watch.goals, flock, watch.observation.goal_radius)
     if watch.counting:
         _count_places(flock, world, watch, step)
     if watch.pairing:
@@ -87,9 +99,9 @@ def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
 @jit
 def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
     """Count boids that left the world, entered an obstacle, or came to the goal for the
-    first time.
+    first time, and the goals reached.
     """
-    radius2 = watch.observation.goal_radius * watch.observation.goal_radius
+    radius = watch.observation.goal_radius
     for i in range(flock.x.size):
         x, y = flock.x[i], flock.y[i]
         outside = x < 0.0 or x > world.width or y < 0.0 or y > world.height
@@ -98,11 +110,11 @@ def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
         watch.events[COLLISIONS] += int(inside and not watch.inside[i])
         watch.outside[i] = outside
         watch.inside[i] = inside
-        dx, dy = x - world.goal_x, y - world.goal_y
-        if not watch.arrived[i] and dx * dx + dy * dy < radius2:
+        if not watch.arrived[i] and has_arrived(watch.goals, world, i, x, y, radius):
             watch.arrived[i] = True
             watch.events[ARRIVED] += 1
             watch.events[ARRIVAL_STEPS] += step
+    watch.events[GOALS_REACHED] = all_reached(watch.goals, watch.events[ARRIVED])
 
 
 @jit

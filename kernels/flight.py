@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
+from kernels.goals import Route, at_last_goal, build_goals, build_route, go_on_to
 from kernels.metrics import Ground, Metric
 from kernels.model import NO_POTENTIAL, Model, OccupancySettings, kind_counts
 from kernels.neighbours import build_grid
@@ -40,14 +41,16 @@ MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 
 
 class Scenery(NamedTuple):
-    """The world, the reach of its obstacles' surfaces, that of their forces, and the
-    model's occupancy grid. Flights that differ in their boids may share one.
+    """The world, the reach of its obstacles' surfaces, that of their forces, the
+    model's occupancy grid, and the goals where there are several. Flights that differ
+    in their boids may share one.
     """
 
     world: World
     contact: Reach
     reach: Reach
     occupancy: Occupancy
+    route: Route | None
 
 
 class Memory(NamedTuple):
@@ -109,7 +112,8 @@ def build_scenery(
     """
     world = build_world(settings, obstacles)
     occupancy = build_occupancy(world, grid) if grid else no_occupancy()
-    return Scenery(world, build_reach(world, 0.0), build_reach(world, reach), occupancy)
+    contact, acting = build_reach(world, 0.0), build_reach(world, reach)
+    return Scenery(world, contact, acting, occupancy, build_route(settings))
 
 
 def begin(
@@ -156,6 +160,7 @@ def begin(
             layers.failing.silent_from(),
             layers.failing.blind_from(),
         ),
+        build_goals(scenery.route, schedule.n),
     )
     flight = Flight(
         model,
@@ -167,7 +172,7 @@ def begin(
         work,
         _record(schedule, observation, scenery, memory, coverage, work),
         Ground(
-            scenery.world,
+            at_last_goal(scenery.world, scenery.route),
             schedule.n,
             coverage.traversable,
             coverage.visits.size,
@@ -224,6 +229,7 @@ def _record(
             any(metric.pairs for metric in metrics),
             scenery.contact,
             observation,
+            work.goals,
         ),
         state=work.state,
         state_before=work.state_before,
@@ -318,7 +324,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     flight.record.progress[:] = earlier.record.progress
     watches = zip(flight.record.watch, earlier.record.watch, strict=True)
     for mine, theirs in (*zip(flight.flock, earlier.flock, strict=True), *watches):
-        if isinstance(mine, np.ndarray):
+        if isinstance(mine, np.ndarray) and isinstance(theirs, np.ndarray):
             mine[:] = theirs
     flight.work.robots.clock[:] = earlier.work.robots.clock
     flight.work.heading_x[:] = earlier.work.heading_x
@@ -328,6 +334,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     if go_on_with(flight.work.near.senses, earlier.work.near.senses):
         for here, there in zip(flight.work.before, earlier.work.before, strict=True):
             here[:] = there
+    go_on_to(flight.work.goals, earlier.work.goals)
     go_on_blowing(flight.work.robots.wind, earlier.work.robots.wind)
     rebuild_grid(flight)
     coverage, before = flight.record.coverage, earlier.record.coverage

@@ -88,7 +88,7 @@ def flocks(flight: Flight) -> NDArray[np.int64]:
 def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
     """The velocities (2, N) that one step with `params` would give."""
     flock, work = _copied(flight.flock), _copied(flight.work)
-    record = silent(flight.record, work.state, work.state_before)
+    record = silent(flight.record, work)
     flight.model.advance(flock, flight.world, params, work, record, rng, 1)
     return np.stack([flock.vx, flock.vy])
 

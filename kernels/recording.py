@@ -10,6 +10,7 @@ from kernels.coverage import N_SUMS, Coverage, mark
 from kernels.events import N_EVENTS, Watch, count
 from kernels.jit import jit
 from kernels.state import Floats, Flock, World
+from kernels.workspace import Workspace
 
 COVERED, VISITS, SQUARED_VISITS = 0, 1, 2
 FIRST_EVENT = N_SUMS
@@ -64,12 +65,16 @@ NEVER = 2**62
 """A step that is not reached."""
 
 
-def silent(record: Record, state: Floats, state_before: Floats) -> Record:
-    """A record of the same types, of boids with this state, in which nothing of a step
-    is kept but its number and the events that a model counts itself.
+def silent(record: Record, work: Workspace) -> Record:
+    """A record of the same types, of boids with the state and the goals of `work`, in
+    which nothing of a step is kept but its number and the events that a model counts
+    itself.
     """
     watch = record.watch._replace(
-        counting=False, pairing=False, events=record.watch.events.copy()
+        counting=False,
+        pairing=False,
+        events=record.watch.events.copy(),
+        goals=work.goals,
     )
     return record._replace(
         progress=np.array([1, 0]),
@@ -77,8 +82,8 @@ def silent(record: Record, state: Floats, state_before: Floats) -> Record:
         last=NEVER,
         covering=False,
         watch=watch,
-        state=state,
-        state_before=state_before,
+        state=work.state,
+        state_before=work.state_before,
     )
 
 

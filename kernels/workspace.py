@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.goals import Goals
 from kernels.near import Near, Topology, build_near
 from kernels.neighbours import Grid, build_grid
 from kernels.occupancy import Occupancy
@@ -26,7 +27,8 @@ class Workspace(NamedTuple):
     `state` (S, N) has the rows of the model's state in their order, and `state_before`
     what they were before the step, which `observe` keeps; both are (0, N) for a model
     without. `kind` (N,) has for each boid the index of its kind, 0 where there are
-    none. `robots` are the layers between the model and its boids.
+    none. `robots` are the layers between the model and its boids. `goals` say to which
+    of several goals each boid goes, see kernels.goals; None where there is one.
     """
 
     grid: Grid
@@ -40,6 +42,7 @@ class Workspace(NamedTuple):
     state_before: Floats
     kind: Kinds
     robots: Robots
+    goals: Goals | None
 
 
 def build_workspace(
@@ -53,9 +56,10 @@ def build_workspace(
     kind: Kinds,
     robots: Robots,
     senses: Senses | None = None,
+    goals: Goals | None = None,
 ) -> Workspace:
     """The workspace of `flock`, whose model searches neighbours up to `search_range`.
-    `state`, `kind`, `robots` and `senses` become its own.
+    `state`, `kind`, `robots`, `senses` and `goals` become its own.
     """
     n = flock.x.size
     cell = min(search_range, topology.around)
@@ -75,4 +79,5 @@ def build_workspace(
         state.copy(),
         kind,
         robots,
+        goals,
     )

@@ -9,6 +9,7 @@ from kernels.events import (
     COLLISIONS,
     DEAD_ENDS,
     ESCAPES,
+    GOALS_REACHED,
     SETTLED,
 )
 from kernels.jit import jit
@@ -113,7 +114,9 @@ def share_arrived(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Boids that have been within goal_radius of the goal, in per cent."""
+    """Boids that have been within goal_radius of the goal, or in turn of each of
+    several, in per cent.
+    """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, FIRST_EVENT + ARRIVED] / ground.boids
 
@@ -126,13 +129,26 @@ def time_to_goal(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean time at which boids first came within goal_radius of the goal; NaN if none
-    did.
+    """Mean time at which boids first came within goal_radius of the goal, of several in
+    turn of the last; NaN if none did.
     """
     for f in range(filled):
         arrived = frames.counts[f, FIRST_EVENT + ARRIVED]
         steps = frames.counts[f, FIRST_EVENT + ARRIVAL_STEPS]
         values[f] = ground.dt * steps / arrived if arrived > 0 else math.nan
+
+
+@jit
+def goals_reached(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean number of goals that a boid has reached, one after the other."""
+    for f in range(filled):
+        values[f] = frames.counts[f, FIRST_EVENT + GOALS_REACHED] / ground.boids
 
 
 @jit

@@ -24,7 +24,7 @@ from sweep.tables.stored_trials import StoredTrial
 LATER = (
     *(*Sensing._fields, *Actuation._fields, *Breakdowns._fields),
     "start_distance",
-    *Medium._fields,
+    *(*Medium._fields, "next_goals", "goals_repeat"),
 )
 """Settings that trials of versions before 0.17 lack. They are those of the preset."""
 

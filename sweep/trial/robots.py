@@ -19,10 +19,12 @@ def robots_of(job: Job) -> RobotSettings:
 
 
 def has_robots(job: Job) -> bool:
-    """Whether boids are not ideal ones, or their medium moves. Such trials fly alone,
-    with one thread.
+    """Whether boids are not ideal ones, their medium moves, or they have several goals.
+    Such trials fly alone, with one thread.
     """
-    return not is_ideal(robots_of(job), float(job.settings["dt"]))
+    return bool(job.settings["next_goals"]) or not is_ideal(
+        robots_of(job), float(job.settings["dt"])
+    )
 
 
 def keys_of(job: Job) -> ChanceKeys:

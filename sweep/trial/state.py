@@ -119,6 +119,8 @@ def check(state: State, n: int, steps: int) -> None:
         for name, array in state.arrays.items()
         if name.startswith(("flock.", "work.state"))
     )
+    reached = state.arrays.get("work.goals.reached", np.zeros(1))
     in_order = np.array_equal(np.sort(state.arrays["record.watch.order"]), np.arange(n))
-    if not (0 < step < steps and filled == 0 and finite and in_order):
+    counted = bool((reached >= 0).all())
+    if not (0 < step < steps and filled == 0 and finite and in_order and counted):
         raise ValueError("no trial is ever in this state")

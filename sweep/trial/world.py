@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.settings import Places, WorldSettings
 from sweep.design.jobs import Job
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.kinds import kinds_of
@@ -18,8 +19,9 @@ class TrialWorld(NamedTuple):
 
     A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a
     rectangle. `goal` is x and y of the goal and the radius about it, None where no boid
-    seeks it. Lengths are in the model's unit; `y_down` says that y points down. `kinds`
-    are those of its boids, as `kinds_of` has them.
+    seeks it, and `next_goals` where boids go from there on, one after the other.
+    Lengths are in the model's unit; `y_down` says that y points down. `kinds` are those
+    of its boids, as `kinds_of` has them.
     """
 
     width: float
@@ -28,6 +30,12 @@ class TrialWorld(NamedTuple):
     goal: tuple[float, float, float] | None = None
     y_down: bool = True
     kinds: Mapping[str, int] = MappingProxyType({})
+    next_goals: Places = ()
+
+    @property
+    def goals(self) -> Places:
+        """All goals that boids seek, in turn."""
+        return (self.goal[:2], *self.next_goals) if self.goal else ()
 
 
 def world_of(job: Job) -> TrialWorld:
@@ -47,4 +55,5 @@ def world_of(job: Job) -> TrialWorld:
         (x, y, radius) if sought else None,
         model.y_down,
         kinds_of(job),
+        settings_tuple(WorldSettings, settings, known).next_goals if sought else (),
     )

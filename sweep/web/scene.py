@@ -1,6 +1,7 @@
 """The scene message: the world of a trial as a page draws it."""
 
 from sweep.design.jobs import Job
+from sweep.spec.settings import places_of
 from sweep.trial.world import world_of
 from sweep.web.protocol import Reply
 
@@ -10,7 +11,9 @@ def scene_of(job: Job) -> Reply:
     goes there is drawn also where its weight is 0.
     """
     world, model, settings = world_of(job), job.known.models[job.model], job.settings
+    sought = any(rule.to_goal for rule in model.rules)
     goal = [float(settings[name]) for name in ("goal_x", "goal_y", "goal_radius")]
+    later = places_of(settings["next_goals"]) or ()
     return {
         "type": "scene",
         "width": world.width,
@@ -20,6 +23,7 @@ def scene_of(job: Job) -> Reply:
         "time": model.time,
         "downwards": model.y_down,
         "obstacles": world.obstacles.tolist(),
-        "goal": goal if any(rule.to_goal for rule in model.rules) else None,
+        "goal": goal if sought else None,
+        "next_goals": list(map(list, later)) if sought else [],
         "kinds": list(map(list, world.kinds.items())),
     }

@@ -6,7 +6,7 @@ import { contextOf, make } from "./dom.js";
 import { SvgPen } from "./pen.js";
 import { Stamps } from "./stamps.js";
 import {
-  drawGoal,
+  drawGoals,
   drawGround,
   drawHandles,
   drawObstacles,
@@ -324,7 +324,7 @@ export class Stage {
     context.fillRect(0, 0, this.width, this.height);
     drawGround(this, scene);
     drawObstacles(this);
-    drawGoal(this, scene);
+    drawGoals(this, scene);
     if (frame) {
       this.project(frame);
       if (overlays.has("trails")) drawTrails(this, scene);
