@@ -13,6 +13,7 @@ prints nothing, validates nothing.
     stamps       what code computes, as a hash
     jit          how kernels are compiled
     caching      where compiled kernels are kept
+    goals        several goals in turn
     lanes/       kernels for eight flights at once
     threads/     kernels for one flight on several cores
     state        Flock, World: what enters kernels

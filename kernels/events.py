@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.goals import Goals, all_reached, has_arrived, note_reached
 from kernels.groups import Labels, label_groups
 from kernels.jit import jit, jit_apart
 from kernels.settings import Observation
@@ -21,8 +22,8 @@ from kernels.worlds import Reach, inside_any
 ESCAPES, COLLISIONS, BOID_COLLISIONS, ARRIVED, ARRIVAL_STEPS, SETTLED, DEAD_ENDS = (
     range(7)
 )
-PAIR_COLLISIONS, FISSIONS, FUSIONS = range(7, 10)
-N_EVENTS = 10
+PAIR_COLLISIONS, FISSIONS, FUSIONS, GOALS_REACHED = range(7, 11)
+N_EVENTS = 11
 SPEEDS, CHANGES, GAINS = range(3)
 N_INTEGRALS = 3
 TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
@@ -35,7 +36,8 @@ class Watch(NamedTuple):
     two boids, `integrating` for what concerns its velocity, and `following` for what
     becomes of flocks from frame to frame. `contact` is the Reach with margin 0.
     `outside`, `inside`, `touching` and `arrived` (N,) say which boids were outside the
-    world, in an obstacle or in contact with another, and which have been at the goal;
+    world, in an obstacle or in contact with another, and which have been at the goal,
+    or at all of several;
     `in_step` (N,) for how many steps a boid has moved in step with all its neighbours.
     `order` (N,) are the boids sorted by x, `state` (N,) is room for a step. `before_x`
     and `before_y` (N,) are the places one step earlier. `flock_before` (N,) has of each
@@ -43,10 +45,12 @@ class Watch(NamedTuple):
     and `is_met` (N,) are room for a frame. `events` (N_EVENTS,) holds the counts: how
     often each of the first three began, how many boids have arrived, the sum of the
     steps at which they did, how many are in equilibrium now, how often a model found no
-    way out, how often a contact of two boids began, and how often flocks have parted
-    and joined up to the last frame on time. `integrals` (N_INTEGRALS,) are sums over
+    way out, how often a contact of two boids began, how often flocks have parted and
+    joined up to the last frame on time, and how many goals all boids together have
+    reached. `integrals` (N_INTEGRALS,) are sums over
     boids and steps: of their speeds, of the squares of the changes of their velocities,
-    and of the gains of |v|^2 / 2, losses left out.
+    and of the gains of |v|^2 / 2, losses left out. `goals` are those of
+    the Workspace, which are noted here whatever is counted.
     """
 
     counting: bool
@@ -70,6 +74,7 @@ class Watch(NamedTuple):
     is_met: NDArray[np.bool_]
     events: NDArray[np.int64]
     integrals: Floats
+    goals: Goals | None
 
 
 def build_watch(
@@ -80,6 +85,7 @@ def build_watch(
     following: bool,
     contact: Reach,
     observation: Observation,
+    goals: Goals | None,
 ) -> Watch:
     """Nothing counted yet for `n` boids."""
     outside, inside, touching, arrived = np.zeros((4, n), np.bool_)
@@ -97,6 +103,7 @@ def build_watch(
         is_met=np.zeros(n, np.bool_),
         events=np.zeros(N_EVENTS, np.int64),
         integrals=np.zeros(N_INTEGRALS),
+        goals=goals,
     )
 
 
@@ -116,6 +123,7 @@ def note_start(flock: Flock, world: World, watch: Watch) -> None:
 @jit
 def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
     """Take note of what happened in `step`, the number of steps done."""
+    note_reached(watch.goals, flock, watch.observation.goal_radius)
     if watch.counting:
         _count_places(flock, world, watch, step)
     if watch.pairing:
@@ -132,9 +140,9 @@ def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
 @jit
 def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
     """Count boids that left the world, entered an obstacle, or came to the goal for the
-    first time.
+    first time, and the goals reached.
     """
-    radius2 = watch.observation.goal_radius * watch.observation.goal_radius
+    radius = watch.observation.goal_radius
     for i in range(flock.x.size):
         x, y = flock.x[i], flock.y[i]
         outside = x < 0.0 or x > world.width or y < 0.0 or y > world.height
@@ -143,11 +151,11 @@ def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
         watch.events[COLLISIONS] += int(inside and not watch.inside[i])
         watch.outside[i] = outside
         watch.inside[i] = inside
-        dx, dy = x - world.goal_x, y - world.goal_y
-        if not watch.arrived[i] and dx * dx + dy * dy < radius2:
+        if not watch.arrived[i] and has_arrived(watch.goals, world, i, x, y, radius):
             watch.arrived[i] = True
             watch.events[ARRIVED] += 1
             watch.events[ARRIVAL_STEPS] += step
+    watch.events[GOALS_REACHED] = all_reached(watch.goals, watch.events[ARRIVED])
 
 
 @jit

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
+from kernels.goals import Route, at_last_goal, build_goals, build_route, go_on_to
 from kernels.metrics import Ground, Metric
 from kernels.model import NO_POTENTIAL, Model, OccupancySettings, kind_counts
 from kernels.moving import (
@@ -52,8 +53,9 @@ NO_PIXELS = "visits are counted by pixels, which are free for a while or not at 
 
 
 class Scenery(NamedTuple):
-    """The world, the reach of its obstacles' surfaces, that of their forces, and the
-    model's occupancy grid. Flights that differ in their boids may share one.
+    """The world, the reach of its obstacles' surfaces, that of their forces, the
+    model's occupancy grid, and the goals where there are several. Flights that differ
+    in their boids may share one.
 
     Where obstacles move, `velocities` (2, M) are as `given_velocities` has them,
     `speed` is that of the others, and any obstacle may act at any place.
@@ -63,6 +65,7 @@ class Scenery(NamedTuple):
     contact: Reach
     reach: Reach
     occupancy: Occupancy
+    route: Route | None
     velocities: Floats | None = None
     speed: float = 0.0
 
@@ -126,14 +129,16 @@ def build_scenery(
     Raises ValueError for a grid where obstacles move.
     """
     world, speed = build_world(settings, obstacles), settings.obstacle_speed
-    velocities = given_velocities(obstacles, speed)
+    velocities, route = given_velocities(obstacles, speed), build_route(settings)
     if velocities is not None:
         if grid:
             raise ValueError(f"obstacles move, and {NO_GRID}")
         everywhere = build_reach(world, math.inf)
-        return Scenery(world, everywhere, everywhere, no_occupancy(), velocities, speed)
+        free = no_occupancy()
+        return Scenery(world, everywhere, everywhere, free, route, velocities, speed)
     occupancy = build_occupancy(world, grid) if grid else no_occupancy()
-    return Scenery(world, build_reach(world, 0.0), build_reach(world, reach), occupancy)
+    contact, acting = build_reach(world, 0.0), build_reach(world, reach)
+    return Scenery(world, contact, acting, occupancy, route)
 
 
 def begin(
@@ -185,6 +190,7 @@ def begin(
             layers.failing.silent_from(),
             layers.failing.blind_from(),
         ),
+        build_goals(scenery.route, schedule.n),
         motion,
     )
     flight = Flight(
@@ -197,7 +203,7 @@ def begin(
         work,
         _record(schedule, observation, scenery, memory, coverage, work),
         Ground(
-            scenery.world,
+            at_last_goal(scenery.world, scenery.route),
             schedule.n,
             coverage.traversable,
             coverage.visits.size,
@@ -285,6 +291,7 @@ def _record(
             any(metric.follows for metric in metrics),
             scenery.contact,
             observation,
+            work.goals,
         ),
         state=work.state,
         state_before=work.state_before,
@@ -382,7 +389,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     flight.record.progress[:] = earlier.record.progress
     watches = zip(flight.record.watch, earlier.record.watch, strict=True)
     for mine, theirs in (*zip(flight.flock, earlier.flock, strict=True), *watches):
-        if isinstance(mine, np.ndarray):
+        if isinstance(mine, np.ndarray) and isinstance(theirs, np.ndarray):
             mine[:] = theirs
     flight.work.robots.clock[:] = earlier.work.robots.clock
     flight.work.heading_x[:] = earlier.work.heading_x
@@ -392,6 +399,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     if go_on_with(flight.work.near.senses, earlier.work.near.senses):
         for here, there in zip(flight.work.before, earlier.work.before, strict=True):
             here[:] = there
+    go_on_to(flight.work.goals, earlier.work.goals)
     go_on_blowing(flight.work.robots.wind, earlier.work.robots.wind)
     rebuild_grid(flight)
     place_obstacles(flight.work.motion, flight.step)

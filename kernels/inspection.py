@@ -97,7 +97,7 @@ def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
         for name, value in params._asdict().items():
             if value != getattr(flight.params, name):
                 table[name] = value
-    record = silent(flight.record, work.state, work.state_before)
+    record = silent(flight.record, work)
     world = _world_of(flight, work)
     flight.model.advance(flock, world, params, work, record, rng, 1)
     return np.stack([flock.vx, flock.vy])

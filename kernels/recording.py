@@ -19,6 +19,7 @@ from kernels.events import (
 )
 from kernels.jit import jit
 from kernels.state import Floats, Flock, World
+from kernels.workspace import Workspace
 
 COVERED, VISITS, SQUARED_VISITS = 0, 1, 2
 FIRST_EVENT = N_SUMS
@@ -76,9 +77,10 @@ NEVER = 2**62
 """A step that is not reached."""
 
 
-def silent(record: Record, state: Floats, state_before: Floats) -> Record:
-    """A record of the same types, of boids with this state, in which nothing of a step
-    is kept but its number and the events that a model counts itself.
+def silent(record: Record, work: Workspace) -> Record:
+    """A record of the same types, of boids with the state and the goals of `work`, in
+    which nothing of a step is kept but its number and the events that a model counts
+    itself.
     """
     watch = record.watch._replace(
         counting=False,
@@ -86,6 +88,7 @@ def silent(record: Record, state: Floats, state_before: Floats) -> Record:
         integrating=False,
         following=False,
         events=record.watch.events.copy(),
+        goals=work.goals,
     )
     return record._replace(
         progress=np.array([1, 0]),
@@ -93,8 +96,8 @@ def silent(record: Record, state: Floats, state_before: Floats) -> Record:
         last=NEVER,
         covering=False,
         watch=watch,
-        state=state,
-        state_before=state_before,
+        state=work.state,
+        state_before=work.state_before,
     )
 
 

@@ -3,9 +3,9 @@ or its choices; and what they must fulfil together.
 
 Every model has its own `Params`; the groups here are common to all: Schedule,
 WorldSettings, Sensing, Actuation, Breakdowns, Medium, StartSettings and Observation. A
-setting with `choices` is stored in these tuples as the index of its choice. Units are written
-with the words length and time, which a model gives their meaning: px and step, or m and
-s.
+setting with `choices` is stored in these tuples as the index of its choice. Units are
+written with the words length and time, which a model gives their meaning: px and step,
+or m and s.
 """
 
 import math
@@ -121,6 +121,10 @@ HEADING, COMPONENTS = 0, 1
 DISC, STAMP = 0, 1
 
 
+Places = tuple[tuple[float, float], ...]
+"""x and y of each, in the order in which they are given."""
+
+
 class Schedule(NamedTuple):
     """How many boids for how long."""
 
@@ -166,6 +170,15 @@ class WorldSettings(NamedTuple):
     ]
     goal_x: Annotated[float, About("where boids are to go", "length")]
     goal_y: Annotated[float, About("where boids are to go", "length")]
+    next_goals: Annotated[
+        Places,
+        About("where boids are to go from the goal on, one after the other", "length"),
+    ]
+    goals_repeat: Annotated[
+        bool,
+        About("after the last goal boids go to the first one again"),
+        OnlyWhere("next_goals != ''"),
+    ]
     obstacle_speed: Annotated[
         float,
         About(
@@ -530,6 +543,8 @@ COMMON: dict[str, Any] = {
     "goal_x": 0.0,
     "goal_y": 0.0,
     "obstacle_speed": 0.0,
+    "next_goals": "",
+    "goals_repeat": False,
     "neighbours": ALL_IN_SIGHT,
     "nearest": 7,
     "position_noise": 0.0,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.goals import Goals
 from kernels.moving import Motion
 from kernels.near import Near, Topology, build_near
 from kernels.neighbours import Grid, build_grid
@@ -27,8 +28,10 @@ class Workspace(NamedTuple):
     `state` (S, N) has the rows of the model's state in their order, and `state_before`
     what they were before the step, which `observe` keeps; both are (0, N) for a model
     without. `kind` (N,) has for each boid the index of its kind, 0 where there are
-    none. `robots` are the layers between the model and its boids. `motion` moves
-    obstacles, and is None where none moves: then kernels are compiled without it.
+    none. `robots` are the layers between the model and its boids. `goals` say to which
+    of several goals each boid goes, see kernels.goals; None where there is one.
+    `motion` moves obstacles, and is None where none moves: then kernels are compiled
+    without it.
     """
 
     grid: Grid
@@ -42,6 +45,7 @@ class Workspace(NamedTuple):
     state_before: Floats
     kind: Kinds
     robots: Robots
+    goals: Goals | None = None
     motion: Motion | None = None
 
 
@@ -56,10 +60,11 @@ def build_workspace(
     kind: Kinds,
     robots: Robots,
     senses: Senses | None = None,
+    goals: Goals | None = None,
     motion: Motion | None = None,
 ) -> Workspace:
     """The workspace of `flock`, whose model searches neighbours up to `search_range`.
-    `state`, `kind`, `robots`, `senses` and `motion` become its own.
+    `state`, `kind`, `robots`, `senses`, `goals` and `motion` become its own.
     """
     n = flock.x.size
     cell = min(search_range, topology.around)
@@ -79,5 +84,6 @@ def build_workspace(
         state.copy(),
         kind,
         robots,
+        goals,
         motion,
     )

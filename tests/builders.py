@@ -252,6 +252,7 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         work.kind,
         work.robots,
         work.near.senses,
+        work.goals,
     )._replace(state_before=work.state_before)
     watch = simulation.flight.record.watch
     for state in (
@@ -262,6 +263,8 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         watch.events,
     ):
         state[:] = 0
+    if work.goals is not None:
+        work.goals.reached[:] = 0
     note_start(simulation.flock, simulation.world, watch)
     return simulation
 

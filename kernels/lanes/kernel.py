@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels import indices, neighbours, recording
+from kernels import goals, indices, neighbours, recording
 from kernels.events import N_EVENTS
 from kernels.jit import jit_as
 from kernels.lanes.calls import plain_of
@@ -116,6 +116,12 @@ def _params_of(params: Any, _work: Any, _i: Any) -> Any:
 
 
 @piece
+def _goal_of(world: Any, _goals: Any, _i: Any) -> tuple[float, float]:
+    """`kernels.goals.goal_of` of boids with one goal: others fly alone."""
+    return world.goal_x, world.goal_y
+
+
+@piece
 def _is_measured(_work: Any) -> bool:
     return False
 
@@ -125,6 +131,7 @@ SUBSTITUTES.update(
         indices.whole: _whole,
         actuation.drive: _follow,
         differing.params_of: _params_of,
+        goals.goal_of: _goal_of,
         neighbours.search: search,
         neighbours.move: move,
         neighbours.move_all: move_all,
@@ -135,7 +142,9 @@ SUBSTITUTES.update(
         sensing.is_measured: _is_measured,
     }
 )
-SAME_IN_ALL.update(map(plain_of, (recording.observe, sensing.is_measured)))
+SAME_IN_ALL.update(
+    map(plain_of, (recording.observe, sensing.is_measured, goals.goal_of))
+)
 LIKE_FIRST.update(
     map(plain_of, (sensing.others_of, sensing.own_of, differing.params_of))
 )
@@ -187,7 +196,7 @@ def _kernel(
             near = Near(room.who, {_rows_of("ways", 0, 4)}, room.marks, 0, None)
             work = Workspace(
                 grid, near, reached, taken, before, heading_x, heading_y, 0, 0, kind, 0,
-                None,
+                None, None,
             )
             record = LanesRecord(
                 room.trail, room.late, rows(room.counted), room.finite,

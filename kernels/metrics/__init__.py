@@ -297,7 +297,7 @@ METRICS = Registry(
         "goal_distance": Metric(
             places.goal_distance,
             unit="length",
-            text="mean distance from the goal",
+            text="mean distance from the goal, of several from the last",
             source=_RUSTAMANI,
             distribution="skewed",
             better="low",
@@ -442,7 +442,7 @@ METRICS = Registry(
         "share_arrived": Metric(
             counted.share_arrived,
             unit="%",
-            text="boids that have been at the goal",
+            text="boids that have been at the goal, or at all of several",
             source=_RUSTAMANI,
             distribution="percentage",
             counts=True,
@@ -455,6 +455,15 @@ METRICS = Registry(
             source=_RUSTAMANI,
             distribution="skewed",
             better="low",
+            counts=True,
+            demands=(_GOAL,),
+            low=0.0,
+        ),
+        "goals_reached": Metric(
+            counted.goals_reached,
+            unit="",
+            text="mean number of goals that a boid has reached in turn",
+            source="ours",
             counts=True,
             demands=(_GOAL,),
             low=0.0,

@@ -13,6 +13,7 @@ from kernels.events import (
     FISSIONS,
     FUSIONS,
     GAINS,
+    GOALS_REACHED,
     PAIR_COLLISIONS,
     SETTLED,
     SPEEDS,
@@ -119,7 +120,9 @@ def share_arrived(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Boids that have been within goal_radius of the goal, in per cent."""
+    """Boids that have been within goal_radius of the goal, or in turn of each of
+    several, in per cent.
+    """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, FIRST_EVENT + ARRIVED] / ground.boids
 
@@ -132,13 +135,26 @@ def time_to_goal(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean time at which boids first came within goal_radius of the goal; NaN if none
-    did.
+    """Mean time at which boids first came within goal_radius of the goal, of several in
+    turn of the last; NaN if none did.
     """
     for f in range(filled):
         arrived = frames.counts[f, FIRST_EVENT + ARRIVED]
         steps = frames.counts[f, FIRST_EVENT + ARRIVAL_STEPS]
         values[f] = ground.dt * steps / arrived if arrived > 0 else math.nan
+
+
+@jit
+def goals_reached(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean number of goals that a boid has reached, one after the other."""
+    for f in range(filled):
+        values[f] = frames.counts[f, FIRST_EVENT + GOALS_REACHED] / ground.boids
 
 
 @jit

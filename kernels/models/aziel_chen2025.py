@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 from numpy.random import Generator
 
 from kernels.arbitration import limit, serve
+from kernels.goals import goal_of
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
@@ -222,9 +223,8 @@ def _acceleration(
         )
     if params.goal_weight > 0.0:
         weight = params.goal_weight
-        ax, ay, left = serve(
-            ax, ay, weight * (world.goal_x - x), weight * (world.goal_y - y), left
-        )
+        goal_x, goal_y = goal_of(world, work.goals, i)
+        ax, ay, left = serve(ax, ay, weight * (goal_x - x), weight * (goal_y - y), left)
     return ax, ay
 
 

@@ -7,6 +7,7 @@ from numpy.random import Generator
 
 from kernels.arbitration import add_in_turn, limit, limit_components
 from kernels.events import DEAD_ENDS
+from kernels.goals import goal_of
 from kernels.jit import jit
 from kernels.model import MOST_CELLS, Model, OccupancySettings, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
@@ -341,19 +342,15 @@ def _flocking(
 
 @jit
 def _navigation(
-    params: Params, own: Flock, world: World, i: int, leads: bool
+    params: Params, own: Flock, world: World, work: Workspace, i: int, leads: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """The weighted arrival and seek of boid `i`; zero unless it `leads`, as one does
     that knows the goal.
     """
     if not leads:
         return (0.0, 0.0), (0.0, 0.0)
-    dx, dy, vx, vy = (
-        world.goal_x - own.x[i],
-        world.goal_y - own.y[i],
-        own.vx[i],
-        own.vy[i],
-    )
+    goal_x, goal_y = goal_of(world, work.goals, i)
+    dx, dy, vx, vy = goal_x - own.x[i], goal_y - own.y[i], own.vx[i], own.vy[i]
     stop, slow, gain = params.stop_distance, params.slow_distance, params.arrival_gain
     there_x, there_y = arrival(dx, dy, vx, vy, stop, slow, params.max_speed, gain)
     if params.arrival_limited:
@@ -381,7 +378,7 @@ def _acceleration(
     """
     obstacle = _avoidance(params, own, i, work, record)
     apart, along, together = _flocking(params, others, own, i, work, found)
-    there, sought = _navigation(params, own, world, i, leads)
+    there, sought = _navigation(params, own, world, work, i, leads)
     terms = (obstacle, apart, there, sought, along, together)
     if params.priority == FLOCKING_FIRST:
         terms = (together, along, there, sought, obstacle, apart)

@@ -7,7 +7,7 @@ senses      what a flight keeps of what its boids know
 sensing     what a boid knows of others and of itself
 hearing     of whom it hears
 occlusion   what hides others from it
-publishers  which models let their boids measure and hear, and drive them
+publishers  which models let their boids measure and hear, drive them, know goals
 breakdowns  which boids fail, when and how
 motors      what limits the motors of each boid
 actuation   how a boid follows the velocity that its model wants

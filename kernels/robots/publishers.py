@@ -1,11 +1,12 @@
-"""Which models let their boids measure and hear, which drive them, and what others have
-to change.
+"""Which models let their boids measure and hear, which drive them and lead them to
+several goals, and what others have to change.
 """
 
 import ast
 from collections.abc import Callable
 from pathlib import Path
 
+from kernels.goals import goal_of
 from kernels.lanes.calls import calls, named_by, plain_of
 from kernels.lanes.syntax import tree_of
 from kernels.robots.actuation import drive
@@ -21,6 +22,11 @@ def publishes(advance: Callable[..., bool]) -> bool:
 def drives(advance: Callable[..., bool]) -> bool:
     """Whether the `advance` of a model, or what it calls, calls `drive`."""
     return calls(advance, drive)
+
+
+def goes_in_turn(advance: Callable[..., bool]) -> bool:
+    """Whether the `advance` of a model, or what it calls, calls `goal_of`."""
+    return calls(advance, goal_of)
 
 
 def to_publish(advance: Callable[..., bool]) -> str:

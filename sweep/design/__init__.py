@@ -8,6 +8,7 @@ consistency  what settings fulfil together
 motors       what those of motors and breakdowns do
 senses       what those of sensing do
 medium       what those of the wind do
+goals        what several of them need
 published_steps  that a model publishes each step
 obstacles    what obstacles that move need
 code         which code computes a study

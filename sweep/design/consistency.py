@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kernels.settings import PIXELS, Demand
+from sweep.design.goals import check_goals
 from sweep.design.medium import MEDIUM_DEMANDS, check_medium
 from sweep.design.motors import MOTOR_DEMANDS, check_motors
 from sweep.design.obstacles import check_obstacles
@@ -58,6 +59,7 @@ def check_consistency(study: Study, points: Points) -> None:
     mistakes.read(check_medium, study, points)
     mistakes.read(check_obstacles, study, points)
     mistakes.read(check_spreads, study, points)
+    mistakes.read(check_goals, study, points)
     mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()

@@ -45,6 +45,21 @@ seam closes the gap between obstacles that touch, such as the pieces of an image
 """
 
 
+def number_goals(axes: Axes, world: TrialWorld, colour: str) -> None:
+    """Write beside each goal which one in turn it is, where there are several."""
+    if len(world.goals) > 1:
+        for number, place in enumerate(world.goals, start=1):
+            axes.annotate(
+                str(number),
+                place,
+                xytext=(5, 5),
+                textcoords="offset points",
+                fontsize=8,
+                color=colour,
+                zorder=5,
+            )
+
+
 def draw_map(
     axes: Axes,
     world: TrialWorld,

@@ -24,6 +24,7 @@ from sweep.figures.drawing import (
     draw_map,
     legend_of,
     note,
+    number_goals,
     span,
     title_panel,
 )
@@ -132,7 +133,7 @@ def draw_trajectories(layout: Flights) -> Figure:
         for axes in panels[len(trials) :]:
             axes.set_axis_off()
         _legend(figure, dict.fromkeys(kind for world in worlds for kind in world.kinds))
-        goal = "; cross: goal" if any(world.goal for world in worlds) else ""
+        goal = "; cross: goal" if any(world.goals for world in worlds) else ""
         text = (
             "one trial a panel, of {n} that are done;"
             f" frames 0 to {span(frames)}{goal}"
@@ -171,15 +172,17 @@ def _panel(
     colours = [by_kind[kind] for kind, n in world.kinds.items() for _ in range(n)]
     _trails(axes, flight[:, :2], (world.width, world.height), colours or SKY)
     draw_flock(axes, flight[-1], BOID * world.width, colours or BOIDS)
-    if world.goal:
+    if world.goals:
         axes.plot(
-            *world.goal[:2],
+            *np.transpose(world.goals),
             "X",
+            linestyle="none",
             markersize=7,
             color=VERMILION,
             markeredgecolor="white",
             zorder=4,
         )
+        number_goals(axes, world, VERMILION)
     title_panel(axes, [", ".join(part for part in title if part)], across)
     return int(frames[-1])
 

@@ -26,7 +26,7 @@ from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
-from sweep.figures.drawing import colours_of_kinds, draw_obstacles
+from sweep.figures.drawing import colours_of_kinds, draw_obstacles, number_goals
 from sweep.replays.flight import Report, seen
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
@@ -82,7 +82,7 @@ class Scene:
                 self.model.length,
                 downwards=self.world.y_down,
             )
-            self._draw_goal()
+            self._draw_goals()
             self.colour = self._colours()
             self.figure.suptitle(
                 f"{job.model}, {words(job.preset)}: {words(job.settings['map'])}"
@@ -211,9 +211,11 @@ class Scene:
             self.axes.legend(loc="upper right")
         return cast(Line2D, crosses)
 
-    def _draw_goal(self) -> None:
-        if self.world.goal:
-            x, y, radius = self.world.goal
+    def _draw_goals(self) -> None:
+        if not self.world.goal:
+            return
+        radius = self.world.goal[2]
+        for x, y in self.world.goals:
             self.axes.plot(x, y, marker="x", markersize=8, color=GREEN, zorder=2)
             self.axes.add_patch(
                 Circle(
@@ -224,6 +226,7 @@ class Scene:
                     linestyle="--",
                 )
             )
+        number_goals(self.axes, self.world, GREEN)
 
     def _words(self, step: int, bodies: NDArray[np.float64]) -> str:
         """The title of a frame: its step, its time, the number of boids, and how many

@@ -58,7 +58,11 @@ def sizes() -> dict[str, tuple[float, float]]:
 def obstacles_in(name: str) -> Obstacles:
     """The obstacles of a map that can be copied."""
     size = sizes()[name]
-    settings = WorldSettings(name, *size, 0, False, 0, 0.0, 0.0, INTEGER, 0.0, 0.0)
+    settings = WorldSettings(
+        *(name, *size, 0, False, 0, 0.0, 0.0, INTEGER, 0.0, 0.0),
+        next_goals=(),
+        goals_repeat=False,
+    )
     drawn = MAPS[name].draw(settings, np.random.default_rng(0))
     return shapes_of(drawn)
 

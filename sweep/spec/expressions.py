@@ -28,7 +28,13 @@ from sweep.spec.settings import Setting, Value, Values
 from sweep.text import unknown
 
 NUMBER, CONDITION, TEXT = "a number", "a condition", "a text"
-KINDS = {"float": NUMBER, "int": NUMBER, "bool": CONDITION, "choice": TEXT}
+KINDS = {
+    "float": NUMBER,
+    "int": NUMBER,
+    "bool": CONDITION,
+    "choice": TEXT,
+    "places": TEXT,
+}
 MOST_CHARACTERS = 1000
 MOST_LEVELS = 60
 

@@ -30,10 +30,21 @@ from sweep.spec.schema_parts import (
     reference,
 )
 from sweep.spec.search_schema import model_schema
-from sweep.spec.settings import Setting, Value, settings_of, usual_settings
+from sweep.spec.settings import (
+    MOST_PLACE,
+    MOST_PLACES,
+    Setting,
+    Value,
+    settings_of,
+    usual_settings,
+)
 
 ON_CONDITION: Schema = {"when": reference("when")}
 Presets = Mapping[str, Mapping[str, Value]]
+NUMBER = {"type": "number", "minimum": -MOST_PLACE, "maximum": MOST_PLACE}
+PLACE = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
+PLACES: Schema = {"type": "array", "items": PLACE, "maxItems": MOST_PLACES}
+IN_A_LINE = r"^ *([^ ;]+ +[^ ;]+ *(; *[^ ;]+ +[^ ;]+ *)*)?$"
 TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 
@@ -63,6 +74,8 @@ def _value(setting: Setting) -> Schema:
         return {"anyOf": [{"enum": list(setting.choices)}, OWN_CODE]}
     if setting.kind == "choice":
         return {"enum": list(setting.choices)}
+    if setting.kind == "places":
+        return {"anyOf": [PLACES, {"type": "string", "pattern": IN_A_LINE}]}
     schema: Schema = {"type": TYPES[setting.kind]}
     if setting.low > -math.inf:
         schema["exclusiveMinimum" if setting.exclusive else "minimum"] = setting.low
@@ -82,8 +95,7 @@ def of_model(model: str, known: Catalogue) -> Schema:
     """The definitions of a model: its settings, its axes, and what its spec adds."""
     settings = settings_of(model, known).of_study(())
     presets = {
-        name: usual_settings(model, name, known)
-        for name in known.models[model].presets
+        name: usual_settings(model, name, known) for name in known.models[model].presets
     }
     values = {name: reference(_kind(setting)) for name, setting in settings.items()}
     texts = {

@@ -24,6 +24,7 @@ from kernels.settings import (
     Medium,
     Observation,
     OnlyWhere,
+    Places,
     Schedule,
     Sensing,
     StartSettings,
@@ -42,7 +43,10 @@ DTYPES: dict[str, type[Any]] = {
     "int": np.int64,
     "bool": np.bool_,
     "choice": np.object_,
+    "places": np.object_,
 }
+MOST_PLACES, MOST_PLACE = 100, 1e15
+"""Of a setting of places: how many there may be, and how far from the origin."""
 
 
 USUAL_PRESET = "as_run"
@@ -60,8 +64,8 @@ class NotAllowedError(ValueError):
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
-    numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
+    """One setting: `kind` is float, int, bool, choice or places; `low` and `high` bound
+    the numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
     counted in steps, `each_step` what a shorter step makes of it: see
     `kernels.settings.InParts`. Where `only_where` is given, it changes something only
     there. `whole_steps` says that it is a time of a whole number of steps. A spread
@@ -109,6 +113,8 @@ class Setting:
             return value
         if self.kind == "bool" and isinstance(value, bool):
             return value
+        if self.kind == "places" and (places := places_of(value)) is not None:
+            return in_a_line(places)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if self.kind in ("float", "int") and is_number and self._in_range(value):
             return int(value) if self.kind == "int" else float(value) + 0.0
@@ -151,6 +157,12 @@ class Setting:
             return "one of " + ", ".join(self.choices)
         if self.kind == "bool":
             return "true or false"
+        if self.kind == "places":
+            unit = f" ({self.unit})" if self.unit else ""
+            return (
+                f"a list of up to {MOST_PLACES} places [x, y]{unit}, or a text like"
+                f' "{in_a_line(((1, 2.5), (3, 4)))}"'
+            )
         words = "a whole number" if self.kind == "int" else "a number"
         if self.low > -math.inf:
             words += (
@@ -241,6 +253,43 @@ def _spread(parameter: str) -> Setting:
     )
 
 
+def in_a_line(places: Places) -> str:
+    """Places as the one text that stands for them in tables: "1 2.5; 3 4". Numbers have
+    all their digits.
+    """
+    return "; ".join(f"{_shortest(x)} {_shortest(y)}" for x, y in places)
+
+
+def _shortest(number: float) -> str:
+    return repr(float(number) + 0.0).removesuffix(".0")
+
+
+def places_of(value: Any) -> Places | None:
+    """The places that a list of pairs gives, or a text of `in_a_line`; None where they
+    are no places.
+    """
+    rows = value
+    if isinstance(value, str):
+        rows = [one.split() for one in value.split(";")] if value.strip() else []
+    if not isinstance(rows, list | tuple) or len(rows) > MOST_PLACES:
+        return None
+    found = [_place(row, as_text=isinstance(value, str)) for row in rows]
+    return None if None in found else tuple(one for one in found if one is not None)
+
+
+def _place(row: Any, *, as_text: bool) -> tuple[float, float] | None:
+    if not isinstance(row, list | tuple) or len(row) != 2:
+        return None
+    kinds = (str,) if as_text else (int, float)
+    if not all(isinstance(one, kinds) and not isinstance(one, bool) for one in row):
+        return None
+    try:
+        x, y = map(float, row)
+    except (ValueError, OverflowError):
+        return None
+    return (x, y) if abs(x) <= MOST_PLACE and abs(y) <= MOST_PLACE else None
+
+
 GROUPS: tuple[tuple[str, type[Any]], ...] = (
     ("schedule", Schedule),
     ("world", WorldSettings),
@@ -273,7 +322,7 @@ def _setting(
     in_parts = [one.each_step for one in further if isinstance(one, InParts)]
     only_where = [one for one in further if isinstance(one, OnlyWhere)]
     choices, text = _entered(name, about, known)
-    kind = "choice" if choices else base.__name__
+    kind = "choice" if choices else "places" if base == Places else base.__name__
     unit = spelled(about.unit, model)
     return Setting(
         name,
@@ -352,11 +401,13 @@ def settings_tuple(
     group: type[Any], settings: dict[str, Value], known: dict[str, Setting]
 ) -> Any:
     """`group` (of kernels.settings, or a model's Params) filled from `settings`,
-    choices as indices.
+    choices as indices, places as numbers.
     """
-    values = []
+    values: list[Any] = []
     for name in group._fields:
         setting, value = known[name], settings[name]
-        as_index = setting.kind == "choice" and name != "map"
-        values.append(setting.choices.index(str(value)) if as_index else value)
+        if setting.kind == "choice" and name != "map":
+            values.append(setting.choices.index(str(value)))
+        else:
+            values.append(places_of(value) if setting.kind == "places" else value)
     return group(*values)

@@ -42,6 +42,7 @@ ARROW = {
     "int": pa.int64(),
     "bool": pa.bool_(),
     "choice": pa.string(),
+    "places": pa.string(),
 }
 
 ABOUT_TRIAL = (

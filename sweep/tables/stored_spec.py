@@ -23,7 +23,7 @@ from sweep.tables.stored_trials import StoredTrial
 
 LATER = (
     *(*Sensing._fields, *Actuation._fields, *Breakdowns._fields),
-    *("start_distance", "obstacle_speed"),
+    *("start_distance", "obstacle_speed", "next_goals", "goals_repeat"),
     *Medium._fields,
 )
 """Settings that trials of versions before 0.17 lack. They are those of the preset."""

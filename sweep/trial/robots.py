@@ -40,10 +40,12 @@ def _spreads(job: Job, known: Settings) -> Iterator[Spread]:
 
 
 def has_robots(job: Job) -> bool:
-    """Whether boids are not ideal ones, or their medium moves. Such trials fly alone,
-    with one thread.
+    """Whether boids are not ideal ones, their medium moves, or they have several goals.
+    Such trials fly alone, with one thread.
     """
-    return not is_ideal(robots_of(job), float(job.settings["dt"]))
+    return bool(job.settings["next_goals"]) or not is_ideal(
+        robots_of(job), float(job.settings["dt"])
+    )
 
 
 def failing_of(job: Job) -> Failing:

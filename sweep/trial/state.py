@@ -119,8 +119,10 @@ def check(state: State, n: int, steps: int) -> None:
         for name, array in state.arrays.items()
         if name.startswith(("flock.", "work.state"))
     )
+    reached = state.arrays.get("work.goals.reached", np.zeros(1))
     in_order = np.array_equal(np.sort(state.arrays["record.watch.order"]), np.arange(n))
     flocks = state.arrays["record.watch.flock_before"]
     labelled = bool(((flocks >= 0) & (flocks < n)).all())
-    if not (0 < step < steps and filled == 0 and finite and in_order and labelled):
+    right = in_order and labelled and bool((reached >= 0).all())
+    if not (0 < step < steps and filled == 0 and finite and right):
         raise ValueError("no trial is ever in this state")

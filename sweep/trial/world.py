@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.moving import given_velocities, place_along, velocities_of
+from kernels.settings import Places, WorldSettings
 from kernels.shapes import Obstacle, Obstacles, Polygon, boxes_of, shapes_of
 from sweep.design.jobs import Job
 from sweep.spec.settings import settings_of, settings_tuple
@@ -32,9 +33,10 @@ class TrialWorld(NamedTuple):
     A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a
     rectangle. That of a polygon is the rectangle about it, of an arena the world;
     `polygons` are these, by their rows. `goal` is x and y of the goal and the radius
-    about it, None where no boid seeks it. Lengths are in the model's unit; `y_down`
-    says that y points down. `kinds` are those of its boids, as `kinds_of` has them.
-    Where obstacles move, they are where they begin, and `paths` are theirs.
+    about it, None where no boid seeks it, and `next_goals` where boids go from there
+    on, one after the other. Lengths are in the model's unit; `y_down` says that y
+    points down. `kinds` are those of its boids, as `kinds_of` has them. Where obstacles
+    move, they are where they begin, and `paths` are theirs.
     """
 
     width: float
@@ -43,6 +45,7 @@ class TrialWorld(NamedTuple):
     goal: tuple[float, float, float] | None = None
     y_down: bool = True
     kinds: Mapping[str, int] = MappingProxyType({})
+    next_goals: Places = ()
     polygons: Mapping[int, Polygon] = MappingProxyType({})
     paths: Paths | None = None
 
@@ -72,6 +75,11 @@ class TrialWorld(NamedTuple):
         rows = enumerate(shapes_of(self.obstacles))
         return tuple(self.polygons.get(number, row) for number, row in rows)
 
+    @property
+    def goals(self) -> Places:
+        """All goals that boids seek, in turn."""
+        return (self.goal[:2], *self.next_goals) if self.goal else ()
+
 
 def world_of(job: Job) -> TrialWorld:
     """The world in which the trial of `job` runs."""
@@ -91,6 +99,7 @@ def world_of(job: Job) -> TrialWorld:
         (x, y, radius) if sought else None,
         model.y_down,
         kinds_of(job),
+        settings_tuple(WorldSettings, settings, known).next_goals if sought else (),
         {number: one for number, one in enumerate(drawn) if isinstance(one, Polygon)},
         _paths(job, drawn),
     )

@@ -60,11 +60,13 @@ To the page:
           settings that are infinite are the text "inf"; replay is null or {study,
           trial, frames, equal}; trial is null or which one of the opened spec is shown:
           {point, replicate, values}
-    scene width height borders length time downwards obstacles paths goal kinds
+    scene width height borders length time downwards obstacles paths goal next_goals
+          kinds
           obstacles are [x, y, half_width, half_height, 1 for a disc], and a polygon as
           a spec writes it behind the numbers of the rectangle about it; those of
           built-in maps too; paths is null, or {velocities, dt, wraps} where they move;
-          goal is [x, y, radius]; kinds are [name, how many boids], in their order
+          goal is [x, y, radius], next_goals are [x, y] each; kinds are
+          [name, how many boids], in the order of boids
     metrics steps values reset
           the values since the last such message, thinned where there are many; with
           reset: true the page forgets the earlier ones; null is NaN

@@ -8,6 +8,7 @@ from kernels.robots.senses import NEVER
 from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.spec.polygons import polygon_as_written
+from sweep.spec.settings import places_of
 from sweep.trial.robots import failing_of
 from sweep.trial.world import world_of
 from sweep.web.protocol import Reply
@@ -18,7 +19,9 @@ def scene_of(job: Job) -> Reply:
     goes there is drawn also where its weight is 0.
     """
     world, model, settings = world_of(job), job.known.models[job.model], job.settings
+    sought = any(rule.to_goal for rule in model.rules)
     goal = [float(settings[name]) for name in ("goal_x", "goal_y", "goal_radius")]
+    later = places_of(settings["next_goals"]) or ()
     return {
         "type": "scene",
         "width": world.width,
@@ -35,7 +38,8 @@ def scene_of(job: Job) -> Reply:
         ],
         "paths": world.paths
         and world.paths._asdict() | {"velocities": world.paths.velocities.tolist()},
-        "goal": goal if any(rule.to_goal for rule in model.rules) else None,
+        "goal": goal if sought else None,
+        "next_goals": list(map(list, later)) if sought else [],
         "kinds": list(map(list, world.kinds.items())),
         "failing": _failing(job),
     }

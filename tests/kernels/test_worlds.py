@@ -18,7 +18,8 @@ from kernels.worlds import (
 from tests import builders, naive
 
 SETTINGS = WorldSettings(
-    "empty", 800.0, 600.0, 0, False, 6, 25.0, 100.0, INTEGER, 0.0, 0.0
+    *("empty", 800.0, 600.0, 0, False, 6, 25.0, 100.0, INTEGER),
+    *(0.0, 0.0, (), False),
 )
 PUBLISHED = {
     "dense_cafeteria": (77, 429_456),

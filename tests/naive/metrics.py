@@ -291,6 +291,7 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "collisions": lambda _, counts, *_rest: counts[4],
     "boid_collisions": lambda _, counts, *_rest: counts[5],
     "share_arrived": lambda _, counts, ground, _seen: 100 * counts[6] / ground.boids,
+    "goals_reached": lambda _, counts, ground, _seen: counts[10] / ground.boids,
     "time_to_goal": lambda _, counts, ground, _seen: (
         counts[7] * ground.dt / counts[6] if counts[6] else math.nan
     ),

@@ -232,7 +232,7 @@ export class Field {
     const input = make("input", {
       ...act,
       type: "text",
-      inputMode: "decimal",
+      inputMode: kind === "places" ? "text" : "decimal",
       autocomplete: "off",
       spellcheck: false,
     });

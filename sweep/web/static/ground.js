@@ -106,11 +106,27 @@ export function drawObstacles(stage, scene) {
   }
 }
 
+// All goals, with numbers where there are several.
 /** @param {Stage} stage @param {Scene} scene */
-export function drawGoal(stage, scene) {
-  const { context } = stage;
+export function drawGoals(stage, scene) {
   const [x, y, radius] = scene.goal ?? [0, 0, 0];
-  if (x === 0 && y === 0) return; // (0, 0) stands for no goal
+  const later = scene.next_goals;
+  // (0, 0) stands for no goal
+  if (x === 0 && y === 0 && later.length === 0) return;
+  const places = [/** @type {[x: number, y: number]} */ ([x, y]), ...later];
+  for (const [index, place] of places.entries()) {
+    drawGoal(stage, place, radius, later.length ? String(index + 1) : "");
+  }
+}
+
+/**
+ * @param {Stage} stage
+ * @param {[x: number, y: number]} place
+ * @param {number} radius
+ * @param {string} label
+ */
+function drawGoal(stage, [x, y], radius, label) {
+  const { context } = stage;
   const at = stage.toScreen({ x, y });
   context.strokeStyle = context.fillStyle = stage.colours.goal;
   context.lineWidth = 1.5;
@@ -126,6 +142,8 @@ export function drawGoal(stage, scene) {
   context.beginPath();
   context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
   context.fill();
+  context.font = "12px system-ui, sans-serif";
+  context.fillText(label, at.x + 6, at.y + 12);
 }
 
 // A ring about a goal that is selected: a drag moves it.

@@ -153,7 +153,7 @@ export interface Group {
 /** What a control needs; `default` is the preset's value, null where it has none. */
 export interface Setting {
   name: string;
-  kind: "float" | "int" | "bool" | "choice";
+  kind: "float" | "int" | "bool" | "choice" | "places";
   text: string;
   unit: string;
   allowed: string;
@@ -254,6 +254,8 @@ export interface Scene {
   /** Null where none moves. */
   paths: Paths | null;
   goal: [x: number, y: number, radius: number] | null;
+  /** Where boids go from the goal on, one after the other. */
+  next_goals: [x: number, y: number][];
   /** The kinds of boids: the first boids are of the first kind. */
   kinds: [name: string, boids: number][];
   /** The boids that fail, and the step from which on each of them has; or null. */

@@ -7,7 +7,7 @@ import { obstaclesAt } from "./obstacles.js";
 import { SvgPen } from "./pen.js";
 import { Stamps } from "./stamps.js";
 import {
-  drawGoal,
+  drawGoals,
   drawGround,
   drawHandles,
   drawObstacles,
@@ -326,7 +326,7 @@ export class Stage {
     context.fillRect(0, 0, this.width, this.height);
     drawGround(this, scene);
     drawObstacles(this, scene);
-    drawGoal(this, scene);
+    drawGoals(this, scene);
     if (frame) {
       this.project(frame);
       if (overlays.has("trails")) drawTrails(this, scene);

@@ -1,0 +1,36 @@
+"""What several goals need: places in the world, and a model that knows them."""
+
+from kernels.robots.publishers import goes_in_turn
+from sweep.design.points import Points
+from sweep.spec.settings import places_of
+from sweep.spec.study import Study
+
+SETTING = "next_goals"
+
+
+def check_goals(study: Study, points: Points) -> None:
+    """Raise SpecError where a goal lies outside the world, and for a model that does
+    not take the goal of each boid from `goal_of`, where there are several.
+    """
+    texts = points.column(SETTING)
+    if not any(texts):
+        return
+    model, place = study.known.models[study.model], study.place_of(SETTING)
+    if not goes_in_turn(model.advance):
+        raise study.document.error(
+            place or ("model",),
+            f"{SETTING} needs a model that goes to several goals, and {model.name}"
+            " calls no `goal_of`: in a rule that leads boids to the goal write"
+            " `goal_x, goal_y = goal_of(world, work.goals, i)` for world.goal_x and"
+            " world.goal_y, and see docs/own-models.md",
+        )
+    width, height = points.column("width"), points.column("height")
+    for point, text in enumerate(texts):
+        for number, (x, y) in enumerate(places_of(text) or (), start=2):
+            if not (0.0 <= x <= width[point] and 0.0 <= y <= height[point]):
+                where = points.describe(point, ("width", "height"))
+                raise study.document.error(
+                    place or ("model",),
+                    f"goal {number}, at ({x:.12g}, {y:.12g}) in {SETTING}, lies outside"
+                    f" the world{where}",
+                )
