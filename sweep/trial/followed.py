@@ -27,11 +27,11 @@ def followed(bodies: NDArray[np.float64], reach: float) -> Followed:
     """The flocks of a trajectory (F, 4, N): groups connected within `reach`.
 
     A flock goes on as the one in the next frame to which most of its members belong, if
-    most of that one's members come from it; of equally large parts the one counts
-    whose flock has the smallest index of a boid. Any other flock is new, and gets the next number: so each
-    number has one stretch of frames. G. Palla, A.-L. Barabasi, T. Vicsek (2007),
-    Quantifying social group evolution, Nature 446, 664, match groups by their overlap
-    too.
+    most of that one's members come from it; of equally large parts the one counts whose
+    flock has the smallest index of a boid. Any other flock is new, and gets the next
+    number: so each number has one stretch of frames. G. Palla, A.-L. Barabasi, T.
+    Vicsek (2007), Quantifying social group evolution, Nature 446, 664, match groups by
+    their overlap too.
     """
     frames, n = len(bodies), bodies.shape[2]
     flock = np.zeros((frames, n), np.int64)
