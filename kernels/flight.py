@@ -6,6 +6,7 @@ Whoever runs it keeps the clock, and passes in what is random.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
 from kernels.goals import Route, at_last_goal, build_goals, build_route, go_on_to
 from kernels.metrics import Ground, Metric
+from kernels.metrics.parts import members
 from kernels.model import NO_POTENTIAL, Model, OccupancySettings, kind_counts
 from kernels.moving import (
     Motion,
@@ -30,6 +32,7 @@ from kernels.recording import (
     FILLED,
     FIRST_STATE,
     STEP,
+    Frames,
     Record,
     build_frames,
     keep_frame,
@@ -367,11 +370,53 @@ def measure(
     """
     values = np.full((len(metrics), flight.filled), blank)
     for row, metric in zip(values, metrics, strict=True):
-        metric.measure(
-            flight.record.frames, flight.filled, flight.ground, flight.observation, row
-        )
+        if metric.part:
+            _measure_part(flight, metric, row)
+        else:
+            metric.measure(
+                flight.record.frames,
+                flight.filled,
+                flight.ground,
+                flight.observation,
+                row,
+            )
     place_obstacles(flight.work.motion, flight.step)
     return values
+
+
+def _measure_part(flight: Flight, metric: Metric, values: NDArray[np.float64]) -> None:
+    """Write the values of a metric of a part of the boids, in frames and on a ground
+    that have no others; NaN where the part has none.
+    """
+    if not flight.filled:
+        return
+    frames, ground = flight.record.frames, flight.ground
+    of = members(
+        metric.part,
+        flight.model.kinds,
+        ground.kind,
+        flight.work.robots.failing.fails_at,
+        frames.step[: flight.filled],
+    )
+    changes = (of[1:] != of[:-1]).any(axis=1)
+    ends = [0, *(np.flatnonzero(changes) + 1).tolist(), flight.filled]
+    for first, end in pairwise(ends):
+        who = np.flatnonzero(of[first])
+        if not who.size:
+            values[first:end] = math.nan
+            continue
+        metric.measure(
+            Frames(
+                frames.bodies[first:end].take(who, axis=2),
+                frames.counts[first:end],
+                frames.step[first:end],
+                frames.integrals[first:end],
+            ),
+            end - first,
+            ground._replace(boids=who.size, kind=ground.kind[who]),
+            flight.observation,
+            values[first:end],
+        )
 
 
 def forget_frames(flight: Flight) -> None:

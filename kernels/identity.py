@@ -157,7 +157,7 @@ def _metric_stamp(metric: Metric | None) -> str:
     if metric is None:
         return ""
     needs = metric.covers, metric.counts, metric.pairs
-    needs += metric.integrates, metric.follows
+    needs += metric.integrates, metric.follows, metric.part
     return _hash([stamp(metric.measure), needs])
 
 

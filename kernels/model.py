@@ -76,6 +76,8 @@ class OccupancySettings(NamedTuple):
     inflation: float
 
 
+WORKING = "working"
+"""How metrics call the boids that have not failed; see kernels.metrics.parts."""
 MOST_CELLS = 10**7
 """Of an occupancy grid."""
 
@@ -230,6 +232,8 @@ def _flaws(model: Model) -> Iterator[str]:
     texts = isinstance(model.kinds, tuple) and all(map(_is_text, model.kinds))
     if not texts or len(model.kinds) > len(set(model.kinds)):
         yield "kinds is no tuple of different names"
+    elif WORKING in model.kinds:
+        yield f'no kind can be called "{WORKING}": so are all that have not failed'
     if bool(model.kinds) != bool(model.count_kinds):
         yield "kinds and count_kinds belong together, and there is only one of them"
     if model.at_once is not None:

@@ -30,7 +30,8 @@ class Registry(MutableMapping[str, T]):
 
     `group` is the group of entry points, and `origins` has for each name the
     distribution that it comes from: that of other packages only. `flaw` says in words
-    why an entry of theirs cannot be used, if it cannot.
+    why an entry of theirs cannot be used, if it cannot. `made` gives the entry of a
+    name that follows from those of others, or None: such names are not listed.
     """
 
     def __init__(
@@ -39,20 +40,26 @@ class Registry(MutableMapping[str, T]):
         kind: type[T],
         own: Mapping[str, T],
         flaw: Callable[[T], str] = lambda _entry: "",
+        made: Callable[[str], T | None] = lambda _name: None,
     ) -> None:
         self.group, self.kind, self._own, self.flaw = group, kind, dict(own), flaw
+        self._made = made
         self._others: dict[str, T] | None = None
         self.origins: dict[str, str] = {}
         self.refused: dict[str, str] = {}
 
     def __getitem__(self, name: str) -> T:
-        try:
+        if name in self._own:
             return self._own[name]
-        except KeyError:
+        if name in self._installed():
             return self._installed()[name]
+        if (entry := self._made(name)) is None:
+            raise KeyError(name)
+        return entry
 
     def __contains__(self, name: object) -> bool:
-        return name in self._own or name in self._installed()
+        listed = name in self._own or name in self._installed()
+        return listed or (isinstance(name, str) and self._made(name) is not None)
 
     def __iter__(self) -> Iterator[str]:
         yield from list(self._own)

@@ -14,6 +14,7 @@ spectrum  how well these hold together
 energy  the pair potential        counted  coverage, events, integrals over time
 herd    sheep, and their dog
 ground  what a metric is, and what it gets to see
+parts   metrics of one kind of boids, or of those that work
 """
 
 from kernels.metrics import (
@@ -27,6 +28,7 @@ from kernels.metrics import (
     spectrum,
 )
 from kernels.metrics.ground import Better, Distribution, Ground, Metric
+from kernels.metrics.parts import OF, of_part
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
 
@@ -40,6 +42,18 @@ _GOAL = Demand(
     "0 <= goal_x <= width and 0 <= goal_y <= height",
     "the goal lies outside the world, and what is recorded is about the goal",
 )
+
+
+def _of_part(name: str) -> Metric | None:
+    """The metric of a part of the boids, of those in METRICS."""
+    if OF not in name:
+        return None
+    from kernels.models import MODELS  # which packages may bring
+
+    kinds = (kind for model in MODELS.values() for kind in model.kinds)
+    return of_part(name, METRICS, kinds)
+
+
 METRICS = Registry(
     "boidsweep.metrics",
     Metric,
@@ -536,4 +550,5 @@ METRICS = Registry(
             demands=(_GOAL,),
         ),
     },
+    made=_of_part,
 )

@@ -42,18 +42,18 @@ class Metric(NamedTuple):
     or above `high`, in the unit of the metric, so no interval reaches there; what
     follows from the distribution need not be said again. `pairwise` says that it
     compares boids with each other, which takes longer, and `cubic` that the time of a
-    frame grows with the cube of the number of boids. `covers`, `counts` and `pairs`
-    say that it needs, instead of the bodies: the visited pixels; escapes, collisions
-    and arrivals; contacts between boids. So do `integrates`, sums over all steps of
-    what boids do, and `follows`, flocks that are followed from frame to frame.
-    `potential` says that it needs a model with a
-    pair potential; `state` and `kinds`, that it needs one whose rows of state, and
-    whose kinds of boids, begin with these, in this order. Row k of the state is
-    `frames.bodies[f, FIRST_STATE + k]`, and `ground.kind[i]` is the index of the kind
-    of boid i. `demands` are conditions on the settings of whoever records it. `short`
-    is what the figure of visits calls it, which shows no metric without one. `per_step`
-    says that it measures what one step changes, so that values with another time step
-    are of something else.
+    frame grows with the cube of the number of boids. `covers`, `counts` and `pairs` say
+    that it needs, instead of the bodies: the visited pixels; escapes, collisions and
+    arrivals; contacts between boids. So do `integrates`, sums over all steps of what
+    boids do, and `follows`, flocks that are followed from frame to frame. `part` is the
+    part of the boids that alone is measured, see kernels.metrics.parts; "" for all.
+    `potential` says that it needs a model with a pair potential; `state` and `kinds`,
+    that it needs one whose rows of state, and whose kinds of boids, begin with these,
+    in this order. Row k of the state is `frames.bodies[f, FIRST_STATE + k]`, and
+    `ground.kind[i]` is the index of the kind of boid i. `demands` are conditions on the
+    settings of whoever records it. `short` is what the figure of visits calls it, which
+    shows no metric without one. `per_step` says that it measures what one step changes,
+    so that values with another time step are of something else.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]
@@ -77,6 +77,7 @@ class Metric(NamedTuple):
     cubic: bool = False
     integrates: bool = False
     follows: bool = False
+    part: str = ""
 
     @property
     def looks(self) -> bool:

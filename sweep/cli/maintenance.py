@@ -22,6 +22,7 @@ from sweep.cli.app import (
     stop,
 )
 from sweep.cli.reading import Where
+from sweep.text import so_many
 
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")]
@@ -289,7 +290,17 @@ def export(
 @app.command()
 def flocks(
     study: StudyName,
-    to: Annotated[Path, typer.Option("--to", help="A .csv file.")],
+    to: Annotated[
+        Path, typer.Option("--to", help="A .csv file; of changes .parquet too.")
+    ],
+    changes: Annotated[
+        bool,
+        typer.Option(
+            "--changes",
+            help="Write who left which flock and joined which, frame by frame, instead."
+            " The study keeps what this needs with record: {trajectories: true}.",
+        ),
+    ] = False,
     where: Where = None,
     force: Force = False,
     results: Results = Path("results"),
@@ -298,12 +309,23 @@ def flocks(
     which the replicates of another study start: `start_draws: ./FILE.csv`.
 
     The study keeps them with record: {last_flocks: true}, or with an axis that is
-    continued.
+    continued. With --changes it is a table of who changes from flock to flock.
     """
+    from sweep.tables.flock_changes import write_flock_changes
     from sweep.tables.last_flocks import write_last_flocks
     from sweep.tables.stored_study import StoredStudy
 
     chosen = StoredStudy(study, results).where(*(where or ()))
+    if changes:
+        seen = write_flock_changes(chosen, to, force=force)
+        print(
+            f"{so_many(seen.rows, 'change')} of flock in {to}; in"
+            f" {so_many(seen.trials, 'trial')} flocks parted"
+            f" {so_many(seen.fissions, 'time')} and joined"
+            f" {so_many(seen.fusions, 'time')}",
+            file=sys.stderr,
+        )
+        return
     done = write_last_flocks(chosen, to, force=force)
     print(
         f"{done.replicates:,} flocks of {done.boids:,} boids in {to}", file=sys.stderr

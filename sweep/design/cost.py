@@ -29,7 +29,7 @@ counted: measured where a boid-step took about as long as here.
 """
 CANDIDATE_SECONDS = 6e-9
 METRIC_SECONDS = 15e-9
-INTEGRAL_SECONDS = 3e-9
+INTEGRAL_SECONDS = 1.5e-9
 PAIR_METRIC_SECONDS = 250e-9
 CUBIC_METRIC_SECONDS = 0.5e-9
 ROW_BYTES = 120.0

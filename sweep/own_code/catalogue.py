@@ -13,7 +13,9 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from kernels.catalogue import BUILT_IN, Catalogue
-from kernels.model import Sight
+from kernels.metrics import Metric
+from kernels.metrics.parts import OF, of_part
+from kernels.model import Model, Sight
 from kernels.registry import Registry
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
@@ -99,9 +101,39 @@ class _Joined(Mapping[str, T]):
         return len(self._ours) + len(self._own)
 
 
+class _JoinedMetrics(_Joined[Metric]):
+    """Metrics of ours and some more, also of parts of the boids of these models."""
+
+    def __init__(
+        self,
+        ours: Mapping[str, Metric],
+        own: Mapping[str, Metric],
+        models: Mapping[str, Model],
+    ) -> None:
+        super().__init__(ours, own)
+        self._models = models
+
+    def __getitem__(self, name: str) -> Metric:
+        return self._of_part(name) or super().__getitem__(name)
+
+    def __contains__(self, name: object) -> bool:
+        there = super().__contains__(name)
+        return there or (isinstance(name, str) and self._of_part(name) is not None)
+
+    def _of_part(self, name: str) -> Metric | None:
+        """The metric of a part; None for what is listed, or stands for none."""
+        if OF not in name or super().__contains__(name):
+            return None
+        kinds = (kind for model in self._models.values() for kind in model.kinds)
+        return of_part(name, _Joined(self._ours, self._own), kinds)
+
+
 def _joined(known: Catalogue, own: Offered) -> list[Any]:
     """The mappings of a catalogue with more entries."""
-    return [_Joined(_of(known, kind), getattr(own, kind)) for kind in CATALOGUED]
+    models = _Joined(known.models, own.models)
+    metrics = _JoinedMetrics(known.metrics, own.metrics, models)
+    maps, starts = _Joined(known.maps, own.maps), _Joined(known.starts, own.starts)
+    return [models, metrics, maps, starts]
 
 
 def completed(known: Catalogue, about: Mapping[str, Any]) -> Catalogue:

@@ -20,7 +20,7 @@ from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
 from sweep.spec.expressions import NUMBER, Expression
 from sweep.spec.limits import MOST_DERIVED
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.recorded import KnownMetrics
+from sweep.spec.recorded import KnownMetrics, names_of_parts
 from sweep.spec.schema_parts import Schema, named, reference
 from sweep.spec.setting_values import in_order
 from sweep.spec.settings import Setting, spelled
@@ -137,9 +137,10 @@ def needed(derived: Iterable[DerivedMetric]) -> list[str]:
 
 
 def _measured(model: str, known: Catalogue) -> dict[str, Setting]:
+    about = known.models[model]
+    names = (*known.metrics, *names_of_parts(about, known))
     return {
-        name: _numbers(name, spelled(metric.unit, known.models[model]))
-        for name, metric in known.metrics.items()
+        name: _numbers(name, spelled(known.metrics[name].unit, about)) for name in names
     }
 
 

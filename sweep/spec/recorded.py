@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
-from kernels.model import Model
+from kernels.metrics.parts import OF, has_parts
+from kernels.model import WORKING, Model
 from sweep.analysis.mean_bounds import Declaration
 from sweep.spec.document import Entry
 from sweep.text import unknown
@@ -71,9 +72,18 @@ class KnownMetrics(NamedTuple):
     known: Catalogue
     derived: tuple[str, ...] = ()
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them; those of parts of the boids are the last."""
+        model = self.known.models[self.model]
+        parts = names_of_parts(model, self.known)
+        return (*self.known.metrics, *self.derived, *parts)
+
     def read(self, entry: Entry) -> str:
         """The metric whose name is the value of `entry`."""
-        name = entry.one_of("metric", (*self.known.metrics, *self.derived))
+        name = entry.text()
+        if name not in self.known.metrics:
+            name = entry.one_of("metric", self.names)
         self.check(entry, name)
         return name
 
@@ -81,9 +91,9 @@ class KnownMetrics(NamedTuple):
         """The column that is the key of `entry`: a metric, at the last frame, or
         `<metric>_mean`, over the last half.
         """
-        column, names = Column.read(entry.name), (*self.known.metrics, *self.derived)
-        if column.metric not in names:
-            raise entry.error(unknown("metric", entry.name, columns_of(names)))
+        column, metrics = Column.read(entry.name), self.known.metrics
+        if column.metric not in metrics and column.metric not in self.derived:
+            raise entry.error(unknown("metric", entry.name, columns_of(self.names)))
         self.check(entry, column.metric)
         return entry.name
 
@@ -96,6 +106,13 @@ class KnownMetrics(NamedTuple):
                 f'metric "{name}" is for models with {lacking}:'
                 f" {', '.join(having) or 'there is none'}"
             )
+
+
+def names_of_parts(model: Model, known: Catalogue) -> list[str]:
+    """The names of the metrics of each part of the boids of a model."""
+    whole = [name for name, metric in known.metrics.items() if has_parts(metric)]
+    parts = (*model.kinds, WORKING)
+    return [f"{name}{OF}{part}" for part in parts for name in whole]
 
 
 def lacks(model: Model, metric: Metric) -> str:
@@ -111,6 +128,8 @@ def lacks_boids(model: Model, metric: Metric) -> str:
     """
     if tuple(model.state)[: len(metric.state)] != metric.state:
         return f"the state {', '.join(metric.state)}"
+    if metric.part not in ("", WORKING, *model.kinds):
+        return f"the kind {metric.part}"
     if tuple(model.kinds)[: len(metric.kinds)] != metric.kinds:
         return f"the kinds {', '.join(metric.kinds)}"
     return ""

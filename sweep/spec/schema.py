@@ -4,9 +4,12 @@ It comes from the descriptions of the keys, see `sweep.spec.keys`. What depends 
 several values, as expressions do, is checked by `sweep.spec.study` alone.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.metrics.parts import OF, has_parts
+from kernels.model import WORKING
 from sweep.spec.axes import GRIDS
 from sweep.spec.axis_keys import CONTINUE, HOLD, POINTS, WHEN
 from sweep.spec.derived_metrics import NAME
@@ -14,7 +17,7 @@ from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.failure_policy import policy_dependencies
 from sweep.spec.keys import section_schema
 from sweep.spec.maps import shape_schema
-from sweep.spec.recorded import columns_of
+from sweep.spec.recorded import MEAN, columns_of
 from sweep.spec.refining import refine_dependencies
 from sweep.spec.replication import replication_rules
 from sweep.spec.samplers import SAMPLERS
@@ -23,6 +26,7 @@ from sweep.spec.schema_parts import (
     OWN_CODE,
     OWN_CODE_FORM,
     Schema,
+    any_of,
     mapping,
     one_of,
     reference,
@@ -82,12 +86,28 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
     names = {
         "metric": {"anyOf": [reference("built_in_metric"), derived, OWN_CODE]},
         "column": {"anyOf": [reference("built_in_column"), derived]},
-        "built_in_metric": {"enum": list(known.metrics)},
-        "built_in_column": {"enum": columns_of(known.metrics)},
+        "built_in_metric": {
+            "anyOf": [{"enum": list(known.metrics)}, reference("metric_of_part")]
+        },
+        "built_in_column": {
+            "anyOf": [
+                {"enum": columns_of(known.metrics)},
+                {"pattern": any_of([f"{_of_parts(known)}({MEAN})?"])},
+            ]
+        },
+        "metric_of_part": {"pattern": any_of([_of_parts(known)])},
         "built_in_map": {"enum": list(known.maps)},
     }
     names |= {"own_code": OWN_CODE_FORM, "shape": shape_schema()}
     return names | {"statistic": statistic()} | _forms(samplers) | kinds(known) | models
+
+
+def _of_parts(known: Catalogue) -> str:
+    """The pattern of the metrics of one kind of boids, or of those that work."""
+    whole = [name for name, metric in known.metrics.items() if has_parts(metric)]
+    kinds = [kind for model in known.models.values() for kind in model.kinds]
+    parts = dict.fromkeys((*map(re.escape, kinds), WORKING))
+    return f"({'|'.join(whole)}){OF}({'|'.join(parts)})"
 
 
 def _forms(samplers: Mapping[str, Sampler]) -> Schema:

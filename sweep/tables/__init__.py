@@ -28,6 +28,7 @@ scaling           what flocks of several sizes tell of a transition
 spec_difference   what a change of a spec does
 cleaning          room given back
 last_flocks       flocks from which another study starts
+flock_changes     who left which flock and joined which
 exporting         a table for other programs
 netcdf            the same as arrays by trial
 arrays            arrays by axis and replicate, for xarray

@@ -12,6 +12,7 @@ result      what a trial gave
 generators  random numbers for kernels
 kinds       how many boids are of which kind
 world       the same world, to be shown
+followed    flocks from frame to frame
 looking     what boids see and rules do, to be shown
 compiled    where kernels are kept
 probe       a few short trials, of code whose cost is not known

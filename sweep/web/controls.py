@@ -44,6 +44,7 @@ def controls(
     own: tuple[str, ...] = (),
     derive: tuple[DerivedMetric, ...] = (),
     known: Catalogue = BUILT_IN,
+    plots: tuple[str, ...] = (),
     experiments: Path = EXPERIMENTS,
 ) -> Reply:
     """The controls message of a preset: models, groups of settings, maps, metrics; and
@@ -54,6 +55,7 @@ def controls(
         own          names of maps that the spec brings
         derive       metrics that it computes from others
         known        what names stand for
+        plots        metrics that are plotted, of parts of the boids too
         experiments  the folder with published numbers
 
     A setting has name, kind, text, unit, allowed, low, high, slider, logarithmic, rule,
@@ -92,9 +94,9 @@ def controls(
         ],
         "metrics": [
             *(
-                _metric(name, metric, about, preset, experiments)
-                for name, metric in known.metrics.items()
-                if not lacks(about, metric)
+                _metric(name, known.metrics[name], about, preset, experiments)
+                for name in dict.fromkeys((*known.metrics, *plots))
+                if name in known.metrics and not lacks(about, known.metrics[name])
             ),
             *map(_derived, derive),
         ],

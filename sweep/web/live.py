@@ -50,7 +50,9 @@ class Live(Session):
         """
         state = self.state
         own = (str(state.settings["map"]),) if state.own else ()
-        shown = controls(state.model, state.preset, own, state.derive, state.known)
+        shown = controls(
+            *(state.model, state.preset, own, state.derive, state.known, state.plots)
+        )
         return [
             shown | {"trials": trials_of(state.opened)},
             self.scene(),
