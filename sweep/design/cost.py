@@ -14,7 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
-from kernels.settings import Sensing
+from kernels.robots import senses
+from kernels.robots.breakdowns import BLIND, SILENT
+from kernels.robots.robots import is_ideal
+from kernels.settings import (
+    HIDDEN_BY_BOIDS,
+    HIDDEN_BY_BOTH,
+    HIDDEN_BY_OBSTACLES,
+    OWN_INDEPENDENT,
+    Actuation,
+    Breakdowns,
+    RobotSettings,
+    Sensing,
+)
 from kernels.topology import look_around
 from sweep.design.design import Design, evenly
 from sweep.design.jobs import ContinuedJobs, Job, LinkedJobs, SomeJobs, steps_of
@@ -27,7 +39,20 @@ ONCE_SECONDS, VISIT_SECONDS = 12e-9, 45e-9
 """Of a boid-step, what one thread does alone, and what it does where visits are
 counted: measured where a boid-step took about as long as here.
 """
-CANDIDATE_SECONDS = 6e-9
+CANDIDATE_SECONDS = 2e-9
+GATHERED = 2.0
+"""So many times as many boids are in range as if all were spread evenly: they flock."""
+ROBOT_SECONDS, HEARD_SECONDS = 20e-9, 3e-9
+"""Of a boid-step of robots, and of each boid that is in range and in view: is its
+packet heard? What follows was measured with them (`make bench ONLY=robots`).
+"""
+NORMALS_SECONDS = 30e-9
+"""Of two normal numbers: of each axis of an error of measurement, of motors' noise."""
+LOST_SECONDS, BEHIND_OBSTACLE_SECONDS = 10e-9, 60e-9
+BODY_SECONDS, BETWEEN_SECONDS = 1.5e-9, 0.5e-9
+"""Of each body whose distance is looked at, and of each pair of one in range and one
+that may be hidden by it.
+"""
 METRIC_SECONDS = 15e-9
 INTEGRAL_SECONDS = 1.5e-9
 PAIR_METRIC_SECONDS = 250e-9
@@ -89,6 +114,7 @@ def trial_seconds(
     n, steps = float(settings["n"]), float(settings["steps"])
     share = searched_share(model, known, settings)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
+    boid_step += robot_seconds(model, known, settings)
     frames = steps / record.every + 1.0
     measured = [known.metrics[name] for name in record.metrics]
     looking = sum(metric.looks for metric in measured)
@@ -103,6 +129,39 @@ def trial_seconds(
     of_a_boid = METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing
     metrics = n * frames * (of_a_boid + CUBIC_METRIC_SECONDS * cubic)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
+
+
+def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
+    """What a boid-step takes longer than that of an ideal boid, by what it measures and
+    hears, and by its motors.
+    """
+    about, described = known.models[model], settings_of(model, known)
+    sensing, actuation, breakdowns = (
+        settings_tuple(group, settings, described)
+        for group in (Sensing, Actuation, Breakdowns)
+    )
+    dt = float(settings["dt"])
+    if is_ideal(RobotSettings(sensing, actuation, breakdowns), dt):
+        return 0.0
+    seconds = ROBOT_SECONDS + NORMALS_SECONDS * (actuation.motor_noise > 0)
+    unheard = breakdowns.failing_share > 0 and breakdowns.failing_how in (SILENT, BLIND)
+    if senses.is_ideal(sensing, dt) and not unheard:
+        return seconds
+    n, errs = float(settings["n"]), sensing.position_noise + sensing.velocity_noise > 0
+    sight = about.sight(settings_tuple(about.params, settings, described))
+    area = float(settings["width"]) * float(settings["height"])
+    circle = GATHERED * math.pi * sight.range * sight.range
+    around = n * min(1.0, circle / area)
+    found = around * min(1.0, sight.fov / 360.0)
+    seconds += HEARD_SECONDS * found
+    measured = 1 + (sensing.own_noise == OWN_INDEPENDENT)
+    seconds += 2 * NORMALS_SECONDS * errs * measured
+    seconds += LOST_SECONDS * found * (sensing.packet_loss > 0)
+    if sensing.occlusion in (HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOTH):
+        seconds += BEHIND_OBSTACLE_SECONDS * found
+    if sensing.occlusion in (HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH):
+        seconds += BODY_SECONDS * n + BETWEEN_SECONDS * around * found
+    return seconds
 
 
 def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
@@ -176,7 +235,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
         )
 
     matters = [
-        column
+        np.unique(column, return_inverse=True)[1]
         for name, column in design.columns.items()
         if _matters(study, design, name)
     ]
@@ -189,20 +248,22 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a varied setting changes the estimate: its least and its greatest value
-    are tried at a few points.
+    """Whether a varied setting changes the estimate: its least and its greatest value,
+    or of words each, are tried at a few points.
     """
     column = design.columns[name]
-    if column.dtype == object:
-        return False
-    ends = column.min().item(), column.max().item()
+    tried = (
+        dict.fromkeys(column.tolist())
+        if column.dtype == object
+        else (column.min().item(), column.max().item())
+    )
     for point in evenly(design.n_points, ENDS_TRIED_AT):
         one = design.settings(point)
-        low, high = (
-            trial_seconds(study.model, study.known, one | {name: end}, study.record)
-            for end in ends
-        )
-        if low != high:
+        seconds = {
+            trial_seconds(study.model, study.known, one | {name: value}, study.record)
+            for value in tried
+        }
+        if len(seconds) > 1:
             return True
     return False
 

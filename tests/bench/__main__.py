@@ -18,6 +18,7 @@ ratio within one run.
     study       a launch of a twentieth of the gain study, and the time of all of it
     ranks       rank correlations of a sample, against ranking each resample anew
     lanes       trials that fly together, against the same trials alone
+    robots      what the senses and motors of boids cost, and what plans say of them
     threads     one trial on two cores, against the same trial on one, same bits
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it
@@ -53,6 +54,7 @@ from tests.bench.mesa import mesa
 from tests.bench.page import page
 from tests.bench.plain import plain_run
 from tests.bench.ranks import ranks
+from tests.bench.robots import robots
 from tests.bench.study import study
 from tests.bench.threads import threads
 from tests.bench.view import view
@@ -178,6 +180,7 @@ ALL: dict[str, Callable[[], None]] = {
     "study": study,
     "ranks": ranks,
     "lanes": lanes,
+    "robots": robots,
     "view": view,
     "page": page,
     "explorer": explorer,

@@ -1,22 +1,28 @@
 """What the layers between a model and its boids cost: processor time of a boid-step of
-robots against that of ideal boids, in turns, beside what the cost model expects.
+robots against that of ideal boids, in turns, beside what the cost model expects; and
+that of all points of two ablations.
 """
 
 import time
+from dataclasses import replace
 from itertools import product
 from statistics import median
 
 import numpy as np
 
 from kernels.catalogue import BUILT_IN
-from sweep.design.cost import trial_seconds
-from sweep.design.jobs import Job
+from sweep.design.cost import job_seconds, trial_seconds
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
 from sweep.spec.settings import Value
-from sweep.spec.study import RecordSpec
+from sweep.spec.study import RecordSpec, parse_spec
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
+from tests import ROOT
+from tests.bench.timing import alone
 from tests.builders import job
 
+STUDIES = "flock.yaml", "coverage.yaml"
 MODELS, SIZES = ("nguyen2024", "aziel_chen2025", "vicsek1995"), (50, 200)
 LAYERS: dict[str, dict[str, Value]] = {
     "noise": {"position_noise": 1.0, "noise_time": 5.0},
@@ -61,6 +67,23 @@ def robots() -> None:
             print(
                 f"{about:40} {mine:6.0f} {found(one):6.1f} {times:6.2f} {expected:6.2f}"
             )
+    for name in STUDIES:
+        ablation(name)
+
+
+def ablation(name: str) -> None:
+    """Print what the points of a study of experiments/robots cost, a trial each, and
+    how many times as much the cost model says: of all, and the least and the most.
+    """
+    path = ROOT / "experiments" / "robots" / name
+    study = replace(parse_spec(path.read_text(), path), replicates=1)
+    first = list(Jobs(study, expand(study)))
+    measured = np.array([min(alone(one) for _ in range(ROUNDS)) for one in first])
+    ratios = job_seconds(first) / measured
+    print(
+        f"{name}: {measured.sum():.2f} s, the plan {job_seconds(first).sum():.2f};"
+        f" of a point {ratios.min():.2f} to {ratios.max():.2f} times"
+    )
 
 
 def ready(model: str, n: int, settings: dict[str, Value]) -> Simulation:

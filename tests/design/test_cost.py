@@ -7,6 +7,7 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
+from kernels.settings import COMMON, Actuation, Breakdowns
 from sweep.design.cost import (
     job_seconds,
     point_seconds,
@@ -17,7 +18,9 @@ from sweep.design.cost import (
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, SomeJobs
 from sweep.design.plan import duration, make_plan, size
+from sweep.spec.settings import Value
 from sweep.spec.study import RecordSpec, parse_spec
+from tests import builders
 from tests.studies import COVERING, SMALL
 
 
@@ -29,6 +32,37 @@ def test_larger_trials_cost_more(model: str, setting: str) -> None:
     assert trial_seconds(model, BUILT_IN, larger, record) > 5 * trial_seconds(
         model, BUILT_IN, preset, record
     )
+
+
+LAYERS: tuple[dict[str, Value], ...] = (
+    {"sensing_delay": 2.0},
+    {"position_noise": 1.0},
+    {"position_noise": 1.0, "own_noise": "independent"},
+    {"packet_loss": 0.1},
+    {"occlusion": "obstacles"},
+    {"occlusion": "boids", "body_radius": 1.0},
+    {"occlusion": "both", "body_radius": 1.0},
+    {"motor_lag": 1.0},
+    {"motor_noise": 1.0},
+    {"failing_share": 0.1, "failing_time": 1.0},
+    {"failing_share": 0.1, "failing_time": 1.0, "failing_how": "blind"},
+)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_layer_of_robots_costs_time(model: str) -> None:
+    """And all together cost more than any of them."""
+    about, record = MODELS[model], RecordSpec(MODELS[model].metrics)
+    motors = {name: COMMON[name] for name in (*Actuation._fields, *Breakdowns._fields)}
+    ideal = about.presets["as_run"] | builders.IDEAL | motors
+    costs = [
+        trial_seconds(model, BUILT_IN, ideal | layer, record) for layer in ({}, *LAYERS)
+    ]
+    every: dict[str, Value] = {}
+    for layer in LAYERS:
+        every |= layer
+    assert min(costs[1:]) > costs[0]
+    assert trial_seconds(model, BUILT_IN, ideal | every, record) > max(costs)
 
 
 def test_metrics_and_frames_cost_time_and_space() -> None:
@@ -73,6 +107,9 @@ def test_a_study_costs_the_sum_of_its_trials() -> None:
         "n: [10, 1000]",
         "cohesion_range: [20, 400], update: [sequential, synchronous]",
         "drag: [0, 0.1]",
+        "occlusion: [none, boids, obstacles], body_radius: [1, 2, 3]",
+        "position_noise: [0, 2], own_noise: [none, independent]",
+        "failing_how: [stop, blind], failing_share: [0.1, 0.2]",
     ],
 )
 def test_the_estimate_of_every_point_is_that_of_its_settings(axes: str) -> None:
