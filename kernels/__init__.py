@@ -23,7 +23,9 @@ prints nothing, validates nothing.
     torus        distances on a torus
     fetching     memory that is asked for before it is needed
     arbitration  how forces share one acceleration
-    angles       cosine and sine by arithmetic alone
+    angles       cosine and sine by arithmetic alone, for angles up to half a turn
+    elementary   all such functions by arithmetic alone, rounded to the nearest number
+    elementary_tables  what these look up
     rules/       social, steering, headings, avoidance, obstacles, borders
     worlds       maps -> World
     arenas       maps for small robots, in metres
