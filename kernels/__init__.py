@@ -24,7 +24,10 @@ prints nothing, validates nothing.
     torus        distances on a torus
     fetching     memory that is asked for before it is needed
     arbitration  how forces share one acceleration
-    angles       cosine and sine by arithmetic alone
+    angles       cosine and sine by arithmetic alone, for angles up to half a turn
+    elementary   all such functions by arithmetic alone, rounded to the nearest number
+    elementary_tables  what these look up
+    generator    NumPy's random numbers in integers, where there is no NumPy
     rules/       social, steering, headings, avoidance, obstacles, borders
     shapes       what obstacles there can be
     polygons     those of any shape: nearest points, insides, what is behind them

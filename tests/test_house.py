@@ -115,7 +115,7 @@ def test_one_module_says_how_kernels_are_compiled(name: str) -> None:
     of the processor that Python has no words for. Lanes have their own types, and
     threads their barrier.
     """
-    others = "__init__", "caching", "fetching", "fours", "indices", "jit"
+    others = "__init__", "caching", "fetching", "fours", "generator", "indices", "jit"
     allowed = [*(f"kernels/{one}.py" for one in others), "kernels/threads/barrier.py"]
     if name not in allowed and "/lanes/" not in name:
         assert not any(within(module, {"numba"}) for module in imports(name))

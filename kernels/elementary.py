@@ -1,0 +1,325 @@
+"""Elementary functions by arithmetic alone: sine, cosine, arctangent, exponential,
+logarithm, power.
+
+A mathematics library rounds as it likes, so the last bits of its results differ from
+one system to the next, and on a GPU. IEEE 754 says what each addition, multiplication
+and division gives. So these functions have the same bits wherever kernels run, in the
+interpreter too, as long as nobody fuses a multiplication with an addition.
+
+The error of each result is below BOUND units in the last place (ulp) of the exact
+value, and nearly always it is the double next to this. The way is the same for all of
+them. The argument is brought near to an entry of a table; the
+function of what is left is a short polynomial; and the result is kept as the sum of
+two numbers, of which the second holds what the first one rounds away, until the very
+end.
+
+Sources: P. T. P. Tang (1989), Table-driven implementation of the exponential function
+in IEEE floating-point arithmetic, ACM TOMS 15, 144-157, and (1990) of the logarithm
+function, ACM TOMS 16, 378-400; W. J. Cody, W. Waite (1980), Software manual for the
+elementary functions, for constants in parts; T. J. Dekker (1971), A floating-point
+technique for extending the available precision, Numerische Mathematik 18, 224-242, for
+products; D. E. Knuth, The art of computer programming 2, 4.2.2, for sums; J.-M. Muller
+et al. (2018), Handbook of floating-point arithmetic.
+"""
+
+import math
+
+from kernels.elementary_tables import (
+    ATAN_HIGH,
+    ATAN_LOW,
+    COSINE_HIGH,
+    COSINE_LOW,
+    EXP_HIGH,
+    EXP_LOW,
+    EXP_STEP,
+    FACTOR,
+    HALF_PI,
+    LN2,
+    LOG_HIGH,
+    LOG_LOW,
+    POWERS,
+    SINE_HIGH,
+    SINE_LOW,
+)
+from kernels.jit import jit
+
+BOUND = 0.501
+"""Errors are below so many units in the last place."""
+MOST_ANGLE = 2.0**20
+"""The largest angle, in radians, of which there is a sine or a cosine: a quarter of a
+turn is known to 152 bits, which are enough up to here.
+"""
+SPLITTER = 2.0**27 + 1.0
+SHIFT = 1.5 * 2.0**52
+"""The doubles near it are whole numbers: adding it rounds to one."""
+EXP_PARTS, SINE_PARTS, ATAN_PARTS, LOG_PARTS = 128, 64.0, 128.0, 256.0
+FIRST_LOG = 181
+PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / math.log(2.0), 2.0 / math.pi
+ROOT_HALF = 0.7071067811865476
+MOST_EXP, LEAST_EXP = 710.0, -746.0
+"""Beyond these the exponential is infinite and zero."""
+LEAST_NORMAL, MOST_EXPONENT = -1022, 1023
+"""The least and the largest exponent of numbers with all of their bits."""
+FLAT = 2.0**-60
+"""Below it the arctangent is the number itself."""
+MOST_POWER = 2.0**65
+"""Any power beyond is 0, 1 or infinite."""
+
+
+@jit
+def _sum(a: float, b: float) -> tuple[float, float]:
+    """The sum of two numbers, and what it rounds away."""
+    s = a + b
+    back = s - a
+    return s, (a - (s - back)) + (b - back)
+
+
+@jit
+def _sum_to(a: float, b: float) -> tuple[float, float]:
+    """`_sum` where |a| >= |b|, or a is 0."""
+    s = a + b
+    return s, b - (s - a)
+
+
+@jit
+def _halves(a: float) -> tuple[float, float]:
+    """A number as the sum of two with 26 bits each."""
+    c = SPLITTER * a
+    high = c - (c - a)
+    return high, a - high
+
+
+@jit
+def _product(a: float, b: float) -> tuple[float, float]:
+    """The product of two numbers, and what it rounds away."""
+    p = a * b
+    (c, d), (e, f) = _halves(a), _halves(b)
+    return p, ((c * e - p) + c * f + d * e) + d * f
+
+
+@jit
+def _grown(x: float, rest: float) -> tuple[int, float, float]:
+    """Of exp(x + rest) the number k of steps, of ln 2 / EXP_PARTS each, and with two
+    parts by how much what is left differs from 1. `x` is between LEAST_EXP and
+    MOST_EXP.
+    """
+    steps = (x * PER_EXP_STEP + SHIFT) - SHIFT
+    high, low = _sum(x - steps * EXP_STEP[0], -(steps * EXP_STEP[1]))
+    r, low = _sum_to(high, low - steps * EXP_STEP[2] + rest)
+    square, below = _product(r, r)
+    more = 1 / 120 + r * (1 / 720 + r * (1 / 5040))
+    cubed = r * square * (1 / 6 + r * (1 / 24 + r * more))
+    p, kept = _sum_to(r, 0.5 * square)
+    return int(steps), p, kept + (0.5 * below + (low + low * r + cubed))
+
+
+@jit
+def _exp(x: float, rest: float) -> tuple[float, float, int]:
+    """exp(x + rest) as (a + b) 2^c; see `_grown`."""
+    k, p, low = _grown(x, rest)
+    high, kept = float(EXP_HIGH[k & 127]), float(EXP_LOW[k & 127])
+    a, b = _product(high, p)
+    y, c = _sum_to(high, a)
+    y, c = _sum_to(y, c + (b + (kept + (high * low + kept * p))))
+    return y, c, k >> 7
+
+
+@jit
+def _scaled(y: float, low: float, exponent: int) -> float:
+    """(y + low) 2^exponent, rounded once. `low` is below half a unit of `y`, which is
+    between 1/2 and 2.
+    """
+    if exponent > LEAST_NORMAL or (exponent == LEAST_NORMAL and y >= 1.0):
+        # 2^1024 is no double, but a half times it is one.
+        over = exponent > MOST_EXPONENT
+        scale = float(POWERS[(exponent - 1 if over else exponent) - LEAST_NORMAL])
+        return y * scale * (2.0 if over else 1.0)
+    # Numbers near this one have as many bits as are left of the result.
+    near = math.ldexp(1.0, LEAST_NORMAL - exponent)
+    rounded = near + y
+    return math.ldexp((rounded + ((y - (rounded - near)) + low)) - near, exponent)
+
+
+@jit
+def exp(x: float) -> float:
+    """The exponential of `x`."""
+    if not LEAST_EXP <= x <= MOST_EXP:
+        return math.inf if x > 0.0 else 0.0 if x < 0.0 else x
+    y, low, exponent = _exp(x, 0.0)
+    return _scaled(y, low, exponent)
+
+
+@jit
+def expm1(x: float) -> float:
+    """exp(x) - 1, as exact near zero."""
+    if not -40.0 <= x <= MOST_EXP:
+        return math.inf if x > 0.0 else -1.0 if x < 0.0 else x
+    if abs(x) < FLAT:
+        return x
+    k, p, low = _grown(x, 0.0)
+    if k == 0:
+        return p + low
+    y, low, exponent = _exp(x, 0.0)
+    if exponent > 60:
+        return _scaled(y, low, exponent)
+    scale = math.ldexp(1.0, exponent)
+    high, kept = _sum(y * scale, -1.0)
+    return high + (kept + low * scale)
+
+
+@jit
+def _log(x: float) -> tuple[float, float]:
+    """The natural logarithm of a positive, finite number, in two parts."""
+    m, e = math.frexp(x)
+    small = m < ROOT_HALF
+    m, steps = 2.0 * m if small else m, float(e - 1 if small else e)
+    k = int(m * LOG_PARTS + 0.5) - FIRST_LOG
+    c = float(FACTOR[k])
+    top, rest = _halves(m)
+    r, low = _sum(c * top - 1.0, c * rest)
+    square, below = _product(r, r)
+    more = 1 / 6 - r * (1 / 7 - r * (1 / 8 - r * (1 / 9)))
+    cubed = r * square * (1 / 3 - r * (1 / 4 - r * (1 / 5 - r * more)))
+    a, b = _sum(steps * LN2[0], float(LOG_HIGH[k]))
+    y, d = _sum(a, r)
+    y, f = _sum(y, -0.5 * square)
+    high = b + (d + f) + (steps * LN2[1] + float(LOG_LOW[k]))
+    return _sum_to(y, high + (low - 0.5 * below - r * low + cubed))
+
+
+@jit
+def log(x: float) -> float:
+    """The natural logarithm of `x`: -inf for 0, and no number (nan) below."""
+    if not 0.0 < x < math.inf:
+        return -math.inf if x == 0.0 else math.nan if x < 0.0 else x
+    y, low = _log(x)
+    return y + low
+
+
+@jit
+def power(x: float, y: float) -> float:
+    """`x` to the power `y`, for x >= 0; no number (nan) for x < 0."""
+    if y == 0.0 or x == 1.0:
+        return 1.0
+    if x < 0.0 or x != x or y != y:
+        return math.nan
+    if x == 0.0 or x == math.inf:
+        return math.inf if (x == 0.0) == (y < 0.0) else 0.0
+    a, b = _log(x)
+    most = min(max(y, -MOST_POWER), MOST_POWER)
+    p, rest = _product(a, most)
+    if not LEAST_EXP <= p <= MOST_EXP:
+        return math.inf if p > 0.0 else 0.0
+    high, low, exponent = _exp(p, rest + b * most)
+    return _scaled(high, low, exponent)
+
+
+@jit
+def _turned_back(x: float) -> tuple[int, float, float]:
+    """The quarter of a turn in which an angle is, 0 to 3, and in two parts how far it
+    is from its middle, which is at multiples of pi / 2.
+    """
+    quarters = (x * PER_HALF_PI + SHIFT) - SHIFT
+    a, b = x - quarters * HALF_PI[0], quarters * HALF_PI[1]
+    high, low = _sum(a, -b)
+    low, rest = _sum(low, -(quarters * HALF_PI[2]))
+    high, low = _sum(high, low)
+    high, low = _sum_to(high, low + (rest - quarters * HALF_PI[3]))
+    return int(quarters) & 3, high, low
+
+
+@jit
+def _sine_cosine(high: float, low: float) -> tuple[float, float]:
+    """Sine and cosine of high + low, an angle of at most pi / 4 to either side."""
+    size = abs(high)
+    k = int(size * SINE_PARTS + 0.5)
+    d, rest = _sum(size - k / SINE_PARTS, low if high >= 0.0 else -low)
+    square = d * d
+    cubed = d * square * (-1 / 6 + square * (1 / 120 - square * (1 / 5040)))
+    fallen = square * (-0.5 + square * (1 / 24 - square * (1 / 720)))
+    s, s_low = float(SINE_HIGH[k]), float(SINE_LOW[k])
+    c, c_low = float(COSINE_HIGH[k]), float(COSINE_LOW[k])
+    a, b = _product(c, d)
+    y, f = _sum_to(s, a)
+    sine = y + (f + (b + (s_low + c_low * d + c * rest + (s * fallen + c * cubed))))
+    a, b = _product(s, d)
+    y, f = _sum_to(c, -a)
+    part = c * fallen - s * cubed
+    cosine = y + (f + (part + (c_low - b - s_low * d - s * rest)))
+    return sine if high >= 0.0 else -sine, cosine
+
+
+@jit
+def sine_cosine(x: float) -> tuple[float, float]:
+    """Sine and cosine of an angle in radians; no numbers (nan) beyond MOST_ANGLE."""
+    if not abs(x) <= MOST_ANGLE:
+        return math.nan, math.nan
+    quarter, high, low = _turned_back(x)
+    s, c = _sine_cosine(high, low)
+    s, c = (c, -s) if quarter & 1 else (s, c)
+    s, c = (-s, -c) if quarter & 2 else (s, c)
+    return x if x == 0.0 else s, c
+
+
+@jit
+def sin(x: float) -> float:
+    """The sine of an angle in radians; no number (nan) beyond MOST_ANGLE."""
+    return sine_cosine(x)[0]
+
+
+@jit
+def cos(x: float) -> float:
+    """The cosine of an angle in radians; no number (nan) beyond MOST_ANGLE."""
+    return sine_cosine(x)[1]
+
+
+@jit
+def _slope(small: float, big: float) -> tuple[float, float]:
+    """The arctangent of small / big in two parts; small <= big, both finite and not
+    below 0.
+    """
+    ratio = small / big if small > 0.0 else 0.0
+    if ratio < FLAT:
+        return ratio, 0.0
+    _, e = math.frexp(big)
+    x, y = math.ldexp(big, -e), math.ldexp(small, -e)
+    k = int(ratio * ATAN_PARTS + 0.5)
+    a = k / ATAN_PARTS
+    p, below = _product(a, x)
+    over, low = _sum(y, -p)
+    over, low = _sum(over, low - below)
+    q, below = _product(a, y)
+    under, rest = _sum_to(x, q)
+    t = over / under
+    r, lost = _product(t, under)
+    left = (((over - r) - lost) + low - t * (rest + below)) / under
+    square = t * t
+    cubed = -1 / 3 + square * (1 / 5 - square * (1 / 7 - square * (1 / 9)))
+    high, kept = _sum_to(float(ATAN_HIGH[k]), t)
+    return _sum_to(high, kept + (float(ATAN_LOW[k]) + left + t * square * cubed))
+
+
+@jit
+def atan2(y: float, x: float) -> float:
+    """The angle of the vector (x, y) from -pi to pi, radians, with the sign of `y`; as
+    IEEE 754 has it for zeros and infinite numbers.
+    """
+    if x != x or y != y:
+        return math.nan
+    across, along = abs(y), abs(x)
+    steep, back = across > along, math.copysign(1.0, x) < 0.0
+    small, big = (along, across) if steep else (across, along)
+    if big == math.inf:  # two infinite numbers are equal, and others are nothing
+        small, big = 1.0 if small == big else 0.0, 1.0
+    high, low = _slope(small, big)
+    turns = (1.0 if steep else 2.0) if back or steep else 0.0
+    angle = high + low
+    if turns > 0.0:
+        sign = 1.0 if steep and back else -1.0
+        a, b = _sum(turns * QUARTER, sign * high)
+        angle = a + (b + (turns * BEYOND_QUARTER + sign * low))
+    return math.copysign(angle, y)
+
+
+QUARTER, BEYOND_QUARTER = 1.5707963267948966, 6.123233995736766e-17
+"""A quarter of a turn in two parts."""

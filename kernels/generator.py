@@ -1,0 +1,142 @@
+"""Random numbers of NumPy's generator, for kernels that cannot call NumPy: a GPU has no
+`numpy.random.Generator`.
+
+A `Stream` is what `Generator(PCG64)` is, in integers of 32 bits, and has the same bits:
+the state grows by a multiplication and an addition of 128 bits, and its two halves give
+a number of 64 bits, turned round by as many bits as the highest six of them say. So a
+flight may go on with a Stream where a Generator stopped, and the other way round.
+
+The generator is PCG XSL RR 128/64: M. E. O'Neill (2014), PCG: a family of simple fast
+space-efficient statistically good algorithms for random number generation, Harvey Mudd
+College, HMC-CS-2014-0905.
+
+A Stream has the methods `random` and `uniform`. It has no `normal`: NumPy takes the
+logarithm of the system for what lies far out, whose last bits nobody promises.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numba import types
+from numba.extending import overload_method
+from numpy.random import PCG64, Generator
+from numpy.typing import NDArray
+
+from kernels.jit import jit
+
+Words = NDArray[np.uint64]
+
+LIMBS, LIMB_BITS = 4, 32
+LIMB, TOP = np.uint64(LIMB_BITS), np.uint64(58)
+LOW = np.uint64(2**LIMB_BITS - 1)
+FACTOR = 0x2360ED051FC65DA44385DF649FCCF645
+M0, M1, M2, M3 = (
+    np.uint64(FACTOR >> LIMB_BITS * k & 2**LIMB_BITS - 1) for k in range(LIMBS)
+)
+"""The factor of the state, its lowest 32 bits first."""
+WIDTH, MOST_TURN = np.uint64(64), np.uint64(63)
+DROPPED, UNIT = np.uint64(11), 2.0**-53
+"""The upper 53 bits of a number of 64 make one below 1."""
+
+
+class Stream(NamedTuple):
+    """Random numbers of one trial. `words` (8,) has the 128 bits of the state and the
+    128 that are added to it in each step, in parts of 32 bits, the lowest first.
+    """
+
+    words: Words
+
+    def random(self) -> float:
+        """A number that is uniform in [0, 1)."""
+        return random(self.words)
+
+    def uniform(self, low: float, high: float) -> float:
+        """A number that is uniform in [low, high)."""
+        return uniform(self.words, low, high)
+
+
+@jit
+def bits(words: Words) -> Any:
+    """The next 64 random bits; the state moves on by one step."""
+    a, b, c, d = words[0], words[1], words[2], words[3]
+    aa, ab, ba = a * M0, a * M1, b * M0
+    ac, bb, ca = a * M2, b * M1, c * M0
+    s = (aa & LOW) + words[4]
+    words[0] = s & LOW
+    s = (s >> LIMB) + (aa >> LIMB) + (ab & LOW) + (ba & LOW) + words[5]
+    words[1] = s & LOW
+    s = (s >> LIMB) + (ab >> LIMB) + (ba >> LIMB) + words[6]
+    s += (ac & LOW) + (bb & LOW) + (ca & LOW)
+    words[2] = s & LOW
+    s = (s >> LIMB) + (ac >> LIMB) + (bb >> LIMB) + (ca >> LIMB) + words[7]
+    s += (a * M3 & LOW) + (b * M2 & LOW) + (c * M1 & LOW) + (d * M0 & LOW)
+    words[3] = s & LOW
+    high = words[3] << LIMB | words[2]
+    mixed, turn = high ^ (words[1] << LIMB | words[0]), high >> TOP
+    return mixed >> turn | mixed << ((WIDTH - turn) & MOST_TURN)
+
+
+@jit
+def random(words: Words) -> float:
+    """A number that is uniform in [0, 1), as `Generator.random`."""
+    return float(bits(words) >> DROPPED) * UNIT
+
+
+@jit
+def uniform(words: Words, low: float, high: float) -> float:
+    """A number that is uniform in [low, high), as `Generator.uniform`."""
+    return low + (high - low) * random(words)
+
+
+def stream_of(rng: Generator) -> Stream:
+    """A stream that goes on where `rng` is, which stays there. Raises TypeError where
+    its bits are not those of PCG64.
+    """
+    state = _state(rng)["state"]
+    numbers = state["state"] | state["inc"] << 128
+    words = [numbers >> LIMB_BITS * k & int(LOW) for k in range(2 * LIMBS)]
+    return Stream(np.array(words, np.uint64))
+
+
+def go_on(rng: Generator, stream: Stream) -> None:
+    """Have `rng`, of which `stream` was made, go on where the stream is."""
+    state = _state(rng)
+    limbs = stream.words[:LIMBS].tolist()
+    state["state"]["state"] = sum(limb << LIMB_BITS * k for k, limb in enumerate(limbs))
+    rng.bit_generator.state = state
+
+
+def _state(rng: Generator) -> dict[str, Any]:
+    if not isinstance(rng.bit_generator, PCG64):
+        name = type(rng.bit_generator).__name__
+        raise TypeError(f"a Stream has the bits of PCG64, and not those of {name}")
+    return cast("dict[str, Any]", rng.bit_generator.state)
+
+
+def _random(stream: Any) -> Any:
+    return random(stream.words)
+
+
+def _uniform(stream: Any, low: Any, high: Any) -> Any:
+    return uniform(stream.words, low, high)
+
+
+def _for_random(stream: Any) -> Any:
+    return _random if stream.instance_class is Stream else None
+
+
+def _for_uniform(stream: Any, low: Any, high: Any) -> Any:  # noqa: ARG001
+    return _uniform if stream.instance_class is Stream else None
+
+
+METHODS: dict[str, Callable[..., Any]] = {
+    "random": _for_random,
+    "uniform": _for_uniform,
+}
+"""What numba asks for the methods of a named tuple: what those of a Stream are compiled
+to, and None for all others.
+"""
+# Statements of the module, as in kernels.indices: so they belong to the stamps.
+for name, compiled in METHODS.items():
+    overload_method(types.BaseNamedTuple, name)(compiled)
