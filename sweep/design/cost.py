@@ -22,14 +22,12 @@ from kernels.settings import (
     HIDDEN_BY_BOTH,
     HIDDEN_BY_OBSTACLES,
     OWN_INDEPENDENT,
-    Actuation,
-    Breakdowns,
-    RobotSettings,
     Sensing,
 )
 from kernels.topology import look_around
 from sweep.design.design import Design, evenly
 from sweep.design.jobs import ContinuedJobs, Job, LinkedJobs, SomeJobs, steps_of
+from sweep.spec.robots import robot_settings
 from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
 
@@ -136,13 +134,10 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     hears, and by its motors.
     """
     about, described = known.models[model], settings_of(model, known)
-    sensing, actuation, breakdowns = (
-        settings_tuple(group, settings, described)
-        for group in (Sensing, Actuation, Breakdowns)
-    )
-    dt = float(settings["dt"])
-    if is_ideal(RobotSettings(sensing, actuation, breakdowns), dt):
+    robots, dt = robot_settings(settings, described), float(settings["dt"])
+    if is_ideal(robots, dt):
         return 0.0
+    sensing, actuation, breakdowns = robots.sensing, robots.actuation, robots.breakdowns
     seconds = ROBOT_SECONDS + NORMALS_SECONDS * (actuation.motor_noise > 0)
     unheard = breakdowns.failing_share > 0 and breakdowns.failing_how in (SILENT, BLIND)
     if senses.is_ideal(sensing, dt) and not unheard:

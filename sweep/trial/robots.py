@@ -2,41 +2,18 @@
 random numbers.
 """
 
-from collections.abc import Iterator
-
 from kernels.chance import ChanceKey
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.robots import ChanceKeys, is_ideal
-from kernels.settings import (
-    Actuation,
-    Breakdowns,
-    Medium,
-    RobotSettings,
-    Sensing,
-    Spread,
-)
+from kernels.settings import RobotSettings
 from sweep.design.jobs import Job, stream
-from sweep.spec.settings import Settings, settings_of, settings_tuple
+from sweep.spec.robots import robot_settings
+from sweep.spec.settings import settings_of
 
 
 def robots_of(job: Job) -> RobotSettings:
     """In what the boids of a job and their medium differ from ideal ones."""
-    known = settings_of(job.model, job.known)
-    return RobotSettings(
-        *(
-            settings_tuple(group, job.settings, known)
-            for group in (Sensing, Actuation, Breakdowns, Medium)
-        ),
-        spreads=tuple(_spreads(job, known)),
-    )
-
-
-def _spreads(job: Job, known: Settings) -> Iterator[Spread]:
-    """By how much parameters of the model differ from robot to robot."""
-    for name in sorted(job.settings.keys() - known):
-        parameter = known[known.spreads[name].spread_of]
-        deviation = float(job.settings[name])
-        yield Spread(parameter.name, deviation, parameter.low, parameter.high)
+    return robot_settings(job.settings, settings_of(job.model, job.known))
 
 
 def has_robots(job: Job) -> bool:
