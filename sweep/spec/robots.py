@@ -1,6 +1,6 @@
 """In what the boids of a trial differ from ideal ones, by its settings."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from kernels.settings import (
     Actuation,
@@ -13,7 +13,7 @@ from kernels.settings import (
 from sweep.spec.settings import Settings, Value, settings_tuple
 
 
-def robot_settings(settings: Mapping[str, Value], known: Settings) -> RobotSettings:
+def robot_settings(settings: dict[str, Value], known: Settings) -> RobotSettings:
     """In what boids and their medium differ from ideal ones; `known` are those of
     their model.
     """
@@ -26,7 +26,7 @@ def robot_settings(settings: Mapping[str, Value], known: Settings) -> RobotSetti
     )
 
 
-def _spreads(settings: Mapping[str, Value], known: Settings) -> Iterator[Spread]:
+def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:
     """By how much parameters of the model differ from robot to robot."""
     for name in sorted(settings.keys() - known):
         parameter = known[known.spreads[name].spread_of]
