@@ -391,8 +391,8 @@ MISTAKES = [
         "10: the polygon lies outside the world, which is 10 x 20",
     ),
     (
-        shapes("polygon: {vertices: [[1, 1], [3, 1], [1, 3]], solid: outwards}"),
-        '10: unknown side "outwards"; did you mean "outside"?',
+        shapes("polygon: {vertices: [[1, 1], [3, 1], [1, 3]], solid: outsides}"),
+        '10: unknown side "outsides"; did you mean "outside"?',
     ),
     (
         shapes(
