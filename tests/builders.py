@@ -253,6 +253,7 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         work.robots,
         work.near.senses,
         work.goals,
+        work.motion,
     )._replace(state_before=work.state_before)
     watch = simulation.flight.record.watch
     for state in (

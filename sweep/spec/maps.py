@@ -332,15 +332,18 @@ def from_json(stored: Any) -> OwnMap:
     """
     try:
         width, height = np.array(stored["size"], np.float64).tolist()
-        obstacles = tuple(map(_obstacle_from_json, stored["obstacles"]))
+        rows = tuple(map(_row_from_json, stored["obstacles"]))
     except (ValueError, TypeError, KeyError, OverflowError):
         raise ValueError("it has no size, or no table of obstacles") from None
     if not (0 < width < math.inf and 0 < height < math.inf):
         raise ValueError(f"its size is {width} x {height}")
-    if len(obstacles) > MOST_SHAPES:
+    if len(rows) > MOST_SHAPES:
         raise ValueError(
-            f"it has {len(obstacles):,} shapes; at most {MOST_SHAPES:,} are allowed"
+            f"it has {len(rows):,} shapes; at most {MOST_SHAPES:,} are allowed"
         )
+    obstacles = tuple(
+        polygon_from_json(one) if isinstance(one, dict) else one for one in rows
+    )
     for obstacle in obstacles:
         x, y, half_width, half_height, disc = _box(obstacle)
         lengths = min(half_width, half_height) > 0 and disc in (0.0, 1.0)
@@ -352,9 +355,10 @@ def from_json(stored: Any) -> OwnMap:
     return OwnMap((width, height), obstacles)
 
 
-def _obstacle_from_json(stored: Any) -> Obstacle:
+def _row_from_json(stored: Any) -> dict[str, Any] | Row:
+    """The numbers of a disc or a rectangle; a polygon as it is stored."""
     if isinstance(stored, dict):
-        return polygon_from_json(stored)
+        return stored
     row = tuple(map(float, stored))
     if len(row) not in (5, 7) or not all(map(math.isfinite, row[5:])):
         raise ValueError

@@ -24,7 +24,7 @@ NUMBER = Number()
 Floats = NDArray[np.float64]
 
 
-class Sides(NamedTuple):
+class Segments(NamedTuple):
     """Where sides begin and end: `ax`, `ay`, `bx`, `by`, numbers or arrays."""
 
     ax: Any
@@ -165,7 +165,7 @@ def polygon_from_json(stored: Any) -> Polygon:
 def flaw_of(vertices: tuple[Point, ...]) -> str:
     """Why finite vertices are none of a polygon, in words; "" where they are."""
     x, y = np.array(vertices, np.float64).T
-    sides = Sides(x, y, np.roll(x, -1), np.roll(y, -1))
+    sides = Segments(x, y, np.roll(x, -1), np.roll(y, -1))
     along_x, along_y = sides.bx - x, sides.by - y
     still = np.flatnonzero((along_x == 0.0) & (along_y == 0.0))
     if still.size:
@@ -173,10 +173,10 @@ def flaw_of(vertices: tuple[Point, ...]) -> str:
     if not _turn(x[0], y[0], x[1], y[1], x, y).any():
         return "the area 0: all vertices lie on one line"
     for i in range(len(vertices) - 1):
-        one = Sides(*(float(part[i]) for part in sides))
-        later = Sides(*(part[i + 1 :] for part in sides))
+        one = Segments(*(float(part[i]) for part in sides))
+        later = Segments(*(part[i + 1 :] for part in sides))
         met = _meet(one, later)
-        # Sides that follow each other share a vertex, and may share no more.
+        # Segments that follow each other share a vertex, and may share no more.
         met[0] = _folds(along_x, along_y, i, i + 1)
         if i == 0:
             met[-1] = _folds(along_x, along_y, len(vertices) - 1, 0)
@@ -206,7 +206,7 @@ def _folds(along_x: Floats, along_y: Floats, one: int, following: int) -> bool:
     return bool(ax * by - ay * bx == 0.0 and ax * bx + ay * by < 0.0)
 
 
-def _meet(one: Sides, many: Sides) -> NDArray[np.bool_]:
+def _meet(one: Segments, many: Segments) -> NDArray[np.bool_]:
     """Which of many sides have a point in common with one."""
     from_one = [
         np.sign(_turn(*one, x, y)) for x, y in ((many.ax, many.ay), (many.bx, many.by))

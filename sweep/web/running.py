@@ -10,6 +10,7 @@ from sweep.spec.derived_metrics import needed
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.study import RecordSpec
 from sweep.trial.simulation import Simulation
+from sweep.trial.world import world_of
 from sweep.web.compiling import prepare
 
 MOST_PIXELS = 4_000_000
@@ -32,8 +33,8 @@ def simulation_of(job: Job) -> Simulation:
     """A simulation of `job` for the page: it counts what any metric may need, and keeps
     every frame with all bodies.
 
-    The flight is the same as without all this. In a world of more than MOST_PIXELS,
-    visits are counted only if the metrics of the job need them.
+    The flight is the same as without all this. In a world of more than MOST_PIXELS, or
+    where obstacles move, visits are counted only if the metrics of the job need them.
     """
     prepare(job.model, job.preset, job.known)
     model = job.known.models[job.model]
@@ -57,9 +58,8 @@ def _can_cover(job: Job) -> bool:
     width, height, pixel = (
         float(job.settings[name]) for name in ("width", "height", "pixel")
     )
-    return (
-        pixel <= min(width, height) and width / pixel * (height / pixel) <= MOST_PIXELS
-    )
+    fits = width / pixel * (height / pixel) <= MOST_PIXELS
+    return pixel <= min(width, height) and fits and world_of(job).paths is None
 
 
 def changed(earlier: Simulation, job: Job) -> Simulation:

@@ -25,6 +25,12 @@ from tests.naive.nanobot import nanobot
 from tests.naive.nguyen2024 import nguyen2024
 from tests.naive.patel2023 import patel2023
 from tests.naive.pixels import blocked, inside_any, visits
+from tests.naive.polygons import (
+    nearest_of_border,
+    polygon_distance,
+    walked,
+    winding,
+)
 from tests.naive.rules import *
 from tests.naive.rustamani2024 import ORDERS, cells_within, rustamani2024
 from tests.naive.strombom2014 import strombom2014

@@ -2,8 +2,10 @@
 is refused.
 """
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from PIL import Image
 
 from kernels.models import MODELS
+from kernels.shapes import Polygon
 from kernels.worlds import MAPS, build_reach, inside_any
 from sweep.campaigns.launch import launch
 from sweep.design.design import expand
@@ -364,7 +367,43 @@ MISTAKES = [
     ),
     (
         shapes("{disc: {x: 1, y: 1, radius: 1}, rectangle: {x: 1}}"),
-        "10: a shape is either a disc or a rectangle",
+        "10: a shape is one of disc, rectangle and polygon",
+    ),
+    (
+        shapes("polygon: {vertices: [[1, 1], [2, 2]]}"),
+        '10: "vertices" must be a list of 3 to 1000 vertices [x, y], not a list of 2',
+    ),
+    (
+        shapes("polygon: {vertices: [[1, 1], [2, 2], [.inf, 1]]}"),
+        "10: ",
+    ),
+    (
+        shapes("polygon: {vertices: [[1, 1], [3, 3], [3, 1], [1, 3]]}"),
+        "10: the polygon has sides that cross: side 1, from (1, 1) to (3, 3), and side"
+        " 3, from (3, 1) to (1, 3)",
+    ),
+    (
+        shapes("polygon: {vertices: [[1, 1], [2, 2], [3, 3]]}"),
+        "10: the polygon has the area 0: all vertices lie on one line",
+    ),
+    (
+        shapes("polygon: {vertices: [[-5, 1], [-1, 2], [-3, 3]]}"),
+        "10: the polygon lies outside the world, which is 10 x 20",
+    ),
+    (
+        shapes("polygon: {vertices: [[1, 1], [3, 1], [1, 3]], solid: outsides}"),
+        '10: unknown side "outsides"; did you mean "outside"?',
+    ),
+    (
+        shapes(
+            "polygon: {vertices: [[1, 1], [3, 1], [1, 3]], solid: outside, velocity:"
+            " [1, 0]}"
+        ),
+        "10: an arena does not move: it has no velocity",
+    ),
+    (
+        shapes("disc: {x: 1, y: 1, radius: 1, velocity: 3}"),
+        '10: "velocity" must be',
     ),
     (
         shapes(*["disc: {x: 1, y: 1, radius: 1}"] * 8),
@@ -613,3 +652,97 @@ def test_all_mistakes_of_a_copied_map_are_said_at_once() -> None:
         copied("    from: cafetera")
     with pytest.raises(SpecError, match='unknown map to copy "random_obstacles"'):
         copied("    from: random_obstacles")
+
+
+SHAPES = [
+    "      - polygon: {vertices: [[1, 1], [390, 1], [390, 290], [1, 290]],"
+    " solid: outside}",
+    "      - polygon:",
+    "          vertices: [[50, 50], [90, 60], [60, 90.5]]",
+    "          velocity: [1, -0.1]",
+    "      - disc: {x: 200, y: 50, radius: 20, velocity: [0, 2]}",
+]
+OUTLINES = (
+    *ROOM_OBSTACLES,
+    Polygon(((1.0, 1.0), (390.0, 1.0), (390.0, 290.0), (1.0, 290.0)), True),
+    Polygon(((50.0, 50.0), (90.0, 60.0), (60.0, 90.5)), False, (1.0, -0.1)),
+    (200.0, 50.0, 20.0, 20.0, 1.0, 0.0, 2.0),
+)
+
+
+def test_polygons_and_velocities_are_read_written_and_stored_alike() -> None:
+    room = parse_spec(short(*ROOM, *SHAPES)).maps["room"]
+    assert room == OwnMap((400.0, 300.0), OUTLINES)
+    stored = json.loads(json.dumps(room.as_json()))
+    assert from_json(stored) == room
+    written = dump({"maps": {"room": maps.map_as_written(room)}})
+    assert parse_spec(short(written)).maps["room"] == room
+
+
+def test_what_a_map_is_known_by_covers_shapes_and_velocities() -> None:
+    """And is what it was where there are none."""
+    plain = OwnMap((400.0, 300.0), ROOM_OBSTACLES)
+    numbers = np.array(ROOM_OBSTACLES, "<f8").tobytes()
+    assert plain.digest == sha256(numbers).hexdigest()[:32]
+    still = OUTLINES[3]._replace(velocity=None)
+    inside = OUTLINES[2]._replace(is_arena=False)
+    found = {
+        OwnMap((400.0, 300.0), (*OUTLINES[:2], *others)).digest
+        for others in ((), OUTLINES[2:3], (inside,), OUTLINES[3:4], (still,))
+    }
+    assert len(found) == 5
+    assert plain.digest in found
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "words"),
+    [
+        ({"vertices": [[0, 0], [1, 1]]}, "a polygon has 2 vertices"),
+        ({"vertices": [[0, 0], [1, 1], [2]]}, "no list of vertices"),
+        ({"vertices": [[0, 0], [2, 2], [2, 0], [0, 2]]}, "sides that cross"),
+        ({"vertices": [[0, 0], [1, 0], [1, "inf"]]}, "of none"),
+        ({"vertices": [[0, 0], [1, 0], [1, 1]], "solid": "no"}, "of none"),
+        (
+            {"vertices": [[0, 0], [1, 0], [1, 1]], "velocity": [1]},
+            "no list of vertices",
+        ),
+        ({"vertices": [[-9, 0], [-1, 0], [-1, 1]]}, "outside"),
+        ([1, 2, 3, 4, 0, "nan", 1], "no table of obstacles"),
+        ([1, 2, 3, 4, 0, 1], "no table of obstacles"),
+    ],
+)
+def test_a_stored_map_that_is_none_is_refused(obstacle: object, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        from_json({"size": [10, 10], "obstacles": [obstacle]})
+
+
+MOVES = [*ROOM, "      - disc: {x: 9, y: 9, radius: 5, velocity: [0, 1]}"]
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        (
+            short(*MOVES, "fixed: {map: room}", "record: {metrics: [coverage]}"),
+            "that no visits are counted by pixels, which would be free for a while or"
+            " not at all: leave coverage out of what is recorded",
+        ),
+        (
+            short("fixed: {obstacle_speed: 1}", "record: {heatmaps: true}"),
+            "leave heatmaps out of what is recorded",
+        ),
+        (
+            short(
+                "fixed: {obstacle_speed: 1}",
+                "record: {metrics: [speed]}",
+            ).replace("nguyen2024", "rustamani2024"),
+            "rustamani2024 looks at an occupancy grid, which is that of the start",
+        ),
+    ],
+)
+def test_obstacles_that_move_are_refused_where_they_mean_nothing(
+    spec: str, words: str
+) -> None:
+    with pytest.raises(SpecError, match="obstacles that move need") as error:
+        expand(parse_spec(spec))
+    assert words in str(error.value)

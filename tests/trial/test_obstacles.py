@@ -1,0 +1,262 @@
+"""Trials among polygons, and among obstacles that move."""
+
+from dataclasses import replace
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kernels.inspection import velocities_after
+from kernels.lanes.vectors import WIDTH
+from kernels.models import MODELS
+from kernels.shapes import Obstacle, Polygon
+from kernels.worlds import MAPS, Map, inside_any
+from sweep.design.jobs import Job
+from sweep.trial.lanes import fly, in_groups
+from sweep.trial.simulation import Simulation, run
+from sweep.trial.state import different
+from sweep.trial.world import world_of
+from tests import builders
+from tests.commands import python
+
+HOOK = (0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.6, 0.9), (0.6, 0.6), (0.1, 0.6)
+TRIANGLE = (0.3, 0.3), (0.4, 0.3), (0.35, 0.4)
+
+
+def obstacles(width: float, height: float, speed: float) -> tuple[Obstacle, ...]:
+    """An arena, a disc and a triangle in a world of this size; the triangle has a
+    velocity of its own, if there is a speed.
+    """
+    hook, triangle = (
+        tuple((x * width, y * height) for x, y in shape) for shape in (HOOK, TRIANGLE)
+    )
+    size = 0.03 * width
+    return (
+        (0.75 * width, 0.3 * height, size, size, 1.0),
+        Polygon(hook, is_arena=True),
+        Polygon(triangle, velocity=(speed, -0.5 * speed) if speed else None),
+    )
+
+
+def among(model: str, speed: float = 0.0, **changes: Any) -> Job:
+    """A short trial of a model among these. Obstacles go a hundredth of the world in a
+    step, times `speed`.
+    """
+    job = builders.job(model, **({"n": 8, "steps": 8, "metrics": ()} | changes))
+    width, height, dt = (
+        float(job.settings[name]) for name in ("width", "height", "dt")
+    )
+    fast = 0.01 * speed * width / dt
+    wanted = {"obstacle_speed": fast, "start_radius": 0.0, "start_free": True}
+    return replace(
+        job, settings=job.settings | wanted, obstacles=obstacles(width, height, fast)
+    )
+
+
+def flown(simulation: Simulation, steps: int) -> np.ndarray:
+    assert simulation.advance(steps)
+    simulation.take_frames()
+    return builders.state(simulation.flock)
+
+
+MOVING = [name for name, model in MODELS.items() if model.occupancy is None]
+COMPILED = [
+    pytest.param(*one.values, speed, marks=one.marks)
+    if hasattr(one, "values")
+    else (one, speed)
+    for one in builders.COMPILED_AS_ROBOTS
+    for speed in (0.0, 1.0)
+    if speed == 0.0 or (one.values[0] if hasattr(one, "values") else one) in MOVING
+]
+
+
+@pytest.mark.parametrize(("model", "speed"), COMPILED)
+def test_every_model_flies_among_them_and_goes_on_with_the_same_bits(
+    model: str, speed: float
+) -> None:
+    """Boids start in the arena. Obstacles are where their paths say, in arrays of the
+    flight's own.
+    """
+    job = among(model, speed)
+    whole, part, again = (Simulation(job) for _ in range(3))
+    contact = whole.flight.scenery.contact
+    assert not any(
+        inside_any(whole.world, contact, x, y)
+        for x, y in zip(whole.flock.x, whole.flock.y, strict=True)
+    )
+    flown(part, 3)
+    again.restore(part.state().copied())
+    wanted = flown(whole, 8)
+    assert np.isfinite(wanted).all()
+    assert (flown(again, 5) == wanted).all()
+    assert different(whole.state(), again.state()) == ""
+    known = world_of(job).at(8)
+    assert (np.array(known.obstacles[:, 0]) == whole.world.obstacle_x).all()
+    assert (np.array(known.obstacles[:, 1]) == whole.world.obstacle_y).all()
+    assert whole.world.corners is not None
+    corners = np.concatenate([one.vertices for one in known.polygons.values()])
+    places = np.stack([whole.world.corners.x, whole.world.corners.y], axis=1)
+    assert (corners == places).all()
+    moved = (known.obstacles != world_of(job).obstacles).any(axis=1)
+    assert moved.tolist() == ([True, False, True] if speed else [False] * 3)
+
+
+def test_every_model_does_in_the_interpreter() -> None:
+    """Nothing is compiled there."""
+    code = (
+        "from kernels.models import MODELS\n"
+        "from tests.trial import test_obstacles as t\n"
+        "for model in MODELS:\n"
+        "  for speed in (0.0, 1.0) if model in t.MOVING else (0.0,):\n"
+        "    t.test_every_model_flies_among_them_and_goes_on_with_the_same_bits("
+        "model, speed)"
+    )
+    python(code, NUMBA_DISABLE_JIT="1")
+
+
+def digests() -> str:
+    """Where boids are after a few trials, as hashes."""
+    jobs = [
+        among("nguyen2024", speed, occlusion=hides, obstacle_range=1e9)
+        for speed in (0.0, 1.0)
+        for hides in ("none", "obstacles")
+    ]
+    ends = (flown(Simulation(job), 8).tobytes() for job in jobs)
+    return " ".join(sha256(end).hexdigest() for end in ends)
+
+
+def test_the_interpreter_gives_the_same_bits() -> None:
+    code = "from tests.trial import test_obstacles as t\nprint(t.digests())"
+    found = digests()
+    assert python(code, NUMBA_DISABLE_JIT="1").strip() == found
+    assert len(set(found.split())) == 4
+
+
+def towards(**changes: Any) -> Job:
+    """One boid that stays at (100, 100), and a disc of radius 5 that begins 10 away and
+    comes nearer by 1 in each step.
+    """
+    still = {"wander_weight": 0.0, "obstacle_weight": 0.0, "start_speed": 0.0}
+    size = {"width": 300, "height": 200, "n": 1, "steps": 30}
+    job = builders.job(
+        "nguyen2024",
+        metrics=("collisions", "clearance", "depth_outside"),
+        **(still | size | changes),
+    )
+    return replace(job, obstacles=((90.0, 100.0, 5.0, 5.0, 1.0, 1.0, 0.0),))
+
+
+def test_events_and_metrics_of_a_frame_see_obstacles_where_they_are_then() -> None:
+    """Whatever frames are measured together, and from a checkpoint too. The first frame
+    is from before the boid was placed.
+    """
+    simulation, again = Simulation(towards()), Simulation(towards())
+    places = (np.array([one]) for one in (100.0, 100.0, 0.0, 0.0))
+    builders.place(simulation, *places)
+    assert simulation.advance(4)
+    early = simulation.take_frames()
+    again.restore(simulation.state().copied())
+    assert again.advance(26)
+    found = np.concatenate([early.values, again.take_frames().values], axis=1)
+    away = np.abs(10.0 - np.arange(31)) - 5
+    hits, clearance, depth = found
+    assert hits.tolist() == (np.arange(31) >= 6).astype(float).tolist()
+    assert clearance[1:].tolist() == away[1:].tolist()
+    assert depth[1:].tolist() == np.maximum(-away, 0)[1:].tolist()
+
+
+def test_what_is_only_looked_at_moves_nothing() -> None:
+    job = among("nguyen2024", 1.0)
+    one, other = Simulation(job), Simulation(job)
+    flown(one, 4), flown(other, 4)
+    before = one.world.obstacle_x.copy()
+    with one.noise.lent() as rng:
+        velocities_after(one.flight, one.flight.params, rng)
+    assert (one.world.obstacle_x == before).all()
+
+
+def test_a_flight_takes_the_place_of_another_among_obstacles_that_move() -> None:
+    job = among("nguyen2024", 1.0)
+    whole, part, other = (Simulation(job) for _ in range(3))
+    flown(part, 3)
+    other.go_on_from(part)
+    assert (other.world.obstacle_x == part.world.obstacle_x).all()
+    assert (flown(other, 5) == flown(whole, 8)).all()
+
+
+def test_directions_are_of_the_trial() -> None:
+    """They come from the stream `made`; what has a velocity of its own keeps it."""
+    job = among("nguyen2024", 1.0)
+    one, same, other = (world_of(replace(job, replicate=k)).paths for k in (0, 0, 1))
+    assert one
+    assert same
+    assert other
+    assert (one.velocities == same.velocities).all()
+    assert ((one.velocities != other.velocities).any(axis=0)).tolist() == [
+        True,
+        False,
+        False,
+    ]
+    speed = float(job.settings["obstacle_speed"])
+    assert np.hypot(*one.velocities[:, 0]) == pytest.approx(speed, rel=1e-14)
+
+
+def drifting(settings: Any, _rng: np.random.Generator) -> np.ndarray:
+    """A disc that goes along x."""
+    return np.array([[0.5 * settings.width, 50.0, 5.0, 5.0, 1.0, 0.5, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("model", "metrics", "words"),
+    [
+        ("nguyen2024", ("coverage",), "visits are counted by pixels"),
+        ("rustamani2024", (), "an occupancy grid has one of the start"),
+    ],
+)
+def test_a_map_whose_obstacles_move_fails_where_that_means_nothing(
+    model: str, metrics: tuple[str, ...], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(MAPS, "drifting", Map(drifting, "a disc", "this test"))
+    job = builders.job(model, metrics=metrics, n=3, steps=2)
+    result = run(replace(job, settings=job.settings | {"map": "drifting"}))
+    assert result.status == "failed"
+    assert words in result.error
+
+
+def test_trials_that_cannot_fly_in_lanes_fly_alone(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """And nobody is told that this is a defect."""
+    jobs = [
+        replace(among("nguyen2024", 1.0), replicate=replicate)
+        for replicate in range(WIDTH)
+    ]
+    alone = [run(job) for job in jobs]
+    together = in_groups(jobs, run, lambda some: fly(*_begun(some)))
+    for one, other in zip(alone, together, strict=True):
+        assert builders.fingerprint(one) == builders.fingerprint(other)
+    assert not caplog.records
+
+
+def _begun(jobs: Any) -> tuple[list[Simulation], float]:
+    return [Simulation(job, together=True) for job in jobs], 0.0
+
+
+@pytest.mark.slow
+def test_trials_among_polygons_fly_in_lanes_with_the_same_bits() -> None:
+    jobs = [
+        replace(among("aziel_chen2025", metrics=("collisions",)), replicate=replicate)
+        for replicate in range(WIDTH)
+    ]
+    together = fly(*_begun(jobs))
+    for job, result in zip(jobs, together, strict=True):
+        assert builders.fingerprint(run(job)) == builders.fingerprint(result)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_any_number_of_threads_gives_the_same_bits(speed: float) -> None:
+    job = among("aziel_chen2025", speed, update="synchronous")
+    one, two = (Simulation(replace(job, threads=k)) for k in (1, 2))
+    assert (flown(one, 8) == flown(two, 8)).all()
