@@ -231,8 +231,7 @@ def _spread(parameter: str) -> Setting:
         f"{parameter}_spread",
         "float",
         "parameters",
-        f"spread of {parameter}: standard deviation of the logarithm of a factor that"
-        " each robot has of its own",
+        f"standard deviation of the logarithms of the robots' factors of {parameter}",
         low=0.0,
         high=MOST_SPREAD,
         only_where=OnlyWhere(f"0 < abs({parameter}) < 1e299"),
