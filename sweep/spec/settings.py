@@ -192,7 +192,9 @@ class Settings(dict[str, Setting]):
         names = [
             name
             for name in self.model.params._fields
-            if name in read.robot - read.flock and self[name].kind == "float"
+            if name in read.robot - read.flock
+            and self[name].kind == "float"
+            and not self._of_records
         ]
         return {one.name: one for one in map(_spread, names) if one.name not in self}
 
@@ -208,8 +210,15 @@ class Settings(dict[str, Setting]):
             if f"{name}_spread" not in self
         }
 
+    @property
+    def _of_records(self) -> list[str]:
+        """Parameters that cannot be read from a record: it has something else so."""
+        return [name for name in self.model.params._fields if hasattr(np.record, name)]
+
     def _why(self, name: str) -> str:
         """Why a setting cannot differ from robot to robot."""
+        if taken := self._of_records:
+            return f"a record of NumPy has another {taken[0]}: give it another name"
         if name not in self.model.params._fields:
             return f"{name} is no parameter of {self.model.name}"
         if self[name].kind != "float":
