@@ -82,8 +82,7 @@ def of_model(model: str, known: Catalogue) -> Schema:
     """The definitions of a model: its settings, its axes, and what its spec adds."""
     settings = settings_of(model, known).of_study(())
     presets = {
-        name: usual_settings(model, name, known)
-        for name in known.models[model].presets
+        name: usual_settings(model, name, known) for name in known.models[model].presets
     }
     values = {name: reference(_kind(setting)) for name, setting in settings.items()}
     texts = {

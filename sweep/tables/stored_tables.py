@@ -70,7 +70,7 @@ def checked(
 
 
 def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
-    """Trials whose spreads have a value: it is 0 in those of a launch that named none."""
+    """Trials with all spreads that some of them have: 0 where a launch named none."""
     for name in settings_of(table["model"][0].as_py(), known).spreads:
         if name in table.column_names:
             index = table.column_names.index(name)

@@ -12,13 +12,12 @@ from sweep.spec.settings import Settings, settings_of, settings_tuple
 def robots_of(job: Job) -> RobotSettings:
     """In what the boids of a job differ from ideal ones."""
     known = settings_of(job.model, job.known)
-    return RobotSettings(
-        *(
-            settings_tuple(group, job.settings, known)
-            for group in (Sensing, Actuation, Breakdowns)
-        ),
-        spreads=tuple(_spreads(job, known)),
+    sensing, actuation, breakdowns = (
+        settings_tuple(group, job.settings, known)
+        for group in (Sensing, Actuation, Breakdowns)
     )
+    spreads = tuple(_spreads(job, known))
+    return RobotSettings(sensing, actuation, breakdowns, spreads)
 
 
 def _spreads(job: Job, known: Settings) -> Iterator[Spread]:
