@@ -172,6 +172,7 @@ KERNEL_FACTS = {"kernels"} | {
         "models",
         "registry",
         "robots.publishers",
+        "robots.readers",
         "settings",
         "shapes",
         "starts",

@@ -11,6 +11,7 @@ medium       what those of the wind do
 goals        what several of them need
 published_steps  that a model publishes each step
 obstacles    what obstacles that move need
+spreads      what parameters that differ from robot to robot do
 code         which code computes a study
 recording    what a trial records
 trial_ids    12 bytes a trial

@@ -125,6 +125,8 @@ def _by_kind(settings: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
 
 def _text(setting: Setting, presets: Presets) -> str:
     """What editors show of a setting: what it is, its unit, and its presets' values."""
+    if setting.spread_of:  # 0 in all presets
+        return f"{setting.text}."
     values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
     unit = f" ({setting.unit})" if setting.unit else ""
     return f"{setting.text}{unit}. {', '.join(values)}"

@@ -205,7 +205,9 @@ class Settings(dict[str, Setting]):
         names = [
             name
             for name in self.model.params._fields
-            if name in read.robot - read.flock and self[name].kind == "float"
+            if name in read.robot - read.flock
+            and self[name].kind == "float"
+            and not self._of_records
         ]
         return {one.name: one for one in map(_spread, names) if one.name not in self}
 
@@ -221,8 +223,15 @@ class Settings(dict[str, Setting]):
             if f"{name}_spread" not in self
         }
 
+    @property
+    def _of_records(self) -> list[str]:
+        """Parameters that cannot be read from a record: it has something else so."""
+        return [name for name in self.model.params._fields if hasattr(np.record, name)]
+
     def _why(self, name: str) -> str:
         """Why a setting cannot differ from robot to robot."""
+        if taken := self._of_records:
+            return f"a record of NumPy has another {taken[0]}: give it another name"
         if name not in self.model.params._fields:
             return f"{name} is no parameter of {self.model.name}"
         if self[name].kind != "float":
@@ -244,8 +253,7 @@ def _spread(parameter: str) -> Setting:
         f"{parameter}_spread",
         "float",
         "parameters",
-        f"spread of {parameter}: standard deviation of the logarithm of a factor that"
-        " each robot has of its own",
+        f"standard deviation of the logarithms of the robots' factors of {parameter}",
         low=0.0,
         high=MOST_SPREAD,
         only_where=OnlyWhere(f"0 < abs({parameter}) < 1e299"),

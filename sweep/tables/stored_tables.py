@@ -64,7 +64,19 @@ def checked(
         raise StoreError(
             f"the stored {name} are not what a launch writes: {error}", study
         ) from None
+    if name == "trials":
+        table = _with_spreads(table, known)
     return _with_commands(table, study) if "replay" in table.column_names else table
+
+
+def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
+    """Trials with all spreads that some of them have: 0 where a launch named none."""
+    for name in settings_of(table["model"][0].as_py(), known).spreads:
+        if name in table.column_names:
+            index = table.column_names.index(name)
+            filled = table[name].fill_null(0.0)
+            table = table.set_column(index, table.schema.field(index), filled)
+    return table
 
 
 def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:

@@ -17,7 +17,7 @@ from sweep.design.design import expand
 from sweep.own_code.reading import load_spec
 from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.schema import json_schema
-from sweep.spec.settings import settings_of
+from sweep.spec.settings import Settings, settings_of
 from sweep.spec.study import parse_spec
 from sweep.spec.study_folder import MOST_NAME, OWN, why_no_name
 from tests import ROOT
@@ -240,7 +240,12 @@ def places(name: str, value: Any) -> list[dict[str, Any]]:
     ]
 
 
-NAMES = sorted({name for model in MODELS for name in settings_of(model, BUILT_IN)})
+def settings(model: str) -> Settings:
+    """All that a spec of a model may name."""
+    return settings_of(model, BUILT_IN).of_study(())
+
+
+NAMES = sorted({name for model in MODELS for name in settings(model)})
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -248,9 +253,7 @@ def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) ->
     head, preset = content(SHORT) | {"model": model}, MODELS[model].presets["as_run"]
     for name in NAMES:
         for part in places(name, preset.get(name, 1)):
-            assert VALIDATOR.is_valid(head | part) == (
-                name in settings_of(model, BUILT_IN)
-            ), part
+            assert VALIDATOR.is_valid(head | part) == (name in settings(model)), part
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -267,7 +270,7 @@ def test_editors_suggest_and_describe_the_settings_of_the_model(model: str) -> N
     derived = part[f"{model}.derived"]["properties"]
     about = derived | part[f"{model}.about"]["properties"]
     values = part[f"{model}.settings"]["properties"]
-    assert set(about) == set(values) == set(settings_of(model, BUILT_IN))
+    assert set(about) == set(values) == set(settings(model))
     assert set(derived) == set(about) - {"map"}
     assert all(text["description"] for text in about.values())
 
