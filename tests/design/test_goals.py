@@ -10,6 +10,7 @@ from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.spec.settings import MOST_PLACES, in_a_line, places_of
 from sweep.spec.study import parse_spec
+from sweep.trial.simulation import run
 
 SPEC = """\
 study: my/route
@@ -101,25 +102,33 @@ def test_a_model_that_knows_one_goal_or_none_is_refused(model: str) -> None:
     assert expand(parse_spec(spec("[]", model))).n_points == 1
 
 
-SEEKS = (
-    ("from kernels.jit import jit\n", "from kernels.goals import goal_of\n{}"),
-    (
-        "        publish(flock, others, work)\n",
-        "{}        goal_of(world, work.goals, 0)\n",
+SEEKS = {
+    "from kernels.jit import jit\n": "from kernels.goals import goal_of\n",
+    "            ax = params.cohesion": (
+        "            goal_x, goal_y = goal_of(world, work.goals, i)\n"
     ),
-)
+    "            vx, vy = limit(vx": (
+        "            ax = 0.01 * (goal_x - flock.x[i])\n"
+        "            ay = 0.01 * (goal_y - flock.y[i])\n"
+    ),
+}
+"""What is written before these lines of a model."""
 
 
 def test_a_model_of_ones_own_may_have_several_goals(tmp_path: Path) -> None:
+    """Its boids reach one after the other."""
     text = Path("examples/vortex.py").read_text(encoding="utf-8")
-    for old, new in SEEKS:
+    for old, new in SEEKS.items():
         assert text.count(old) == 1
-        text = text.replace(old, new.format(old))
+        text = text.replace(old, new + old)
     (tmp_path / "vortex.py").write_text(text, encoding="utf-8")
     path = tmp_path / "spec.yaml"
-    fixed = "next_goals: [[1, 2]]"
     path.write_text(
-        f"study: my/a\nmodel: ./vortex.py\nfixed: {{{fixed}}}\nreplicates: 1\n",
+        "study: my/a\nmodel: ./vortex.py\nreplicates: 1\nfixed:\n"
+        "  {n: 4, steps: 400, goal_x: 50, goal_y: 50, goal_radius: 20,"
+        " next_goals: [[150, 50]]}\nrecord: {metrics: [goals_reached]}\n",
         encoding="utf-8",
     )
-    assert expand(load_spec(path)).n_points == 1
+    study = load_spec(path)
+    result = run(Jobs(study, expand(study)).at(0))
+    assert result.last["goals_reached"] == 2.0
