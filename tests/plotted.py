@@ -117,6 +117,15 @@ record:
     order: (1 + scaled / 6 + scaled * scaled / 40 + polarization / 99) / sqrt(sqrt(n))
   series: [order]
 """
+SPECS["touring"] = """\
+study: touring
+model: aziel_chen2025
+fixed: {n: 4, steps: 4, map: empty, width: 400, height: 300, goal_weight: 0.1,
+  goal_x: 100, goal_y: 100, next_goals: [[300, 200]]}
+replicates: 2
+seed: 1
+record: {trajectories: true}
+"""
 SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))

@@ -62,8 +62,9 @@ def kinds(known: Catalogue) -> Schema:
 
 def _kind(setting: Setting) -> str:
     """The name of what a setting may be, whatever its unit."""
-    words = replace(setting, unit="").allowed()
-    return "map" if setting.name == "map" else words.replace(" ", "_")
+    if setting.name == "map" or setting.kind == "places":
+        return "map" if setting.name == "map" else setting.kind
+    return replace(setting, unit="").allowed().replace(" ", "_")
 
 
 def _value(setting: Setting) -> Schema:

@@ -45,6 +45,20 @@ def test_trails_fade_and_end_where_the_flock_is() -> None:
     np.testing.assert_allclose(centres, flight[-1, :2].T)
 
 
+def test_goals_in_turn_have_a_cross_and_a_number_each() -> None:
+    """The study has one panel a trial, in which boids seek two goals."""
+    figure = trajectories_figure(study("touring"))
+    assert shown(figure).endswith("cross: goal")
+    for axes in figure.axes:
+        crosses = [line for line in axes.lines if line.get_marker() == "X"]
+        assert [line.get_xydata().tolist() for line in crosses] == [
+            [[100.0, 100.0], [300.0, 200.0]]
+        ]
+        assert [text.get_text() for text in axes.texts if text.get_zorder() == 5] == [
+            *("1", "2")
+        ]
+
+
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
         ChoiceError,

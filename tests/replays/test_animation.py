@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from matplotlib.patches import Circle
 from PIL import Image
 
 import sweep.replays.flight as flight
@@ -128,6 +129,20 @@ def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
     picture = later
     assert max(colour(7.0, 3.0)) < 60
     assert colour(5.0, 2.0) == [255, 255, 255]
+
+
+def test_goals_in_turn_are_drawn_with_their_numbers() -> None:
+    """A cross and a circle each; one goal alone has no number."""
+    about = {"map": "empty", "width": 10, "height": 10, "goal_x": 9, "goal_y": 9}
+    places = [(9.0, 9.0), (2.0, 3.0), (4.0, 1.5)]
+    for goals, numbers in (("2 3; 4 1.5", ["1", "2", "3"]), ("", [])):
+        axes = Scene(
+            "test", builders.job("rustamani2024", n=1, next_goals=goals, **about)
+        ).axes
+        drawn = [text.get_text() for text in axes.texts]
+        assert [one for one in drawn if one.isdigit()] == numbers
+        circles = [one for one in axes.patches if isinstance(one, Circle)]
+        assert [one.center for one in circles] == places[: len(numbers) or 1]
 
 
 def test_visited_pixels_are_shown_where_coverage_is_recorded() -> None:

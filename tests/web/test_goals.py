@@ -1,0 +1,79 @@
+"""Several goals on the page: in the scene, in the field of the setting, and drawn."""
+
+import json
+from pathlib import Path
+from string import Template
+
+import pytest
+
+from sweep.errors import SpecError
+from sweep.web.scene import scene_of
+from sweep.web.state import begin
+from tests import ROOT, builders
+from tests.web.scripts import printed
+
+STATIC = ROOT / "sweep/web/static"
+SCRIPT = Template("""\
+import { drawGoals } from "$static/ground.js";
+
+function drawn(scene) {
+  const [texts, circles] = [[], []];
+  const context = new Proxy({}, {
+    get: (_, name) => (...given) => {
+      if (name === "fillText") texts.push(given[0]);
+      if (name === "arc" && given[2] > 3) circles.push(given.slice(0, 3));
+    },
+    set: () => true,
+  });
+  const stage = {
+    context,
+    colours: { goal: "green" },
+    camera: { scale: 2 },
+    toScreen: ({ x, y }) => ({ x: 2 * x, y: 2 * y }),
+  };
+  drawGoals(stage, scene);
+  return { texts: texts.filter((one) => one !== ""), circles };
+}
+console.log(JSON.stringify($scenes.map(drawn)));
+""")
+
+
+def scene(model: str = "aziel_chen2025", **changes: object) -> dict[str, object]:
+    about = {"goal_x": 10, "goal_y": 20, "goal_radius": 30} | changes
+    return scene_of(builders.job(model, **about))
+
+
+def test_all_goals_are_drawn_and_numbered_where_there_are_several(
+    tmp_path: Path,
+) -> None:
+    """The screen has two pixels for a unit of length. (0, 0) alone is no goal."""
+    scenes = [
+        scene(next_goals="40 50; 60 70"),
+        scene(),
+        scene(goal_x=0, goal_y=0),
+        scene(goal_x=0, goal_y=0, next_goals="5 5"),
+        scene("nguyen2024"),
+    ]
+    assert [one["next_goals"] for one in scenes] == [
+        [[40.0, 50.0], [60.0, 70.0]],
+        [],
+        [],
+        [[5.0, 5.0]],
+        [],
+    ]
+    script = SCRIPT.substitute(static=STATIC.as_uri(), scenes=json.dumps(scenes))
+    several, one, none, from_corner, unsought = printed(script, tmp_path)
+    assert several["texts"] == ["1", "2", "3"]
+    assert several["circles"] == [[20, 40, 60], [80, 100, 60], [120, 140, 60]]
+    assert (one["texts"], one["circles"]) == ([], [[20, 40, 60]])
+    assert none == unsought == {"texts": [], "circles": []}
+    assert (from_corner["texts"], len(from_corner["circles"])) == (["1", "2"], 2)
+
+
+def test_the_field_of_goals_takes_the_text_that_tables_have() -> None:
+    state = begin("aziel_chen2025", "as_run")
+    later = state.with_settings({"next_goals": "40 50;60.0 70"})
+    assert later.settings["next_goals"] == "40 50; 60 70"
+    assert "next_goals: 40 50; 60 70" in later.as_text()
+    with pytest.raises(SpecError, match="is not allowed for next_goals: it is a list"):
+        state.with_settings({"next_goals": "40 50 60"})
