@@ -157,8 +157,8 @@ def _metric_stamp(metric: Metric | None) -> str:
     if metric is None:
         return ""
     needs = metric.covers, metric.counts, metric.pairs
-    needs += metric.integrates, metric.follows, metric.part
-    return _hash([stamp(metric.measure), needs])
+    more = metric.integrates, metric.follows, metric.part
+    return _hash([stamp(metric.measure), needs, more])
 
 
 def _map_stamp(drawn: Map | None) -> str:

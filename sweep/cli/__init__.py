@@ -8,9 +8,10 @@ themselves, so that `sweep --help` answers at once.
     engines          the options that say where trials run
     starting         init, new: a study, and code, of one's own
     running          launch, search, plan, reproduce
-    reading          status, table, power, boundary, hysteresis, scaling, plot,
-                     compare, validity
+    reading          status, table, power, boundary, hysteresis, resilience,
+                     scaling, plot, compare, validity
     hysteresis_text  loops as text and as JSON
+    resilience_text  what failures do, as text and as JSON
     boundary_text    a boundary as text and as JSON
     scaling_text     finite-size scaling as text and as JSON
     validity_text    conclusions with other numerics, as text and as JSON

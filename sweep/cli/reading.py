@@ -351,6 +351,42 @@ def hysteresis(
         hysteresis_text(stored, found)
 
 
+@app.command()
+def resilience(
+    study: StudyName,
+    results: Results = Path("results"),
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(help="A recorded series to show; may be repeated."),
+    ] = None,
+    within: Annotated[
+        float,
+        typer.Option(help="The part of the level at which a metric has come back."),
+    ] = 0.1,
+    where: Where = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """What failures of boids do to recorded series: the part that is kept, how many
+    trials come back to the level, and when.
+
+    A trial with `failing_share` above 0 is compared with the one of the same seed and
+    replicate in which nobody fails: sweep: {failing_share: [0, 0.2]}.
+    """
+    from sweep.cli.resilience_text import resilience_json, resilience_text
+    from sweep.tables.resilience import resilience_rows
+    from sweep.tables.safe_csv import as_csv
+
+    stored = _chosen(study, results, where, csv=csv, json=as_json)
+    rows = resilience_rows(stored, metric or (), within=within)
+    if csv:
+        print(as_csv(rows), end="")
+    elif as_json:
+        print(resilience_json(stored, rows, within))
+    else:
+        resilience_text(stored, rows, within)
+
+
 class Format(StrEnum):
     """What kind of file a figure becomes."""
 

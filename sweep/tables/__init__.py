@@ -22,6 +22,7 @@ comparison_words  the same in words
 power             how many replicates a goal needs
 chains            links that cannot run
 hysteresis        loops between way up and way down
+resilience        what failures of boids do
 validity          conclusions with other numerics
 boundary          where a mean crosses a level, of a refined study
 scaling           what flocks of several sizes tell of a transition

@@ -66,16 +66,17 @@ def _of_trials(study: StoredStudy) -> Iterator[tuple[pd.DataFrame, int, int]]:
     flocks have parted and joined.
     """
     trials = study.trials
-    for trial in trials[trials["status"] == "done"].itertuples():
-        steps, bodies = study.trajectory(str(trial.trial_id))
-        flock, fissions, fusions = followed(bodies, float(trial.flock_range))
+    done = trials.loc[trials["status"] == "done", ["trial_id", "flock_range", "dt"]]
+    for trial, reach, dt in done.to_numpy().tolist():
+        steps, bodies = study.trajectory(trial)
+        flock, fissions, fusions = followed(bodies, reach)
         frame, boid = np.nonzero(flock[1:] != flock[:-1])
         step = steps[frame + 1]
         table = pd.DataFrame(
             {
-                "trial_id": str(trial.trial_id),
+                "trial_id": trial,
                 "frame": step,
-                "time": step * float(trial.dt),
+                "time": step * dt,
                 "boid": boid,
                 "from_flock": flock[frame, boid],
                 "to_flock": flock[frame + 1, boid],

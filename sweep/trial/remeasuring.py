@@ -193,7 +193,11 @@ def _measured(
     (metrics,).
     """
     flight, job = simulation.flight, simulation.job
-    start = Frames(*(array[:1].copy() for array in flight.record.frames))
+    bodies, counts, step, integrals = flight.record.frames
+    start = Frames(
+        *(bodies[:1].copy(), counts[:1].copy(), step[:1].copy()),
+        integrals=integrals[:1].copy(),
+    )
     _check_same(flown, start.bodies[:, MOVING], start.bodies[:, FIRST_STATE:])
     metrics = [job.known.metrics[name] for name in job.record.metrics]
     values = np.full((len(metrics), len(flown.steps)), np.nan)

@@ -124,6 +124,18 @@ def test_a_loop(folder: Path) -> None:
     assert table.startswith("metric,area,low,high,chains")
 
 
+def test_the_resilience(folder: Path) -> None:
+    axis = "failing_share: [0, 0.5]"
+    spec = SMALL.replace("separation_weight: [0.5, 1]", axis).replace("small", "failed")
+    (folder / "failed.yaml").write_text(spec)
+    assert sweep(folder, "launch", "failed.yaml").returncode == 0
+    run = sweep(folder, "resilience", "failed", "--json")
+    agree(run.stdout, chapters()["sweep resilience --json"])
+    assert "failed: resilience" in sweep(folder, "resilience", "failed").stdout
+    table = sweep(folder, "resilience", "failed", "--csv").stdout
+    assert table.startswith("failing_share,metric,kept,kept_low,kept_high")
+
+
 def test_the_validity_of_conclusions(folder: Path) -> None:
     spec = SMALL.replace("study: small", "study: held")
     asked = "validate: {dt: [1/2], search: all_pairs, update: both}\n"

@@ -21,6 +21,7 @@ READING: dict[str, tuple[str, ...]] = {
     "power": ("STUDY", "--half-width", "speed=1"),
     "boundary": ("STUDY",),
     "hysteresis": ("STUDY",),
+    "resilience": ("STUDY",),
     "validity": ("STUDY",),
     "scaling": ("STUDY",),
     "replay": ("STUDY", "05d7"),

@@ -137,7 +137,7 @@ SPEC = "study: herds\nmodel: {}\nfixed: {{steps: 2}}\nreplicates: 1\nrecord: {}\
 def test_a_spec_names_parts_and_computes_with_them() -> None:
     record = "{series: [speed_of_dog], derive: {gap: speed_of_dog - speed_of_sheep}}"
     study = parse(SPEC.format("strombom2014", record))
-    assert study.record.names == ("speed_of_dog", "speed_of_sheep", "gap")
+    assert {"speed_of_dog", "speed_of_sheep", "gap"} < {*study.record.names}
     assert study.record.derive[0].unit == "m/step"
 
 
