@@ -79,9 +79,7 @@ def is_behind_body(senses: Senses, count: int, dx: float, dy: float) -> bool:
 
 
 @jit
-def way_between(
-    senses: Senses, world: World, i: int, j: int
-) -> tuple[float, float]:
+def way_between(senses: Senses, world: World, i: int, j: int) -> tuple[float, float]:
     """The way from boid `i` to boid `j`, by where both were at the last sample."""
     dx = senses.place[0, j] - senses.place[0, i]
     dy = senses.place[1, j] - senses.place[1, i]

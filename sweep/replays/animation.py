@@ -1,9 +1,10 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
 Boids are triangles that point in their direction of flight; where they are of several
-kinds, each kind has a colour. Those that have failed have a cross. In an animation lines show whence they come. The picture
-shows the world with its obstacles, the goal if boids are drawn to it, and where boids
-have been if the trial records coverage. What does not change is drawn once.
+kinds, each kind has a colour. Those that have failed have a cross. In an animation
+lines show whence they come. The picture shows the world with its obstacles, the goal if
+boids are drawn to it, and where boids have been if the trial records coverage. What
+does not change is drawn once.
 """
 
 from collections import deque
@@ -22,7 +23,6 @@ from numpy.typing import NDArray
 
 from kernels.robots.senses import NEVER
 from kernels.settings import FAILURES
-
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
@@ -197,7 +197,7 @@ class Scene:
             self.axes.plot([], [], "x", color="black", label=shown)
         if self.axes.get_legend_handles_labels()[1]:
             self.axes.legend(loc="upper right")
-        return cast(Line2D, crosses)
+        return crosses
 
     def _draw_goal(self) -> None:
         if self.world.goal:

@@ -26,8 +26,8 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
+from kernels.flight import is_compiled as is_compiled_for
 from kernels.metrics import Metric
-from kernels.model import Model
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
@@ -47,7 +47,7 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
-from sweep.trial.robots import has_robots, keys_of, robots_of
+from sweep.trial.robots import has_robots, keys_of, layers_of, robots_of
 from sweep.trial.scenery import coverage_of, landscape_of, start_of
 from sweep.trial.state import State, Taken, changing, check, digest, joined
 
@@ -296,10 +296,9 @@ def _flight(job: Job, together: bool) -> Flight:
         else no_coverage()
     )
     flock, random = start_of(job, landscape, group(StartSettings))
-    threads = 1 if has_robots(job) else job.threads
     with random.lent() as rng:
         flight = begin(
-            starting(in_threads(model, threads), job.begins),
+            starting(in_threads(model, _threads_of(job)), job.begins),
             params,
             schedule,
             robots_of(job),
@@ -326,12 +325,22 @@ def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     return found
 
 
-def compiling_seconds(model: Model, threads: int = 1) -> float:
-    """How long it takes, about, to compile a model on an idle core, for trials that
-    have so many threads; 0 where it is compiled already.
+def compiling_seconds(job: Job) -> float:
+    """How long it takes, about, to compile the model of a trial on an idle core, as it
+    is for its threads and its robots; 0 where it is compiled already.
     """
-    kept = is_kept(model.advance) if threads == 1 else is_kept_for_threads(model)
+    model = job.known.models[job.model]
+    kept = (
+        is_kept_for_threads(model)
+        if _threads_of(job) > 1
+        else is_compiled_for(model, layers_of(job))
+    )
     return 0.0 if kept else COMPILING_SECONDS
+
+
+def _threads_of(job: Job) -> int:
+    """The threads of a trial: robots fly with one."""
+    return 1 if has_robots(job) else job.threads
 
 
 def is_compiled(metric: Metric) -> bool:
@@ -356,6 +365,6 @@ def say_compiling(job: Job) -> None:
     """Say that the model of a job will be compiled, where it is not yet: nothing else
     is seen of it.
     """
-    if seconds := compiling_seconds(job.known.models[job.model], job.threads):
+    if seconds := compiling_seconds(job):
         about = f"about {seconds:.0f} s on an idle core, once"
         LOG.warning("compiling %s, %s", job.model, about)
