@@ -19,7 +19,7 @@ import os
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import suppress
 from functools import cache, cached_property
 from pathlib import Path
@@ -210,6 +210,10 @@ class ByClasses:
         pattern = f"{glob.escape(self._name)}*.nbi"
         return any(Path(self._folder).glob(pattern))
 
+    def holds(self, classes: Iterable[type]) -> bool:
+        """Whether the function is compiled already, for arguments of these classes."""
+        return Path(self._folder, f"{self._name_with(classes)}.nbi").exists()
+
     def _loaded(self) -> list[str]:
         """The modules of the function's package: compiled code holds their numbers."""
         start = f"{self._package}."
@@ -220,15 +224,18 @@ class ByClasses:
         ]
 
     def _file(self, arguments: Any) -> Any:
-        taken = {f"{one.__module__}.{one.__qualname__}" for one in _classes(arguments)}
+        made: Any = IndexDataCacheFile
+        return made(self._folder, self._name_with(_classes(arguments)), self._stamp)
+
+    def _name_with(self, classes: Iterable[type]) -> str:
+        """The name of the file for arguments of these classes."""
+        taken = {f"{one.__module__}.{one.__qualname__}" for one in classes}
         packages = {name.partition(".")[0] for name in taken}
         held = [] if self._package == OUR_PACKAGE else [values(self._loaded())[:16]]
         if taken:
-            classes = " ".join(sorted(taken))
-            held.append(hashlib.sha256(classes.encode()).hexdigest()[:8])
-        name = "-".join([self._name, *held, *sorted(packages - self._ours)])
-        made: Any = IndexDataCacheFile
-        return made(self._folder, name, self._stamp)
+            names = " ".join(sorted(taken))
+            held.append(hashlib.sha256(names.encode()).hexdigest()[:8])
+        return "-".join([self._name, *held, *sorted(packages - self._ours)])
 
 
 def note_alone(function: Callable[..., Any]) -> None:
@@ -257,12 +264,18 @@ def _note_of(function: Callable[..., Any]) -> Path:
     return FOLDER / f"{_stamp_of_made(function)[:32]}.alone"
 
 
-def is_kept(function: Callable[..., Any]) -> bool:
-    """Whether what a function of ours is compiled to is kept; True where it is not to
-    be compiled, with NUMBA_DISABLE_JIT=1.
+def is_kept(
+    function: Callable[..., Any], classes: Collection[type] | None = None
+) -> bool:
+    """Whether what a function of ours is compiled to is kept, for arguments of any
+    types or of these `classes`; True where it is not to be compiled, with
+    NUMBA_DISABLE_JIT=1.
     """
     cached = getattr(function, "_cache", None)
-    return cached is None or cached._cache_file.holds_any()
+    if cached is None:
+        return True
+    file: ByClasses = cached._cache_file
+    return file.holds_any() if classes is None else file.holds(classes)
 
 
 def note_use(index: Path) -> None:

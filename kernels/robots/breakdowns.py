@@ -31,6 +31,11 @@ class Failing(NamedTuple):
         """Whether some boid moves otherwise than its model wants."""
         return self.how in (STOP, DRIFT) and bool((self.fails_at < NEVER).any())
 
+    @property
+    def unheard(self) -> bool:
+        """Whether some boid hears of nobody, or nobody of it."""
+        return self.how in (SILENT, BLIND) and bool((self.fails_at < NEVER).any())
+
     def silent_from(self) -> NDArray[np.int64]:
         """The steps (N,), counted from 0, from which nobody sees a boid, or NEVER."""
         return self._from(SILENT)

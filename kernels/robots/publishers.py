@@ -3,8 +3,10 @@ several goals, and what others have to change.
 """
 
 import ast
+import inspect
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from kernels.goals import goal_of
 from kernels.lanes.calls import calls, named_by, plain_of
@@ -39,9 +41,17 @@ def to_publish(advance: Callable[..., bool]) -> str:
             called = plain_of(named_by(node.func, plain.__globals__))
             if called is plain_of(remember):
                 line = plain.__code__.co_firstlineno + node.lineno - 1
-                flock, seen = map(ast.unparse, node.args)
+                flock, seen = map(ast.unparse, _in_order(node, called))
                 return (
                     f"in {Path(plain.__code__.co_filename).name}:{line} write"
                     f" publish({flock}, {seen}, work) for {ast.unparse(node)}"
                 )
     return ""
+
+
+def _in_order(call: ast.Call, function: Callable[..., Any]) -> list[ast.expr]:
+    """The arguments of a call in the order of the function, which names some."""
+    names = inspect.signature(function).parameters
+    given = dict(zip(names, call.args, strict=False))
+    given |= {one.arg: one.value for one in call.keywords if one.arg}
+    return [given[name] for name in names]

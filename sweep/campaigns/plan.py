@@ -6,6 +6,7 @@ import numpy as np
 
 from sweep.campaigns.search.plan import SearchPlan, make_search_plan
 from sweep.campaigns.stored_trials import StoredTrials
+from sweep.campaigns.warming import unlike
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, SomeJobs
 from sweep.design.plan import Plan, make_plan
@@ -16,6 +17,7 @@ from sweep.store.locations import Location
 from sweep.store.recordings import others_stored, served
 from sweep.store.store import Store
 from sweep.trial.probe import measured_pace
+from sweep.trial.robots import layers_of
 from sweep.trial.simulation import compiling_seconds
 
 
@@ -28,7 +30,7 @@ def plan_of(
     stored below `results`. Raises SpecError for a design or a search that cannot be,
     StoreError for results that cannot be read, and as `measured_pace`.
     """
-    seconds = compiling_seconds(study.known.models[study.model], study.threads)
+    seconds = _compiling_seconds(study)
     if study.search:
         search = make_search_plan(study, workers)
         return replace(search, compiling_seconds=seconds)
@@ -39,6 +41,16 @@ def plan_of(
     earlier = _earlier(study, Store(results / study.name, results))
     saved = int(earlier.steps.sum())
     return replace(plan, continued=earlier.count, steps_saved=saved)
+
+
+def _compiling_seconds(study: Study) -> float:
+    """How long it takes to compile the model, as all its trials have it: with senses
+    and motors, or without, it is another kernel. Of a search it is as in its scenarios.
+    """
+    if study.search:
+        study = replace(study, axes=study.search.over, require=(), search=None)
+    jobs = {layers_of(job): job for job in unlike(study, expand(study))}
+    return sum(map(compiling_seconds, jobs.values()))
 
 
 def _earlier(study: Study, store: Store) -> Earlier:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.settings import COMMON, RobotSettings
 from sweep.design.design import Design, evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.errors import SpecError
@@ -23,6 +24,12 @@ from sweep.trial.lanes import AT_ONCE, first_group, groups, warm_together
 from sweep.trial.simulation import warm
 from sweep.workers.failures import in_a_line
 
+IDEAL = {
+    name: COMMON[name]
+    for group in RobotSettings.__annotations__.values()
+    for name in group._fields
+}
+"""The settings that make robots of boids, with the values that do not."""
 MOST_POINTS = 10_000
 """Points among which are looked for those that run other code."""
 
@@ -41,7 +48,7 @@ def warm_study(study: Study) -> float:
     if study.search:
         study = replace(study, axes=study.search.over, require=(), search=None)
     design = expand(study)
-    jobs = list(_unlike(study, design))
+    jobs = list(unlike(study, design))
     results = [warm(job) for job in jobs]
     failed = [result for result in results if result.has_failed]
     if failed and len(failed) == len(results):
@@ -89,12 +96,16 @@ def _fits(spec: dict[str, Any], metric: str) -> bool:
     return True
 
 
-def _unlike(study: Study, design: Design) -> Iterator[Job]:
-    """A trial for each combination of maps, starts and other choices: others may run
-    other code.
+def unlike(study: Study, design: Design) -> Iterator[Job]:
+    """A trial for each combination of maps, starts and other choices, and of what
+    makes robots of boids: others may run other code.
     """
     looked = evenly(design.n_points, MOST_POINTS)
-    choices = [one[looked] for one in design.columns.values() if one.dtype == object]
+    choices = [
+        (one if one.dtype == object else one == IDEAL[name])[looked]
+        for name, one in design.columns.items()
+        if one.dtype == object or name in IDEAL
+    ]
     first = (
         dict(zip(zip(*choices, strict=True), looked, strict=True)) if choices else {}
     )

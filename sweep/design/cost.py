@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from kernels.catalogue import Catalogue
 from kernels.robots import senses
 from kernels.robots.breakdowns import BLIND, SILENT
-from kernels.robots.robots import is_ideal
 from kernels.settings import (
     HIDDEN_BY_BOIDS,
     HIDDEN_BY_BOTH,
@@ -27,7 +26,7 @@ from kernels.settings import (
 from kernels.topology import look_around
 from sweep.design.design import Design, evenly
 from sweep.design.jobs import ContinuedJobs, Job, LinkedJobs, SomeJobs, steps_of
-from sweep.spec.robots import robot_settings
+from sweep.design.robots import are_robots, robots_at
 from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
 
@@ -106,13 +105,15 @@ def trial_seconds(
     threads: int = 1,
 ) -> float:
     """The estimated seconds of a trial with these settings, from its boid-steps, their
-    neighbours, its frames and its metrics. Of a boid-step `threads` share what is not
-    done once; metrics are measured by one of them.
+    neighbours, its frames and its metrics. Of a boid-step of ideal boids `threads`
+    share what is not done once; metrics are measured by one of them.
     """
     n, steps = float(settings["n"]), float(settings["steps"])
     share = searched_share(model, known, settings)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
-    boid_step += robot_seconds(model, known, settings)
+    robots = robot_seconds(model, known, settings)
+    if robots:  # which fly with one thread
+        boid_step, threads = boid_step + robots, 1
     frames = steps / record.every + 1.0
     measured = [known.metrics[name] for name in record.metrics]
     looking = sum(metric.looks for metric in measured)
@@ -133,12 +134,13 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     """What a boid-step takes longer than that of an ideal boid, by what it measures and
     hears, and by its motors.
     """
-    about, described = known.models[model], settings_of(model, known)
-    robots, dt = robot_settings(settings, described), float(settings["dt"])
-    if is_ideal(robots, dt):
+    if not are_robots(model, known, settings):
         return 0.0
+    about, described = known.models[model], settings_of(model, known)
+    robots = robots_at(model, known, settings)
     sensing, actuation, breakdowns = robots.sensing, robots.actuation, robots.breakdowns
-    seconds = ROBOT_SECONDS + NORMALS_SECONDS * (actuation.motor_noise > 0)
+    dt = float(settings["dt"])
+    seconds: float = ROBOT_SECONDS + NORMALS_SECONDS * (actuation.motor_noise > 0)
     unheard = breakdowns.failing_share > 0 and breakdowns.failing_how in (SILENT, BLIND)
     if senses.is_ideal(sensing, dt) and not unheard:
         return seconds

@@ -1,16 +1,19 @@
 """What a spec would run, without running it."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
-from sweep.design.design import Design, Rejection, expand
+from sweep.design.design import Design, Rejection, evenly, expand
 from sweep.design.points import Points
+from sweep.design.robots import are_robots
 from sweep.spec.expressions import parse
 from sweep.spec.study import Study
 from sweep.text import so_many
+
+MOST_LOOKED_AT = 500
 
 
 @dataclass(frozen=True)
@@ -146,7 +149,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         threads=study.threads,
         result_bytes=cost.size_bytes,
         last_state_bytes=cost.last_state_bytes,
-        notes=(*notes, *_idle(study, design)),
+        notes=(*notes, *notes_of(study, design)),
         until=study.until.as_json() if study.until else None,
         refine=study.refine.as_json() if study.refine else None,
         boundary=study.refine.where if study.refine else "",
@@ -155,18 +158,37 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     )
 
 
-def _idle(study: Study, design: Design) -> Iterator[str]:
-    """What of the settings that the spec gives changes nothing at any point, and why,
-    in words.
+def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterator[str]:
+    """What of that which the spec gives changes nothing, and why, in words. A search
+    chooses the values of settings that are `free`.
     """
-    given = {*study.fixed, *study.derive, *design.columns}
+    given = {*study.fixed, *study.derive, *design.columns, *free}
+    unknown = {*study.derive, *free} if free else set()
     points = Points(design.base, design.columns, design.n_points, design.fineness)
     for name, setting in study.settings.items():
         if (only := setting.only_where) is None or name not in given:
             continue
         condition = parse(only.condition, study.settings)
-        if not points.evaluate(study, condition, ("model",)).any():
+        if condition.names.isdisjoint(unknown) and not (
+            points.evaluate(study, condition, ("model",)).any()
+        ):
             yield f"{name} changes nothing: no point has {only.condition}"
+    if study.threads > 1:
+        yield from _unthreaded(study, design)
+
+
+def _unthreaded(study: Study, design: Design) -> Iterator[str]:
+    """That robots fly with one thread, where points have them; of many points some are
+    looked at.
+    """
+    looked = evenly(design.n_points, MOST_LOOKED_AT)
+    model, known = study.model, study.known
+    robots = sum(are_robots(model, known, design.settings(point)) for point in looked)
+    if robots:
+        yield (
+            f"threads change nothing at {robots:,} of {so_many(len(looked), 'point')}:"
+            " robots fly with one"
+        )
 
 
 def workforce(workers: int, threads: int) -> str:

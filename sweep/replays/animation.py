@@ -1,10 +1,10 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
 Boids are triangles that point in their direction of flight; where they are of several
-kinds, each kind has a colour. Those that have failed have a cross. In an animation lines show whence they come. The picture
-shows the world with its obstacles, the goal if boids are drawn to it, and where boids
-have been if the trial records coverage. What does not change is drawn once:
-obstacles too, unless they move.
+kinds, each kind has a colour. Those that have failed have a cross. In an animation
+lines show whence they come. The picture shows the world with its obstacles, the goal if
+boids are drawn to it, and where boids have been if the trial records coverage. What
+does not change is drawn once: obstacles too, unless they move.
 """
 
 from collections import deque
@@ -209,7 +209,7 @@ class Scene:
             self.axes.plot([], [], "x", color="black", label=shown)
         if self.axes.get_legend_handles_labels()[1]:
             self.axes.legend(loc="upper right")
-        return cast(Line2D, crosses)
+        return crosses
 
     def _draw_goals(self) -> None:
         if not self.world.goal:

@@ -10,7 +10,6 @@ adding           the text of a spec with more metrics
 key_table        the table of all keys
 study            the Study, and its reader
 settings         what can be set, with units
-robots           those of what boids measure, do and fail at
 axes             the ways to write an axis
 axis_keys        the fixed keys of an axis
 setting_values   fixed, sweep, derive, require

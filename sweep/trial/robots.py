@@ -4,25 +4,40 @@ random numbers.
 
 from kernels.chance import ChanceKey
 from kernels.robots.breakdowns import Failing, failing
-from kernels.robots.robots import ChanceKeys, is_ideal
+from kernels.robots.motors import Motors, motors_are_ideal
+from kernels.robots.robots import ChanceKeys
+from kernels.robots.senses import Senses
+from kernels.robots.senses import is_ideal as senses_are_ideal
+from kernels.robots.wind import Wind, is_calm
 from kernels.settings import RobotSettings
 from sweep.design.jobs import Job, stream
-from sweep.spec.robots import robot_settings
-from sweep.spec.settings import settings_of
+from sweep.design.robots import are_robots, robots_at
 
 
 def robots_of(job: Job) -> RobotSettings:
     """In what the boids of a job and their medium differ from ideal ones."""
-    return robot_settings(job.settings, settings_of(job.model, job.known))
+    return robots_at(job.model, job.known, job.settings)
 
 
 def has_robots(job: Job) -> bool:
     """Whether boids are not ideal ones, their medium moves, or they have several goals.
     Such trials fly alone, with one thread.
     """
-    return bool(job.settings["next_goals"]) or not is_ideal(
-        robots_of(job), float(job.settings["dt"])
-    )
+    return are_robots(job.model, job.known, job.settings)
+
+
+def layers_of(job: Job) -> frozenset[type]:
+    """Which layers lie between the model of a trial and its boids."""
+    settings, failing = robots_of(job), failing_of(job)
+    ideal = senses_are_ideal(settings.sensing, float(job.settings["dt"]))
+    layers = set[type]()
+    if not ideal or failing.unheard:
+        layers.add(Senses)
+    if not motors_are_ideal(settings.actuation) or failing.moves:
+        layers.add(Motors)
+    if not is_calm(settings.medium):
+        layers.add(Wind)
+    return frozenset(layers)
 
 
 def failing_of(job: Job) -> Failing:

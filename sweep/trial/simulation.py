@@ -26,9 +26,10 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
+from kernels.flight import is_compiled as is_compiled_for
+from kernels.goals import Goals
 from kernels.metrics import Metric
-from kernels.model import Model
-from kernels.moving import place_obstacles
+from kernels.moving import Motion, place_obstacles
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
@@ -37,7 +38,7 @@ from kernels.settings import (
     StartSettings,
     WorldSettings,
 )
-from kernels.state import Flock, World
+from kernels.state import Corners, Flock, World
 from kernels.threads.flying import in_threads, is_kept_for_threads
 from sweep.design.jobs import Job, stream
 from sweep.spec.recorded import lacks_boids
@@ -48,8 +49,8 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
-from sweep.trial.robots import has_robots, keys_of, robots_of
-from sweep.trial.scenery import coverage_of, landscape_of, start_of
+from sweep.trial.robots import has_robots, keys_of, layers_of, robots_of
+from sweep.trial.scenery import Landscape, coverage_of, landscape_of, start_of
 from sweep.trial.state import State, Taken, changing, check, digest, joined
 
 LOG = logging.getLogger("sweep")
@@ -290,9 +291,9 @@ def _flight(job: Job, together: bool) -> Flight:
         return settings_tuple(kind, job.settings, settings_known)
 
     model, record = known.models[job.model], job.record
-    params, settings = group(model.params), group(WorldSettings)
+    params = group(model.params)
     schedule, observation = group(Schedule), group(Observation)
-    landscape = landscape_of(job, params, settings)
+    landscape = _landscape(job)
     metrics = _metrics(job, record.metrics)
     memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
     coverage = (
@@ -301,11 +302,9 @@ def _flight(job: Job, together: bool) -> Flight:
         else no_coverage()
     )
     flock, random = start_of(job, landscape, group(StartSettings))
-    still = landscape.scenery.velocities is None and not has_robots(job)
-    threads = job.threads if still else 1
     with random.lent() as rng:
         flight = begin(
-            starting(in_threads(model, threads), job.begins),
+            starting(in_threads(model, _threads_of(job)), job.begins),
             params,
             schedule,
             robots_of(job),
@@ -321,6 +320,16 @@ def _flight(job: Job, together: bool) -> Flight:
     return flight
 
 
+def _landscape(job: Job) -> Landscape:
+    """Where a trial flies."""
+    known = settings_of(job.model, job.known)
+    params, settings = (
+        settings_tuple(kind, job.settings, known)
+        for kind in (job.known.models[job.model].params, WorldSettings)
+    )
+    return landscape_of(job, params, settings)
+
+
 def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of these names. Raises RuntimeError for one that reads what boids of
     the job's model have not: its kernel would read beyond the frames.
@@ -332,12 +341,37 @@ def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     return found
 
 
-def compiling_seconds(model: Model, threads: int = 1) -> float:
-    """How long it takes, about, to compile a model on an idle core, for trials that
-    have so many threads; 0 where it is compiled already.
+def compiling_seconds(job: Job) -> float:
+    """How long it takes, about, to compile the model of a trial on an idle core, as it
+    is for its threads and its robots; 0 where it is compiled already.
     """
-    kept = is_kept(model.advance) if threads == 1 else is_kept_for_threads(model)
+    model = job.known.models[job.model]
+    kept = (
+        is_kept_for_threads(model)
+        if _threads_of(job) > 1
+        else is_compiled_for(model, _layers(job))
+    )
     return 0.0 if kept else COMPILING_SECONDS
+
+
+def _layers(job: Job) -> frozenset[type]:
+    """Which layers a trial has for which its model is compiled anew."""
+    scenery = _landscape(job).scenery
+    present = {
+        Motion: scenery.velocities,
+        Goals: scenery.route,
+        Corners: scenery.world.corners,
+    }
+    found = {layer for layer, value in present.items() if value is not None}
+    return layers_of(job) | found
+
+
+def _threads_of(job: Job) -> int:
+    """The threads of a trial: robots fly with one, and so do boids among obstacles that
+    move.
+    """
+    still = _landscape(job).scenery.velocities is None
+    return job.threads if still and not has_robots(job) else 1
 
 
 def is_compiled(metric: Metric) -> bool:
@@ -362,6 +396,6 @@ def say_compiling(job: Job) -> None:
     """Say that the model of a job will be compiled, where it is not yet: nothing else
     is seen of it.
     """
-    if seconds := compiling_seconds(job.known.models[job.model], job.threads):
+    if seconds := compiling_seconds(job):
         about = f"about {seconds:.0f} s on an idle core, once"
         LOG.warning("compiling %s, %s", job.model, about)

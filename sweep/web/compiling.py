@@ -13,9 +13,11 @@ from contextlib import suppress
 from functools import cache
 
 from kernels.catalogue import Catalogue
+from kernels.robots.motors import Motors
+from kernels.robots.senses import Senses
 from sweep.design.jobs import Job
 from sweep.errors import CodeError
-from sweep.spec.settings import preset_settings
+from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial import looking
 from sweep.trial.numba_errors import of_own_code
@@ -26,16 +28,21 @@ from sweep.trial.simulation import (
     say_compiling,
 )
 
+GIVE: dict[type, dict[str, Value]] = {
+    Senses: {"radio_range": 1.0},
+    Motors: {"motor_max_speed": 1.0},
+}
+"""A setting that gives boids a layer, whatever their model."""
 
-def waiting(known: Catalogue, model: str, metrics: Iterable[str]) -> str:
-    """What is said to somebody who waits until a model and metrics are compiled; ""
-    where nothing is to be compiled.
+
+def waiting(job: Job, metrics: Iterable[str]) -> str:
+    """What is said to somebody who waits until the model of a trial and metrics are
+    compiled; "" where nothing is to be compiled.
     """
-    if about := known.models.get(model):
-        if seconds := compiling_seconds(about):
-            return f"compiling {model}, once: about {seconds:.0f} s on an idle core"
-        if names := _new(known, metrics):
-            return f"compiling {', '.join(names)}, once: some seconds"
+    if seconds := compiling_seconds(job):
+        return f"compiling {job.model}, once: about {seconds:.0f} s on an idle core"
+    if names := _new(job.known, metrics):
+        return f"compiling {', '.join(names)}, once: some seconds"
     return ""
 
 
@@ -46,22 +53,34 @@ def _new(known: Catalogue, metrics: Iterable[str]) -> list[str]:
 
 @cache
 def prepare(
-    model: str, preset: str, known: Catalogue, metrics: tuple[str, ...] = ()
+    model: str,
+    preset: str,
+    known: Catalogue,
+    metrics: tuple[str, ...] = (),
+    layers: frozenset[type] = frozenset(),
 ) -> None:
-    """Compile a model and metrics with all that a page shows of them, so that no step
-    and no frame waits for it. Raises CodeError, with the line, where code of one's own
-    cannot be run.
+    """Compile a model and metrics, for boids with these `layers`, with all that a page
+    shows of them, so that no step and no frame waits for it. Raises CodeError, with the
+    line, where code of one's own cannot be run.
     """
-    job = _small(model, preset, known, metrics)
+    job = small(model, preset, known, metrics, layers)
     say_compiling(job)
-    if waiting(known, model, metrics):
+    if waiting(job, metrics):
         _apart(job)
     _take_one_step(job)
 
 
-def _small(model: str, preset: str, known: Catalogue, metrics: tuple[str, ...]) -> Job:
-    """A trial of two boids, which belongs to no point."""
+def small(
+    model: str,
+    preset: str,
+    known: Catalogue,
+    metrics: tuple[str, ...] = (),
+    layers: frozenset[type] = frozenset(),
+) -> Job:
+    """A trial of two boids with these layers, which belongs to no point."""
     settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
+    for layer in layers:
+        settings |= GIVE[layer]
     streams = Streams("common", "common", "common")
     return Job(
         *("", "", 0, 0, False, model, preset, settings),

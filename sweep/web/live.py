@@ -3,13 +3,14 @@ the Session into messages.
 """
 
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from sweep.errors import SpecError
 from sweep.spec.derived_metrics import needed
 from sweep.trial import looking
 from sweep.web import encoding, messages
-from sweep.web.compiling import waiting
+from sweep.web.compiling import small, waiting
 from sweep.web.controls import controls, trial_of, trials_of
 from sweep.web.filing import Make, Order, filed, origin_of, unavailable
 from sweep.web.history import Cursor
@@ -63,11 +64,14 @@ class Live(Session):
         """What is compiled before a message is answered; "" for nothing."""
         state = self.state
         match message:
-            case messages.ChooseModel(model, _):
-                return waiting(state.known, model, ())
+            case messages.ChooseModel(model, preset):
+                if preset in getattr(state.known.models.get(model), "presets", ()):
+                    return waiting(small(model, preset, state.known), ())
             case messages.Metrics(names):
-                needs = (*names, *needed(state.derive))
-                return waiting(state.known, state.model, needs)
+                return waiting(state.job, (*names, *needed(state.derive)))
+            case messages.Set(name, value):
+                with suppress(SpecError):
+                    return waiting(state.with_settings({name: value}).job, ())
         return ""
 
     def handle(self, message: Message) -> list[Reply]:

@@ -53,10 +53,5 @@ def _failing(job: Job) -> dict[str, Any] | None:
     boids = np.flatnonzero(fails_at < NEVER)
     if not boids.size:
         return None
-    steps = fails_at[boids]
-    return {
-        "how": FAILURES[how],
-        "boids": [
-            list(pair) for pair in zip(boids.tolist(), steps.tolist(), strict=True)
-        ],
-    }
+    pairs = np.stack([boids, fails_at[boids]], axis=1)
+    return {"how": FAILURES[how], "boids": pairs.tolist()}

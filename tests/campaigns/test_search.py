@@ -690,6 +690,39 @@ def test_a_launch_under_the_name_of_a_search_makes_it_a_study(tmp_path: Path) ->
         read_asked(StoredStudy("tiny", tmp_path))
 
 
+@pytest.mark.parametrize(
+    ("fixed", "searched", "said"),
+    [
+        ("nearest: 3", "", ["nearest changes nothing: no point has neighbours"]),
+        ("noise_time: 3", "", ["noise_time changes nothing: no point has"]),
+        ("noise_time: 3", "position_noise: {uniform: [0, 3]}", []),
+        ("n: 12", "noise_time: {uniform: [1, 3]}", ["noise_time changes nothing: no"]),
+    ],
+)
+def test_the_plan_of_a_search_says_which_settings_change_nothing(
+    fixed: str, searched: str, said: list[str]
+) -> None:
+    """Of a condition on what is searched over it says nothing."""
+    parameters = "separation_weight: {uniform: [0.5, 2]}"
+    text = f"""
+study: idle
+model: nguyen2024
+fixed: {{{fixed}}}
+search:
+  parameters: {{{", ".join(filter(None, [parameters, searched]))}}}
+  objectives: {{polarization: {{maximize: mean}}}}
+  budget: 12
+  held_out: {{candidates: 1, replicates: 3}}
+replicates: 3
+record: {{metrics: [polarization]}}
+"""
+    plan = make_search_plan(parse_spec(text), 1)
+    assert len(plan.notes) == len(said)
+    for note, begins in zip(plan.notes, said, strict=True):
+        assert note.startswith(begins)
+        assert f"note       {note}" in plan.as_text()
+
+
 def test_the_command_searches_reports_and_exports(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(TINY)
     plan = sweep(tmp_path, "plan", "spec.yaml")

@@ -312,6 +312,28 @@ def test_the_plan_says_which_settings_change_nothing(
     assert make_plan(short_study(lines), 1).notes == tuple(said)
 
 
+@pytest.mark.parametrize(
+    ("axes", "said"),
+    [
+        ("motor_lag: [2]", ("1 of 1 point",)),
+        ("motor_lag: [0, 1, 2]", ("2 of 3 points",)),
+        ("motor_lag: [0], n: [5, 6]", ()),
+    ],
+)
+def test_the_plan_says_that_robots_fly_with_one_thread(
+    axes: str, said: tuple[str, ...]
+) -> None:
+    study = parse_spec(
+        "study: shared\nmodel: nanobot\nthreads: 2\nreplicates: 1\n"
+        f"record: {{metrics: [speed]}}\nsweep: {{{axes}}}\n"
+        "fixed: {update: synchronous}\n"
+    )
+    noted = make_plan(study, 1).notes
+    assert noted == tuple(
+        f"threads change nothing at {where}: robots fly with one" for where in said
+    )
+
+
 def test_what_a_setting_waits_for_is_a_condition_on_others() -> None:
     for model in BUILT_IN.models:
         known = settings_of(model, BUILT_IN)

@@ -81,6 +81,26 @@ for old, new in (
 
 
 @pytest.mark.parametrize(
+    "call", ["seen=others, flock=flock", "flock, seen=others", "flock, others"]
+)
+def test_the_line_is_told_however_it_gives_its_arguments(
+    call: str, tmp_path: Path
+) -> None:
+    model, path = tmp_path / "vortex.py", tmp_path / "spec.yaml"
+    model.write_text(REMEMBERS.replace("remember(flock, others)", f"remember({call})"))
+    path.write_text(
+        "study: my/a\nmodel: ./vortex.py\nfixed: {failing_share: 0.5,"
+        " failing_how: blind, failing_time: 1}\nreplicates: 1\n"
+        "record: {metrics: [speed]}\n"
+    )
+    with pytest.raises(SpecError) as error:
+        expand(load_spec(path))
+    said = str(error.value)
+    assert "spec.yaml:3: failing_share needs a model that counts its steps" in said
+    assert f"write publish(flock, others, work) for remember({call})" in said
+
+
+@pytest.mark.parametrize(
     ("settings", "named"),
     [
         ("velocity_noise: 1", "velocity_noise"),

@@ -6,6 +6,7 @@ check of a normal number fails by chance once in 147,000 keys, and there are abo
 """
 
 import math
+from decimal import Decimal, localcontext
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from kernels.near import EVERYBODY, build_near
 from kernels.neighbours import ALL_ROUND, all_pairs, search
 from kernels.occupancy import no_occupancy
 from kernels.robots.hearing import hears
-from kernels.robots.occlusion import meets_disc, meets_rectangle
+from kernels.robots.occlusion import meets_disc, meets_rectangle, way_between
 from kernels.robots.robots import NO_KEYS, build_robots
 from kernels.robots.senses import (
     NEVER,
@@ -29,7 +30,7 @@ from kernels.robots.senses import (
     never,
 )
 from kernels.robots.sensing import others_of, own_of, publish
-from kernels.settings import TORUS
+from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World, laid_out
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import build_reach
@@ -179,6 +180,46 @@ def test_the_law_of_errors_keeps_their_variance_at_any_step(
     np.testing.assert_allclose(
         m @ still, covariance(form, dt), rtol=0, atol=1e-13 * most
     )
+
+
+def exact_law(form: dict[str, Any], dt: float) -> list[float]:
+    """from_q, across and from_u of coupled errors by S - M S M' with 80 digits, M by
+    its series, scaled and squared.
+    """
+    with localcontext(prec=80):
+        place, pace, time, step = map(
+            Decimal,
+            (form["position_noise"], form["velocity_noise"], form["noise_time"], dt),
+        )
+        spring = (pace / place) ** 2
+        small = np.array([[Decimal(0), step], [-spring * step, -step / time]]) / 2**40
+        moved = term = np.array([[Decimal(1), Decimal(0)], [Decimal(0), Decimal(1)]])
+        for n in range(1, 12):
+            term = term @ small / n
+            moved = moved + term
+        for _ in range(40):
+            moved = moved @ moved
+        still = np.array([[place * place, Decimal(0)], [Decimal(0), pace * pace]])
+        added = still - moved @ still @ moved.T
+        from_q = added[0, 0].sqrt()
+        across = added[0, 1] / from_q
+        from_u = (added[1, 1] - across * across).sqrt()
+        return [float(one) for one in (from_q, across, from_u)]
+
+
+@pytest.mark.parametrize("dt", [1e-6, 1e-3, 0.05, 0.5, 3.0, 20.0])
+@pytest.mark.parametrize("form", ["underdamped", "overdamped"])
+def test_coupled_errors_keep_their_digits_in_short_and_long_steps(
+    form: str, dt: float
+) -> None:
+    """To 1e-13 of the largest: some 100 roundings. S - M S M' with 16 digits has none
+    left of from_q at 1e-6.
+    """
+    law = error_law(builders.a_sensing(**FORMS[form]), dt)
+    found = np.array([law.from_q, law.across, law.from_u])
+    wanted = np.array(exact_law(FORMS[form], dt))
+    scale = np.array([wanted[0], *[max(abs(wanted[1:]))] * 2])
+    np.testing.assert_array_less(np.abs(found - wanted), 1e-13 * scale)
 
 
 def test_what_a_boid_knows_of_itself_has_errors_as_wanted() -> None:
@@ -369,6 +410,40 @@ def test_of_three_in_a_row_the_middle_one_hides_the_others_from_each_other() -> 
         )
         # From the first to the second the way is oblique, and the third is behind it.
         assert found == ({(0, 2), (2, 0)} if hides else set())
+
+
+@pytest.mark.parametrize("minimum_image", [False, True])
+@pytest.mark.parametrize("radius", [2.0, 15.0])
+def test_bodies_hide_as_if_each_were_looked_at(
+    minimum_image: bool, radius: float
+) -> None:
+    """A search looks only at bodies within reach: in the interpreter and compiled it
+    finds those that a look at all bodies, one by one, leaves.
+    """
+    borders = TORUS if minimum_image else OPEN
+    world = builders.a_world(borders=borders, minimum_image=minimum_image)
+    flock = someone(60, seed=4)
+    work = aware(flock, world, occlusion="boids", body_radius=radius)
+    step(flock, work)
+    senses, hidden = senses_of(work), 0
+    for i in range(60):
+        ways = [way_between(senses, world, i, j) for j in range(60)]
+        seen = []
+        for j in set(range(60)) - {i}:
+            dx, dy = ways[j]
+            length2 = dx * dx + dy * dy
+            between = (
+                0 < x * dx + y * dy < length2
+                and (x * dy - y * dx) ** 2 < radius * radius * length2
+                for m, (x, y) in enumerate(ways)
+                if m not in (i, j)
+            )
+            if not any(between):
+                seen.append(j)
+        assert found_by(flock, world, work, i) == seen
+        assert [j for j in range(60) if j != i and hears(senses, world, i, j)] == seen
+        hidden += 59 - len(seen)
+    assert hidden > 100
 
 
 def test_an_obstacle_hides_those_behind_it() -> None:

@@ -3,15 +3,24 @@
 import logging
 
 import pytest
+from numba import typeof
 
+from kernels.caching import _classes, is_kept
 from kernels.catalogue import BUILT_IN
+from kernels.flight import _named_tuples
 from kernels.models import MODELS
+from kernels.recording import Record
+from kernels.robots.motors import Motors
+from kernels.robots.senses import Senses
+from kernels.state import Flock, World
+from kernels.workspace import Workspace
 from sweep.campaigns import plan as planning
 from sweep.campaigns.plan import plan_of
 from sweep.design.design import expand
-from sweep.design.jobs import Jobs
+from sweep.design.jobs import Job, Jobs
 from sweep.trial import simulation
-from sweep.trial.simulation import compiling_seconds, warm
+from sweep.trial.robots import layers_of
+from sweep.trial.simulation import Simulation, compiling_seconds, warm
 from sweep.web.compiling import prepare
 from tests.commands import python
 from tests.studies import OWN_SMALL, SMALL, read
@@ -23,11 +32,11 @@ def test_it_is_said_before_a_model_is_compiled_and_not_afterwards(
     study = read(SMALL)
     job = Jobs(study, expand(study))[0]
     warm(job)
-    assert compiling_seconds(MODELS[job.model]) == 0.0
+    assert compiling_seconds(job) == 0.0
     caplog.clear()
     warm(job)
     assert caplog.messages == []
-    monkeypatch.setattr(simulation, "is_kept", lambda _function: False)
+    monkeypatch.setattr(simulation, "is_compiled_for", lambda *_: False)
     with caplog.at_level(logging.WARNING, "sweep"):
         warm(job)
     said = f"compiling {job.model}, about 15 s on an idle core, once"
@@ -38,7 +47,7 @@ def test_it_is_said_too_where_an_own_model_is_tried_and_where_one_is_shown(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Both compile before a launch, or the page, would say so."""
-    monkeypatch.setattr(simulation, "is_kept", lambda _function: False)
+    monkeypatch.setattr(simulation, "is_compiled_for", lambda *_: False)
     plan_of(read(OWN_SMALL), 2)
     assert {one.split(",")[0] for one in caplog.messages} == {"compiling drawn"}
     caplog.clear()
@@ -52,10 +61,58 @@ def test_a_plan_has_the_time_where_the_model_is_not_compiled(
     study = read(SMALL)
     warm(Jobs(study, expand(study))[0])
     assert "to compile the model" not in plan_of(study, 2).as_text()
-    monkeypatch.setattr(planning, "compiling_seconds", lambda _model, _threads: 15.0)
+    monkeypatch.setattr(planning, "compiling_seconds", lambda _job: 15.0)
     plan = plan_of(study, 2)
     assert plan.compiling_seconds == 15.0
     assert "workers, and once about 15.0 s to compile the model" in plan.as_text()
+
+
+ROBOTS = {
+    "sensing_delay: 1": {Senses},
+    "motor_lag: 1": {Motors},
+    "motor_noise: 1, radio_range: 100": {Senses, Motors},
+    "failing_share: 0.5, failing_time: 1": {Motors},
+    "failing_share: 0.5, failing_time: 1, failing_how: blind": {Senses},
+    "failing_share: 0.01, failing_time: 1": set(),
+}
+
+
+@pytest.mark.parametrize("given", ROBOTS)
+def test_the_layers_of_a_trial_are_those_that_its_flight_has(given: str) -> None:
+    """Of 12 boids a hundredth are none."""
+    study = read(SMALL.replace("n: 12", f"n: 12, {given}"))
+    job = Jobs(study, expand(study))[0]
+    assert layers_of(job) == ROBOTS[given]
+    work = Simulation(job).flight.work
+    made = {type(work.near.senses), type(work.robots.motors)} - {type(None)}
+    assert made == ROBOTS[given]
+
+
+def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
+    """A kernel is kept under the very classes that its arguments have."""
+    given = "motor_lag: 1, sensing_delay: 1"
+    study = read(SMALL.replace("n: 12", f"n: 12, {given}"))
+    job = Jobs(study, expand(study))[0]
+    warm(job)
+    assert compiling_seconds(job) == 0.0
+    model = job.known.models[job.model]
+    flight = Simulation(job).flight
+    given = flight.flock, flight.world, flight.params, flight.work, flight.record
+    classes = set(_classes(map(typeof, given)))
+    named = Flock, World, model.params, Workspace, Record
+    assert set(_named_tuples(named, set())) == classes
+    assert not is_kept(model.advance, classes | {Job})
+
+
+def test_a_plan_has_the_time_of_each_kernel_that_its_trials_need(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Ideal boids, those with motors, those with senses, and those with both."""
+    monkeypatch.setattr(simulation, "is_compiled_for", lambda *_: False)
+    ablation = "ablate: {lag: {motor_lag: 2}, noise: {position_noise: 1}}"
+    text = SMALL.replace("separation_weight: [0.5, 1]", f"robots: {{{ablation}}}")
+    assert plan_of(read(SMALL), 2).compiling_seconds == 15.0
+    assert plan_of(read(text), 2).compiling_seconds == 60.0
 
 
 CODE = """

@@ -180,12 +180,12 @@ def test_trials_with_threads_fly_alone() -> None:
 
 
 def test_what_is_compiled_is_another_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
-    run(replace(at_once(), threads=2))
-    model = MODELS[MODEL]
+    job, model = replace(at_once(), threads=2), MODELS[MODEL]
+    run(job)
     assert is_kept_for_threads(model)
-    assert compiling_seconds(model, 2) == 0.0
+    assert compiling_seconds(job) == 0.0
     monkeypatch.setattr(simulation, "is_kept_for_threads", lambda _: False)
-    assert compiling_seconds(model, 2) > 0.0
+    assert compiling_seconds(job) > 0.0
     assert not is_kept_for_threads(MODELS["nguyen2024"])
 
 

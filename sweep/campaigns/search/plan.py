@@ -6,7 +6,14 @@ from dataclasses import asdict, dataclass, replace
 from sweep.campaigns.search.candidates import check_candidates, references, section_of
 from sweep.design.cost import study_cost
 from sweep.design.design import expand
-from sweep.design.plan import compiled, duration, probed, size, workforce
+from sweep.design.plan import (
+    compiled,
+    duration,
+    notes_of,
+    probed,
+    size,
+    workforce,
+)
 from sweep.spec.study import Study
 from sweep.trial.probe import measured_pace
 
@@ -15,7 +22,7 @@ from sweep.trial.probe import measured_pace
 class SearchPlan:
     """Counts and estimates for a search that spends its budget, without repetitions.
 
-    `probe_steps`, `compiling_seconds` and `threads` are those of a `Plan`.
+    `probe_steps`, `notes`, `compiling_seconds` and `threads` are those of a `Plan`.
     """
 
     study: str
@@ -36,6 +43,7 @@ class SearchPlan:
     result_bytes: float
     on_error: str
     probe_steps: int
+    notes: tuple[str, ...]
     compiling_seconds: float = 0.0
     threads: int = 1
 
@@ -73,7 +81,7 @@ class SearchPlan:
             ),
             f"results    at most about {size(self.result_bytes)}",
         ]
-        return "\n".join(lines)
+        return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
 
 def make_search_plan(study: Study, workers: int) -> SearchPlan:
@@ -87,7 +95,9 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
     references(study)
     scenarios = replace(study, axes=search.over, require=(), replicates=1, seeds=None)
     pace = measured_pace(scenarios)
-    cost = study_cost(scenarios, expand(scenarios), pace)
+    design = expand(scenarios)
+    cost = study_cost(scenarios, design, pace)
+    parameters = [parameter.name for parameter in search.parameters]
     held_out = search.held_out_trials(0)
     trials = search.budget + held_out
     share = trials / search.scenarios
@@ -96,7 +106,7 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
         model=study.model,
         code=study.known.runs,
         preset=study.preset,
-        parameters=[parameter.name for parameter in search.parameters],
+        parameters=parameters,
         sampler=search.sampler,
         batch=search.batch,
         blocks=study.trials_per_point,
@@ -111,4 +121,5 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
         result_bytes=cost.size_bytes * share,
         on_error=study.policy.in_words(trials),
         probe_steps=pace.steps,
+        notes=tuple(notes_of(scenarios, design, parameters)),
     )

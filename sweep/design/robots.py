@@ -1,0 +1,45 @@
+"""In what the boids of a point differ from ideal ones, and their medium."""
+
+from collections.abc import Iterator, Mapping
+
+from kernels.catalogue import Catalogue
+from kernels.robots.robots import is_ideal
+from kernels.settings import (
+    Actuation,
+    Breakdowns,
+    Medium,
+    RobotSettings,
+    Sensing,
+    Spread,
+)
+from sweep.spec.settings import Settings, Value, settings_of, settings_tuple
+
+
+def robots_at(
+    model: str, known: Catalogue, settings: Mapping[str, Value]
+) -> RobotSettings:
+    """In what the boids of a trial with these settings differ from ideal ones."""
+    described, given = settings_of(model, known), dict(settings)
+    return RobotSettings(
+        settings_tuple(Sensing, given, described),
+        settings_tuple(Actuation, given, described),
+        settings_tuple(Breakdowns, given, described),
+        settings_tuple(Medium, given, described),
+        tuple(_spreads(given, described)),
+    )
+
+
+def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:
+    """By how much parameters of the model differ from robot to robot."""
+    for name in sorted(settings.keys() - known):
+        parameter = known[known.spreads[name].spread_of]
+        deviation = float(settings[name])
+        yield Spread(parameter.name, deviation, parameter.low, parameter.high)
+
+
+def are_robots(model: str, known: Catalogue, settings: Mapping[str, Value]) -> bool:
+    """Whether boids are not ideal ones, their medium moves, or they have several goals.
+    Such trials fly alone, with one thread.
+    """
+    robots = robots_at(model, known, settings)
+    return bool(settings["next_goals"]) or not is_ideal(robots, float(settings["dt"]))
