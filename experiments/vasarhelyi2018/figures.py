@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from sweep.analysis import contrast, jointly
 from sweep.figures import (
     BLUE,
     STYLE,
@@ -30,6 +31,8 @@ PROGRAMS = Path(__file__).with_name("programs.csv")
 """Means over 300..600 s of 8 to 24 runs each of the authors' simulator; of the distance
 of the two nearest robots the least.
 """
+WINNERS = Path(__file__).with_name("winners.csv")
+"""The published set and what the searches found, written by winners.py."""
 LATE = 0.5
 """The share of a trial's frames before those that count."""
 LIMITS = {"scaled": ("scaled to v_flock", BLUE), "cut": ("cut at v_max", VERMILION)}
@@ -203,6 +206,71 @@ def real(studies: Studies) -> Figure:
     return figure
 
 
+CHOSEN = {
+    "fitness": "fitness",
+    "speed": "speed (m/s)",
+    "flock_correlation": "order of velocities",
+}
+
+
+def against_published(trials: pd.DataFrame) -> pd.DataFrame:
+    """By how much each set of winners.csv differs from the published one, the first, in
+    the metrics of CHOSEN: value, low and high, by set and metric. Trials are paired by
+    seed; all intervals hold together with 95 % (Bonferroni).
+    """
+    sets = pd.read_csv(WINNERS).set_index("set")["repulsion_range"]
+    asked = [(name, metric) for name in sets.index[1:] for metric in CHOSEN]
+    sides = [
+        contrast(
+            trials,
+            f"{metric}_mean",
+            {"repulsion_range": sets[name]},
+            {"repulsion_range": sets.iloc[0]},
+        )
+        for name, metric in asked
+    ]
+    family = jointly(sides, together="bonferroni")
+    return pd.DataFrame(
+        {
+            "value": [side.value for side in sides],
+            "low": family.low,
+            "high": family.high,
+        },
+        index=pd.MultiIndex.from_tuples(asked, names=["set", "metric"]),
+    )
+
+
+def winners(studies: Studies) -> Figure:
+    """Each trial of the sets that were found and of the published one, with the paired
+    differences.
+    """
+    trials = studies["winners"].trials
+    sets = pd.read_csv(WINNERS).set_index("set")["repulsion_range"]
+    differences = against_published(trials)
+    with style.context(STYLE):
+        figure = Figure(figsize=(8.4, 2.8))
+        panels = figure.subplots(1, len(CHOSEN), sharey=True)
+        for axes, (metric, label) in zip(panels, CHOSEN.items(), strict=True):
+            for k, (name, value) in enumerate(sets.items()):
+                rows = trials[trials["repulsion_range"] == value]
+                x = rows[f"{metric}_mean"]
+                colour = VERMILION if k == 0 else BLUE
+                axes.plot(x, [k] * len(x), "o", ms=3, color=colour, alpha=0.4)
+                axes.plot(x.mean(), k, "k|", ms=12)
+                if k > 0:
+                    off = differences.loc[(name, metric)]
+                    text = f"{off.value:+.3f} ({off.low:+.3f} to {off.high:+.3f})"
+                    axes.annotate(text, (x.mean(), k + 0.18), ha="center", fontsize=6)
+            axes.set(xlabel=label, ylim=(-0.5, len(sets) - 0.4))
+        panels[0].set_yticks(range(len(sets)), list(sets.index))
+        note(
+            figure,
+            "vasarhelyi2018/winners: 300..600 s on seeds that no search has seen; paired"
+            " differences to the published set, whose 95 % intervals hold together",
+        )
+    return figure
+
+
 def obstacles(studies: Studies) -> Figure:
     """The last frame of a trial with two squares, for both limits."""
     study = studies["obstacles"]
@@ -235,6 +303,11 @@ FIGURES = {
         real,
         ("real", "lossy"),
         "Correlation by speed in the conditions that the program is shipped with.",
+    ),
+    "winners": Drawing(
+        winners,
+        ("winners",),
+        "Fitness, speed and order of the winners of both searches and the published set.",
     ),
     "obstacles": Drawing(obstacles, ("obstacles",), "Flocks round two squares."),
 }

@@ -11,6 +11,8 @@ import pytest
 
 from experiments.vasarhelyi2018.figures import (
     PROGRAMS,
+    WINNERS,
+    against_published,
     closest_field,
     closest_tuned,
     field_speed,
@@ -127,3 +129,38 @@ def test_the_usual_regime_is_that_of_fast_flocks() -> None:
     assert field_speed(made, 1.0).tolist() == [5.1]
     assert field_speed(made, 0.0).size == 0
     assert usual_share(made).tolist() == [0.0, 100.0, 100.0]
+
+
+def test_sets_are_compared_with_the_published_one_in_pairs() -> None:
+    """Eight seeds, of which each adds the same to all sets: pairs leave what the sets
+    differ by, with an interval of no width where all pairs differ by the same.
+    """
+    sets = pd.read_csv(WINNERS)
+    assert sets["set"].iloc[0] == "published"
+    assert sets["repulsion_range"].is_unique, "it names a set among trials"
+    luck = np.random.default_rng(1).normal(size=8)
+    rows = [
+        {
+            "trial_id": f"{k} {seed}",
+            "point": str(k),
+            "status": "done",
+            "streams": "start=common world=common noise=common",
+            "seed": seed,
+            "seed_listed": False,
+            "replicate": seed,
+            "repulsion_range": value,
+            "fitness_mean": luck[seed] + k,
+            "speed_mean": luck[seed] + k * (1 + (-1) ** seed),
+            "flock_correlation_mean": luck[seed],
+        }
+        for k, value in enumerate(sets["repulsion_range"])
+        for seed in range(8)
+    ]
+    found = against_published(pd.DataFrame(rows)).astype(float)
+    for k, name in enumerate(sets["set"][1:], 1):
+        assert found.loc[(name, "fitness")].to_list() == pytest.approx([k] * 3)
+        off = found.loc[(name, "speed")]
+        assert off["value"] == pytest.approx(k)
+        assert off["low"] < 0 < k < off["high"]
+        same = found.loc[(name, "flock_correlation")]
+        assert same.to_list() == pytest.approx([0.0] * 3, abs=1e-12)
