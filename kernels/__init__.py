@@ -27,6 +27,7 @@ prints nothing, validates nothing.
     angles       cosine and sine by arithmetic alone, for angles up to half a turn
     elementary   all such functions by arithmetic alone, rounded to the nearest number
     elementary_tables  what these look up
+    device       what models are compiled to on a GPU
     generator    NumPy's random numbers in integers, where there is no NumPy
     rules/       social, steering, headings, avoidance, obstacles, borders
     shapes       what obstacles there can be

@@ -1,7 +1,7 @@
 """How kernels are compiled: four decorators. Nothing else in the project calls numba,
 but for kernels.indices, kernels.fetching, kernels.fours and kernels.generator, which
-say what functions of their own are compiled to, and for kernels.lanes, which makes
-types of its own and what these kernels call.
+say what functions of their own are compiled to, for kernels.lanes, which makes types
+of its own and what these kernels call, and for kernels.device.
 
 Kernels are compiled at their first call (no signatures), cached on disk (see
 kernels.caching), and keep IEEE arithmetic, since `fastmath` gives different bits on

@@ -95,6 +95,7 @@ def test_kernels_know_nothing_above_them_and_no_input_or_output(name: str) -> No
         "kernels/identity.py": STAMPS_MAY_IMPORT,
         "kernels/caching.py": {"contextlib", "glob", "sys", "time", "types", "weakref"},
         "kernels/registry.py": REGISTRY_MAY_IMPORT,
+        "kernels/device.py": {"contextlib", "re"},
         "kernels/fetching.py": {"llvmlite"},
         "kernels/fours.py": {"llvmlite"},
         "kernels/indices.py": {"llvmlite"},
@@ -112,11 +113,11 @@ def test_kernels_know_nothing_above_them_and_no_input_or_output(name: str) -> No
 @pytest.mark.parametrize("name", modules("kernels"))
 def test_one_module_says_how_kernels_are_compiled(name: str) -> None:
     """Others say where the compiled code is kept, and what is compiled to instructions
-    of the processor that Python has no words for. Lanes have their own types, and
-    threads their barrier.
+    of the processor that Python has no words for, or of a GPU. Lanes have their own
+    types, and threads their barrier.
     """
-    others = "__init__", "caching", "fetching", "fours", "generator", "indices", "jit"
-    allowed = [*(f"kernels/{one}.py" for one in others), "kernels/threads/barrier.py"]
+    others = "caching", "device", "fetching", "fours", "generator", "indices", "jit"
+    allowed = [f"kernels/{one}.py" for one in ("__init__", *others, "threads/barrier")]
     if name not in allowed and "/lanes/" not in name:
         assert not any(within(module, {"numba"}) for module in imports(name))
 
