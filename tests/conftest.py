@@ -11,12 +11,14 @@ import gc
 import os
 import signal
 from collections.abc import Generator, Iterator
+from functools import cache
 
 import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
 from hypothesis import settings
 
 from kernels.models import MODELS
+from sweep.store import provenance
 from sweep.trial.simulation import run
 from sweep.workers import attempts
 from tests.builders import every_metric, job
@@ -55,6 +57,21 @@ def alone() -> Iterator[None]:
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(attempts, "worth_flying_together", lambda *_: False)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def without_waiting() -> Iterator[None]:
+    """A launch within a test's process asks git once what the checkout is, which takes
+    eight processes, and waits for no disk: it flushes what is open, seventeen times.
+
+    What git says and what is flushed, and when, have tests of their own, which replace
+    these. A launch in a process of its own has the true ones.
+    """
+    state = cache(provenance.git_state)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(provenance, "git_state", lambda folder: dict(state(folder)))
+        patch.setattr(os, "fsync", os.fstat)
         yield
 
 
