@@ -90,6 +90,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
     jobs = [job(model, metrics=("speed",), n=4, steps=2) for model in MODELS]
     for model in ("nguyen2024", "strombom2014"):  # together they have all metrics
         jobs.append(job(model, metrics=every_metric(model), n=4, steps=2))
+    jobs.append(job("vasarhelyi2018", "real", metrics=("speed",), n=4, steps=2))
     others = list(range(1, len(jobs)))
     for number in [0, *(others if worker == "gw0" else reversed(others))]:
         with (tmp_path_factory.getbasetemp().parent / f"compiled-{number}").open(
