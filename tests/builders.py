@@ -42,13 +42,11 @@ IDEAL = {name: COMMON[name] for name in Sensing._fields if name not in TOPOLOGY}
 }
 """The changes by which boids know all that they see, and motors have no noise."""
 COMPILED_AS_ROBOTS = [
-    model
-    if model in ("nguyen2024", "aziel_chen2025")
-    else pytest.param(model, marks=pytest.mark.slow)
+    model if model == "nguyen2024" else pytest.param(model, marks=pytest.mark.slow)
     for model in MODELS
 ]
-"""Kernels for robots are others, and each takes half a minute to be compiled. In the
-interpreter all models are tested.
+"""Kernels for robots are others: the first takes half a minute to be compiled, and each
+other model five seconds or more. In the interpreter all models are tested.
 """
 OBSERVATION = Observation(
     flock_range=50.0,

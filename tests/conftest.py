@@ -11,12 +11,14 @@ import gc
 import os
 import signal
 from collections.abc import Generator, Iterator
+from functools import cache
 
 import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
 from hypothesis import settings
 
 from kernels.models import MODELS
+from sweep.store import provenance
 from sweep.trial.simulation import run
 from sweep.workers import attempts
 from tests.builders import every_metric, job
@@ -59,6 +61,21 @@ def alone() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def without_waiting() -> Iterator[None]:
+    """A launch within a test's process asks git once what the checkout is, which takes
+    eight processes, and waits for no disk: it flushes what is open, seventeen times.
+
+    What git says and what is flushed, and when, have tests of their own, which replace
+    these. A launch in a process of its own has the true ones.
+    """
+    state = cache(provenance.git_state)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(provenance, "git_state", lambda folder: dict(state(folder)))
+        patch.setattr(os, "fsync", os.fstat)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
     """The kernels of all models and metrics are compiled once, shared out among the
     workers of a test run.
@@ -73,6 +90,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
     jobs = [job(model, metrics=("speed",), n=4, steps=2) for model in MODELS]
     for model in ("nguyen2024", "strombom2014"):  # together they have all metrics
         jobs.append(job(model, metrics=every_metric(model), n=4, steps=2))
+    jobs.append(job("vasarhelyi2018", "real", metrics=("speed",), n=4, steps=2))
     others = list(range(1, len(jobs)))
     for number in [0, *(others if worker == "gw0" else reversed(others))]:
         with (tmp_path_factory.getbasetemp().parent / f"compiled-{number}").open(

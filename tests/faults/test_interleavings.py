@@ -209,6 +209,18 @@ CASES = [(pair, "") for pair in PAIRS]
 CASES += [((operation, "begin"), "damaged") for operation in SHARED]
 WITHIN_OTHERS = [((operation, "begin"), "") for operation in SHARED]
 """All steps of these are taken also where a part is damaged."""
+LONG_IN_A_FOLDER = [
+    *(
+        ((operation, "begin"), "damaged")
+        for operation in ("gather", "compact", "begin")
+    ),
+    (("gather", "gather"), ""),
+    (("whole_begin", "look"), ""),
+]
+"""A folder has more steps than an object store, where all of these are tried by the
+fast tests. Each of their operations is in another case of a folder; who discards has
+begun on the whole.
+"""
 FILES = ["heatmaps.parquet", "manifest.json", "trials.parquet"]
 STORED = {"merged", "a old", "b old"}
 
@@ -328,10 +340,9 @@ def named(case: tuple[str, tuple[tuple[str, ...], str]]) -> str:
     return " ".join([place, *pair, damaged]).strip()
 
 
+SLOW = {"folder": WITHIN_OTHERS + LONG_IN_A_FOLDER, "object store": WITHIN_OTHERS}
 PARAMS = [
-    pytest.param(
-        (place, case), marks=[pytest.mark.slow] if case in WITHIN_OTHERS else []
-    )
+    pytest.param((place, case), marks=[pytest.mark.slow] if case in SLOW[place] else [])
     for place, case in itertools.product(PLACES, CASES)
 ]
 

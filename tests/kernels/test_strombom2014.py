@@ -8,8 +8,10 @@ import pytest
 
 from sweep.trial.simulation import Simulation, run
 from tests import builders
+from tests.commands import python
 
 QUIET = {"noise": 0, "dog_noise": 0, "graze_probability": 0}
+DELAYS = (0, 1, 4)
 Places = list[tuple[float, float]]
 
 
@@ -54,13 +56,15 @@ def test_a_sheep_flees_up_to_the_range_of_detection_and_at_it() -> None:
     assert (near, far, at) == (1.0, 0.0, 1.0)
 
 
+@pytest.mark.slow
 def test_a_sheep_flees_only_from_a_dog_of_which_it_hears() -> None:
     places = [(510, 500), (500, 500)]
     assert velocities(places, radio_range=9.9)[0] == 0
     assert velocities(places, radio_range=10.1)[0] == 1
 
 
-@pytest.mark.parametrize("delay", [0, 1, 4])
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", DELAYS)
 def test_a_sheep_flees_from_where_it_knows_the_dog_to_be(delay: int) -> None:
     """On the diagonal, 66 from a dog that comes 1.5 nearer in a step. It is in reach
     after one step, and the sheep knows that after the delay; it moves in the next step.
@@ -74,6 +78,7 @@ def test_a_sheep_flees_from_where_it_knows_the_dog_to_be(delay: int) -> None:
     assert moved == [steps >= delay + 2 for steps in range(1, 8)]
 
 
+@pytest.mark.slow
 def test_sheep_and_dog_come_to_their_speeds_with_the_lag_of_motors() -> None:
     """And lose them so once the task is done: after the time t they have 1 - exp(-t /
     lag) of them, or exp(-t / lag).
@@ -88,6 +93,20 @@ def test_sheep_and_dog_come_to_their_speeds_with_the_lag_of_motors() -> None:
     builders.place(done, [5.0, 90.0], [5.0, 90.0], [1.0, 0.0], [0.0, 0.5]).advance(3)
     speeds = np.hypot(done.flock.vx, done.flock.vy)
     assert speeds == pytest.approx(np.array([1.0, 0.5]) * (1 - share))
+
+
+def test_they_do_in_the_interpreter() -> None:
+    """Sheep that know little, and sheep with motors: kernels for robots are compiled in
+    25 s of a processor, and are tried by the slow tests.
+    """
+    code = (
+        "from tests.kernels import test_strombom2014 as t\n"
+        "t.test_a_sheep_flees_only_from_a_dog_of_which_it_hears()\n"
+        "for delay in t.DELAYS:\n"
+        "    t.test_a_sheep_flees_from_where_it_knows_the_dog_to_be(delay)\n"
+        "t.test_sheep_and_dog_come_to_their_speeds_with_the_lag_of_motors()"
+    )
+    python(code, NUMBA_DISABLE_JIT="1")
 
 
 def test_sheep_repel_each_other_only_within_their_range() -> None:

@@ -89,7 +89,7 @@ def test_a_lone_boid_turns_by_the_noise() -> None:
 
 def test_a_lone_boid_with_vectorial_noise_turns_by_that_of_its_sum() -> None:
     """The heading is along 1 + eta e. For eta < 1 it never turns by more than
-    arcsin(eta), which it nearly reaches in 5000 turns; for eta = 1 the turn is half of
+    arcsin(eta), which it nearly reaches in 4000 turns; for eta = 1 the turn is half of
     the uniform angle of e.
     """
     for eta, most in ((0.5, math.asin(0.5)), (1.0, math.pi / 2)):
@@ -97,7 +97,7 @@ def test_a_lone_boid_with_vectorial_noise_turns_by_that_of_its_sum() -> None:
             "gregoire_chate2004",
             noise=eta,
             interaction_range=0,
-            n=5000,
+            n=4000,
             steps=1,
             start_speed=0.3,
         )

@@ -73,8 +73,15 @@ def flown(simulation: Simulation, steps: int) -> np.ndarray:
     return builders.state(simulation.flock)
 
 
+WITH_TWINS = [
+    "nguyen2024",
+    pytest.param("aziel_chen2025", marks=pytest.mark.slow),
+]
+"""The second is tried in the interpreter: its kernel for robots is another one."""
+
+
 @pytest.mark.parametrize("case", TWINS)
-@pytest.mark.parametrize("model", ["nguyen2024", "aziel_chen2025"])
+@pytest.mark.parametrize("model", WITH_TWINS)
 def test_boids_react_to_what_a_slow_twin_says_that_they_know(
     model: str, case: str
 ) -> None:
@@ -104,6 +111,16 @@ def test_boids_react_to_what_a_slow_twin_says_that_they_know(
             wanted.append([*position, *velocity])
         found = flown(simulation, 1)
         np.testing.assert_allclose(found, np.array(wanted).T, rtol=0, atol=1e-10)
+
+
+def test_they_do_in_the_interpreter() -> None:
+    code = (
+        "from tests.trial import test_sensing as t\n"
+        "for case in ('shared', 'hidden'):\n"
+        "    t.test_boids_react_to_what_a_slow_twin_says_that_they_know("
+        "'aziel_chen2025', case)"
+    )
+    python(code, NUMBA_DISABLE_JIT="1")
 
 
 @pytest.mark.parametrize("update", builders.UPDATES)
@@ -205,13 +222,13 @@ def test_every_model_has_the_same_bits_in_any_grid(model: str) -> None:
         | builders.scaled(model, **{name: REAL[name] for name in lengths})
         | {"sensing_delay": 3 * dt, "sensing_period": 2 * dt, "radio_range": 1e9}
     )
-    job = builders.job(model, n=40, steps=12, **senses)
+    job = builders.job(model, n=40, steps=8, **senses)
     one, other = Simulation(job), Simulation(replace(job, all_pairs=True))
     rebuild_grid(one.flight, room=2)
-    found = flown(one, 12)
+    found = flown(one, 8)
     assert np.isfinite(found).all()
-    assert (found == flown(other, 12)).all()
-    assert (found != flown(Simulation(builders.job(model, n=40, steps=12)), 12)).any()
+    assert (found == flown(other, 8)).all()
+    assert (found != flown(Simulation(builders.job(model, n=40, steps=8)), 8)).any()
 
 
 def test_what_a_boid_hears_of_is_shown() -> None:

@@ -139,6 +139,12 @@ class Opened:
         self.ask("boidsweep.view.status.say('')")
         return self
 
+    def rest(self) -> None:
+        """Let nothing fly until somebody begins anew: it would take half a processor
+        from all tests that come between.
+        """
+        self.send(type="pause")
+
     @property
     def show(self) -> Show:
         """The session behind the page."""

@@ -58,7 +58,9 @@ def opened(
     yield opened
     complaints = [complaint for one in used for complaint in one.complaints]
     for one in used:
-        if one not in shared:
+        if one in shared:
+            one.rest()
+        else:
             one.page.context.close()
     assert complaints == []
 
