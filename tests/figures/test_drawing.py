@@ -10,6 +10,7 @@ from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from kernels.shapes import Polygon
 from sweep.figures import (
     BLUE,
     draw_flock,
@@ -20,7 +21,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
-from sweep.trial.world import TrialWorld
+from sweep.trial.world import Paths, TrialWorld
 from tests.studies import COVERING, launched
 
 WORLD = TrialWorld(
@@ -50,6 +51,43 @@ def test_a_map_can_have_y_upwards_and_no_obstacles(axes: Axes) -> None:
     draw_map(axes, WORLD._replace(obstacles=np.empty((0, 5))), "m", downwards=False)
     assert axes.get_ylim() == (0.0, 30.0)
     assert axes.collections[0].get_paths() == []
+
+
+POLYGONS = {
+    0: Polygon(((5.0, 5.0), (15.0, 5.0), (10.0, 12.0))),
+    1: Polygon(((2.0, 2.0), (38.0, 2.0), (38.0, 20.0), (2.0, 28.0)), True),
+}
+
+
+def test_a_polygon_is_filled_inside_and_an_arena_outside(axes: Axes) -> None:
+    """In whichever direction the vertices run: by the pixels of the picture."""
+    for turned in (1, -1):
+        shapes = {
+            m: one._replace(vertices=one.vertices[::turned])
+            for m, one in POLYGONS.items()
+        }
+        axes.clear()
+        draw_map(axes, WORLD._replace(polygons=shapes), "m", face="red")
+        figure = axes.figure
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        pixels = np.asarray(canvas.buffer_rgba())
+        for place, solid in (
+            *(((10, 7), True), ((5, 10), False), ((20, 15), False)),
+            *(((1, 15), True), ((30, 28), True), ((39, 1), True)),
+        ):
+            across, up = axes.transData.transform(place)
+            red = pixels[len(pixels) - round(up), round(across)].tolist()
+            assert (red[:3] == [255, 0, 0]) == solid
+
+
+def test_obstacles_that_move_are_drawn_where_they_are() -> None:
+    paths = Paths(np.array([[1.0, 0.0], [0.0, -1.0]]), 0.5, False)
+    world = WORLD._replace(polygons={1: POLYGONS[0]}, paths=paths).at(4)
+    assert world.obstacles[:, :2].tolist() == [[12, 20], [30, 3]]
+    assert world.polygons[1].vertices == ((5, 3), (15, 3), (10, 10))
+    assert world.paths is None
+    assert WORLD.at(4) is WORLD
 
 
 def test_a_boid_is_a_triangle_that_points_where_it_flies(axes: Axes) -> None:

@@ -145,6 +145,20 @@ def test_goals_in_turn_are_drawn_with_their_numbers() -> None:
         assert [one.center for one in circles] == places[: len(numbers) or 1]
 
 
+def test_obstacles_that_move_are_drawn_anew_in_each_frame() -> None:
+    """Where they are after the steps of the frame, and nowhere else."""
+    a_job = builders.job(map="empty", n=1, width=100, height=100, borders="bounded")
+    disc = 20.0, 50.0, 8.0, 8.0, 1.0, 3.0, 0.0
+    scene = Scene("test", replace(a_job, obstacles=(disc,)))
+    grey, white = [153, 153, 153], [255, 255, 255]
+    for step, x in ((0, 20.0), (20, 80.0), (5, 35.0)):
+        picture = scene.draw(step, np.array([[50.0], [90.0], [1.0], [0.0]]))
+        for place in (20.0, 35.0, 80.0):
+            column, up = scene.axes.transData.transform((place, 50.0))
+            found = picture[round(picture.shape[0] - up), round(column)].tolist()
+            assert found == (grey if place == x else white)
+
+
 def test_visited_pixels_are_shown_where_coverage_is_recorded() -> None:
     """One boid in a row of its own; the picture has the colour on its way alone, the
     title the share, and obstacles stay as they are.
