@@ -331,6 +331,8 @@ def _objectives(page: _Page) -> None:
     if goal:
         place = [_values(page.about, name) for name in ("goal_x", "goal_y")]
         page.say(f"Boids go to the goal at ({', '.join(place)}) by {', '.join(goal)}.")
+        if later := _values(page.about, "next_goals"):
+            page.say(f"From there they go on to {later}, one after the other.")
     else:
         page.say("No rule leads boids to a goal.")
     page.gap("objectives of boids besides those of the rules")

@@ -92,6 +92,14 @@ def test_every_gap_is_listed_at_the_end(name: str) -> None:
     assert "None" not in text
 
 
+def test_goals_in_turn_are_told_where_there_are_several() -> None:
+    spec = "study: x\nmodel: aziel_chen2025\nreplicates: 1\nseed: 1\n"
+    later = "fixed: {map: empty, next_goals: [[1, 2], [3, 4.5]]}\n"
+    said = "From there they go on to 1 2; 3 4.5, one after the other."
+    assert said in odd(of_text(spec + later))
+    assert "From there they go on" not in odd(of_text(spec))
+
+
 def test_the_order_of_updates_is_told_where_a_setting_or_the_model_says_it() -> None:
     gap, of_vortex = "- whether boids are updated", described("vortex")
     said = odd(described("nguyen2024"))

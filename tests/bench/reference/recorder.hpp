@@ -13,7 +13,8 @@ enum Event {
     ARRIVED,
     ARRIVAL_STEPS,
     SETTLED,
-    DEAD_ENDS
+    DEAD_ENDS,
+    GOALS_REACHED
 };
 
 class Recorder {
@@ -28,7 +29,7 @@ public:
         const i64 arrived = event(ARRIVED);
         count_places(flock);
         event(ESCAPES) = event(COLLISIONS) = 0;
-        event(ARRIVED) = arrived;
+        event(ARRIVED) = event(GOALS_REACHED) = arrived;
     }
 
     // Takes note of one step; returns whether all numbers are finite.
@@ -139,6 +140,7 @@ private:
                 arrived_[i] = true;
                 event(ARRIVED) += 1;
                 event(ARRIVAL_STEPS) += step_;
+                event(GOALS_REACHED) += 1;
             }
         }
     }
