@@ -6,7 +6,6 @@ Whoever runs it keeps the clock, and passes in what is random.
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
@@ -423,8 +422,8 @@ def _measure_part(flight: Flight, metric: Metric, values: NDArray[np.float64]) -
         frames.step[: flight.filled],
     )
     changes = (of[1:] != of[:-1]).any(axis=1)
-    ends = [0, *(np.flatnonzero(changes) + 1).tolist(), flight.filled]
-    for first, end in pairwise(ends):
+    for alike in np.split(np.arange(flight.filled), np.flatnonzero(changes) + 1):
+        first, end = int(alike[0]), int(alike[-1]) + 1
         who = np.flatnonzero(of[first])
         if not who.size:
             values[first:end] = math.nan

@@ -170,6 +170,7 @@ KERNEL_FACTS = {"kernels"} | {
         "catalogue",
         "identity",
         "metrics",
+        "metrics.parts",
         "model",
         "models",
         "registry",

@@ -150,7 +150,9 @@ def test_trials_together_have_the_bits_that_they_have_alone(
 
 
 def test_series_and_trajectories_are_the_same() -> None:
-    jobs = eight(FAST, n=9, steps=37, every=5, series=("coverage", "speed"))
+    counted = "pair_collisions", "fissions", "control_effort", "mechanical_work"
+    series = "coverage", "speed", "speed_of_working", *counted
+    jobs = eight(FAST, n=9, steps=37, every=5, series=series)
     wanted = replace(jobs[0].record, trajectories=True)
     results = are_equal([replace(one, record=wanted) for one in jobs])
     assert results[0].trajectory is not None
