@@ -117,12 +117,12 @@ class Scene:
             self.past.append(bodies[:2])
             self.trail.set_data(*self._ways())
             self.axes.draw_artist(self.trail)
+            self.crosses.set_data(*bodies[:2, self.failing.fails_at <= step])
+            self.axes.draw_artist(self.crosses)
             draw_flock(self.axes, bodies, self.length, self.colour)
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
-            self.crosses.set_data(*bodies[:2, self.failing.fails_at <= step])
-            self.axes.draw_artist(self.crosses)
             self.title.set_text(self._words(step, bodies) + _covered(visits))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
@@ -178,18 +178,17 @@ class Scene:
         return found or BOIDS
 
     def _draw_crosses(self) -> Line2D:
-        """Room for the crosses over boids that have failed, which the legend explains;
-        white below the black lets them be seen on any colour.
+        """Room for the crosses below boids that have failed, which the legend explains;
+        a white edge lets them be seen on any colour.
         """
         at_all = int((self.failing.fails_at < NEVER).sum())
         how = FAILURES[self.failing.how]
         (crosses,) = self.axes.plot(
             *([], [], "x"),
-            markersize=7,
+            markersize=11,
             markeredgewidth=1.4,
             color="black",
             path_effects=[withStroke(linewidth=3.2, foreground="white"), Normal()],
-            zorder=5,
             animated=True,
         )
         if at_all:
