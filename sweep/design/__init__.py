@@ -7,6 +7,7 @@ chains       which points begin where others end
 consistency  what settings fulfil together
 motors       what those of motors and breakdowns do
 senses       what those of sensing do
+robots       in what the boids of a point differ from ideal ones
 code         which code computes a study
 recording    what a trial records
 trial_ids    12 bytes a trial

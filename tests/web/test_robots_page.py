@@ -59,7 +59,7 @@ def robots() -> ViewState:
 
 def test_a_scene_has_those_who_fail_and_when(robots: ViewState) -> None:
     job = robots.job
-    (fails_at, _), failing = failing_of(job), scene_of(job)["failing"]
+    fails_at, failing = failing_of(job).fails_at, scene_of(job)["failing"]
     assert failing["how"] == "stop"
     late = np.flatnonzero(fails_at == 3).tolist()
     assert dict(failing["boids"]) == dict.fromkeys(late, 3)
