@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kernels.chance import NO_KEY, ChanceKey
 from kernels.robots import senses
-from kernels.robots.breakdowns import Failing, failing
+from kernels.robots.breakdowns import BLIND, SILENT, Failing, failing
 from kernels.robots.motors import Motors, build_motors, motors_are_ideal
 from kernels.robots.spreads import Rows, build_rows
 from kernels.robots.wind import Wind, build_wind, is_calm
@@ -67,6 +67,15 @@ def build_robots(
         build_rows(params, settings.spreads, keys.made, n),
         build_wind(settings.medium, keys.made, dt, world),
     )
+
+
+def may_sense(settings: RobotSettings, dt: float) -> bool:
+    """Whether, in steps of `dt`, boids measure and hear: all of them, or those who fail
+    are not heard of, or hear of nobody.
+    """
+    fails = settings.breakdowns
+    unheard = fails.failing_share > 0.0 and fails.failing_how in (SILENT, BLIND)
+    return unheard or not senses.is_ideal(settings.sensing, dt)
 
 
 def is_ideal(settings: RobotSettings, dt: float) -> bool:

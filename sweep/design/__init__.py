@@ -12,6 +12,7 @@ goals        what several of them need
 published_steps  that a model publishes each step
 obstacles    what obstacles that move need
 spreads      what parameters that differ from robot to robot do
+robots       in what the boids of a point differ from ideal ones
 code         which code computes a study
 recording    what a trial records
 trial_ids    12 bytes a trial

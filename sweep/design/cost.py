@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
-from kernels.robots import senses
-from kernels.robots.breakdowns import BLIND, SILENT
+from kernels.robots.robots import may_sense
 from kernels.settings import (
     HIDDEN_BY_BOIDS,
     HIDDEN_BY_BOTH,
@@ -138,11 +137,11 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
         return 0.0
     about, described = known.models[model], settings_of(model, known)
     robots = robots_at(model, known, settings)
-    sensing, actuation, breakdowns = robots.sensing, robots.actuation, robots.breakdowns
-    dt = float(settings["dt"])
-    seconds: float = ROBOT_SECONDS + NORMALS_SECONDS * (actuation.motor_noise > 0)
-    unheard = breakdowns.failing_share > 0 and breakdowns.failing_how in (SILENT, BLIND)
-    if senses.is_ideal(sensing, dt) and not unheard:
+    sensing = robots.sensing
+    seconds: float = ROBOT_SECONDS + NORMALS_SECONDS * (
+        robots.actuation.motor_noise > 0
+    )
+    if not may_sense(robots, float(settings["dt"])):
         return seconds
     n, errs = float(settings["n"]), sensing.position_noise + sensing.velocity_noise > 0
     sight = about.sight(settings_tuple(about.params, settings, described))

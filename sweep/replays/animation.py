@@ -21,8 +21,6 @@ from matplotlib.patches import Circle
 from matplotlib.patheffects import Normal, withStroke
 from numpy.typing import NDArray
 
-from kernels.robots.senses import NEVER
-from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
@@ -31,7 +29,7 @@ from sweep.replays.flight import Report, seen
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
 from sweep.trial.kinds import kinds_of
-from sweep.trial.robots import failing_of
+from sweep.trial.robots import failures_of
 from sweep.trial.world import world_of
 
 MOST_FRAMES = 600
@@ -69,7 +67,7 @@ class Scene:
             world_of(job),
             job.known.models[job.model],
         )
-        self.failing = failing_of(job)
+        self.failures = failures_of(job)
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):
             self.figure = Figure(figsize=self._size(), dpi=DPI)
@@ -123,12 +121,13 @@ class Scene:
             self.axes.draw_artist(self.trail)
             if self.world.paths is not None:
                 self._draw_obstacles(step)
+            failed = self.failures.boids[self.failures.steps <= step]
+            self.crosses.set_data(*bodies[:2, failed])
+            self.axes.draw_artist(self.crosses)
             draw_flock(self.axes, bodies, self.length, self.colour)
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
-            self.crosses.set_data(*bodies[:2, self.failing.fails_at <= step])
-            self.axes.draw_artist(self.crosses)
             self.title.set_text(self._words(step, bodies) + _covered(visits))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
@@ -190,22 +189,19 @@ class Scene:
         return found or BOIDS
 
     def _draw_crosses(self) -> Line2D:
-        """Room for the crosses over boids that have failed, which the legend explains;
-        white below the black lets them be seen on any colour.
+        """Room for the crosses below boids that have failed, which the legend explains;
+        a white edge lets them be seen on any colour.
         """
-        at_all = int((self.failing.fails_at < NEVER).sum())
-        how = FAILURES[self.failing.how]
         (crosses,) = self.axes.plot(
             *([], [], "x"),
-            markersize=7,
+            markersize=11,
             markeredgewidth=1.4,
             color="black",
             path_effects=[withStroke(linewidth=3.2, foreground="white"), Normal()],
-            zorder=5,
             animated=True,
         )
-        if at_all:
-            shown = f"{at_all:,} failing: {how}"
+        if count := self.failures.boids.size:
+            shown = f"{count:,} failing: {self.failures.how}"
             self.axes.plot([], [], "x", color="black", label=shown)
         if self.axes.get_legend_handles_labels()[1]:
             self.axes.legend(loc="upper right")

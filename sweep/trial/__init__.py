@@ -2,7 +2,7 @@
 
 simulation  a flight of the kernels, call by call
 lanes       trials that fly together, one in each lane
-robots      whether boids are ideal ones
+robots      whether boids are ideal ones, and which of them fail
 scenery     the world and its obstacles, drawn from the job
 derived     metrics that a spec computes from others
 remeasuring metrics of a trial that has been flown, from its trajectory

@@ -2,16 +2,23 @@
 random numbers.
 """
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from kernels.chance import ChanceKey
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, motors_are_ideal
 from kernels.robots.robots import ChanceKeys
-from kernels.robots.senses import Senses
+from kernels.robots.senses import NEVER, Senses
 from kernels.robots.senses import is_ideal as senses_are_ideal
 from kernels.robots.wind import Wind, is_calm
-from kernels.settings import RobotSettings
+from kernels.settings import FAILURES, RobotSettings
 from sweep.design.jobs import Job, stream
 from sweep.design.robots import are_robots, robots_at
+from sweep.spec.settings import Value
 
 
 def robots_of(job: Job) -> RobotSettings:
@@ -38,6 +45,32 @@ def layers_of(job: Job) -> frozenset[type]:
     if not is_calm(settings.medium):
         layers.add(Wind)
     return frozenset(layers)
+
+
+def with_layers(layers: Iterable[type]) -> dict[str, Value]:
+    """Settings that give boids these layers, whatever their model."""
+    given: dict[type, dict[str, Value]] = {
+        Senses: {"radio_range": 1.0},
+        Motors: {"motor_max_speed": 1.0},
+    }
+    return {name: value for layer in layers for name, value in given[layer].items()}
+
+
+class FailingBoids(NamedTuple):
+    """How boids fail, the indices of those that do (K,), and the steps (K,) from which
+    on each of them has failed.
+    """
+
+    how: str
+    boids: NDArray[np.int64]
+    steps: NDArray[np.int64]
+
+
+def failures_of(job: Job) -> FailingBoids:
+    """The failures in a trial, for whoever shows them."""
+    fails_at, how = failing_of(job)
+    boids = np.flatnonzero(fails_at < NEVER)
+    return FailingBoids(FAILURES[how], boids, fails_at[boids])
 
 
 def failing_of(job: Job) -> Failing:

@@ -13,26 +13,19 @@ from contextlib import suppress
 from functools import cache
 
 from kernels.catalogue import Catalogue
-from kernels.robots.motors import Motors
-from kernels.robots.senses import Senses
 from sweep.design.jobs import Job
 from sweep.errors import CodeError
-from sweep.spec.settings import Value, preset_settings
+from sweep.spec.settings import preset_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial import looking
 from sweep.trial.numba_errors import of_own_code
+from sweep.trial.robots import with_layers
 from sweep.trial.simulation import (
     Simulation,
     compiling_seconds,
     is_compiled,
     say_compiling,
 )
-
-GIVE: dict[type, dict[str, Value]] = {
-    Senses: {"radio_range": 1.0},
-    Motors: {"motor_max_speed": 1.0},
-}
-"""A setting that gives boids a layer, whatever their model."""
 
 
 def waiting(job: Job, metrics: Iterable[str]) -> str:
@@ -79,8 +72,7 @@ def small(
 ) -> Job:
     """A trial of two boids with these layers, which belongs to no point."""
     settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
-    for layer in layers:
-        settings |= GIVE[layer]
+    settings |= with_layers(layers)
     streams = Streams("common", "common", "common")
     return Job(
         *("", "", 0, 0, False, model, preset, settings),

@@ -4,12 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from kernels.robots.senses import NEVER
-from kernels.settings import FAILURES
 from sweep.design.jobs import Job
 from sweep.spec.polygons import polygon_as_written
 from sweep.spec.settings import places_of
-from sweep.trial.robots import failing_of
+from sweep.trial.robots import failures_of
 from sweep.trial.world import world_of
 from sweep.web.protocol import Reply
 
@@ -49,9 +47,7 @@ def _failing(job: Job) -> dict[str, Any] | None:
     """How boids fail, and each that does with the step from which on it has failed;
     None where none does.
     """
-    fails_at, how = failing_of(job)
-    boids = np.flatnonzero(fails_at < NEVER)
+    how, boids, steps = failures_of(job)
     if not boids.size:
         return None
-    pairs = np.stack([boids, fails_at[boids]], axis=1)
-    return {"how": FAILURES[how], "boids": pairs.tolist()}
+    return {"how": how, "boids": np.stack([boids, steps], axis=1).tolist()}

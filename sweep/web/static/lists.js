@@ -346,12 +346,13 @@ export class Overlays {
     );
     this.kinds.hidden = !this.kinds.hasChildNodes();
     const failing = this.stage.scene?.failing;
+    const count = this.stage.failed.length;
     this.legend("failed", Boolean(failing), () => [
       make(
         "span",
         { className: "swatch" },
         make("b", { textContent: "✕", "aria-hidden": "true" }),
-        ` ${this.stage.failed.length} of ${failing?.boids.length} failed: ${failing?.how}`,
+        ` ${count} of ${failing?.boids.length} failed: ${failing?.how}`,
       ),
     ]);
     this.failed.hidden = !this.failed.hasChildNodes();

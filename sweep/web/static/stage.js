@@ -331,8 +331,8 @@ export class Stage {
       this.project(frame);
       if (overlays.has("trails")) drawTrails(this, scene);
       drawPerception(this, scene, frame);
-      drawBoids(this, scene, frame);
       drawFailed(this, scene, frame);
+      drawBoids(this, scene, frame);
       if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);

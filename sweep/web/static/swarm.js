@@ -124,12 +124,13 @@ export function drawBoids(stage, scene, frame) {
   context.stroke();
 }
 
-// A cross over each boid that has failed, which any ground and any hue leave visible.
+// A cross below each boid that has failed: its ends stand out on any ground, and the
+// colour and the heading of the boid stay visible.
 /** @param {Stage} stage @param {Scene} scene @param {Frame} frame */
 export function drawFailed(stage, scene, frame) {
   const { context, failed, screenX, screenY } = stage;
   if (!failed.length) return;
-  const arm = 0.7 * boidLength(scene, frame, stage.camera);
+  const arm = 0.9 * boidLength(scene, frame, stage.camera);
   context.beginPath();
   for (const i of failed) {
     const [x, y] = [screenX[i], screenY[i]];
