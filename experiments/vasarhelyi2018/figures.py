@@ -266,7 +266,8 @@ def winners(studies: Studies) -> Figure:
         note(
             figure,
             "vasarhelyi2018/winners: 300..600 s on seeds that no search has seen;"
-            " paired differences to the published set, whose 95 % intervals hold together",
+            " paired differences to the published set, with 95 % intervals that hold"
+            " together",
         )
     return figure
 
