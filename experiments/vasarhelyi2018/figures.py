@@ -265,8 +265,9 @@ def winners(studies: Studies) -> Figure:
         panels[0].set_yticks(range(len(sets)), list(sets.index))
         note(
             figure,
-            "vasarhelyi2018/winners: 300..600 s on seeds that no search has seen; paired"
-            " differences to the published set, whose 95 % intervals hold together",
+            "vasarhelyi2018/winners: 300..600 s on seeds that no search has seen;"
+            " paired differences to the published set, with 95 % intervals that hold"
+            " together",
         )
     return figure
 
@@ -307,7 +308,7 @@ FIGURES = {
     "winners": Drawing(
         winners,
         ("winners",),
-        "Fitness, speed and order of the winners of both searches and the published set.",
+        "Fitness, speed and order of what searches found and of the published set.",
     ),
     "obstacles": Drawing(obstacles, ("obstacles",), "Flocks round two squares."),
 }
