@@ -54,7 +54,7 @@ SHIFT = 1.5 * 2.0**52
 """The doubles near it are whole numbers: adding it rounds to one."""
 EXP_PARTS, SINE_PARTS, ATAN_PARTS, LOG_PARTS = 128, 64.0, 128.0, 256.0
 FIRST_LOG = 181
-PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / math.log(2.0), 2.0 / math.pi
+PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / (LN2[0] + LN2[1]), 2.0 / math.pi
 ROOT_HALF = 0.7071067811865476
 MOST_EXP, LEAST_EXP = 710.0, -746.0
 """Beyond these the exponential is infinite and zero."""
