@@ -77,16 +77,16 @@ def _check_preset(subject: Subject, preset: str, values: dict[str, Any]) -> None
                 f'{of_field(model, "presets")}: preset "{preset}" gives "{name}" no'
                 " value; every preset gives one to every setting"
             )
-    for name, value in values.items():
-        place = of_value(model, name)
+    for name, value in values.items():  # looking for the place of one reads the file
         if name not in about:
             raise AssertionError(
-                f'{place}: preset "{preset}" has "{name}", which is no setting'
-                f"{similar(name, list(about))}"
+                f'{of_value(model, name)}: preset "{preset}" has "{name}", which is no'
+                f" setting{similar(name, list(about))}"
             )
         try:
             about[name].coerce(value)
         except NotAllowedError as error:
+            place = of_value(model, name)
             raise AssertionError(f'{place}: preset "{preset}": {error}') from None
     if said := broken_demands(subject, values):
         place = of_field(model, "presets")
