@@ -34,7 +34,7 @@ def has_robots(job: Job) -> bool:
 
 
 def layers_of(job: Job) -> frozenset[type]:
-    """Which layers lie between the model of a trial and its boids."""
+    """Which layers lie between the model of a trial and its boids, or carry these."""
     settings, failing = robots_of(job), failing_of(job)
     ideal = senses_are_ideal(settings.sensing, float(job.settings["dt"]))
     layers = set[type]()
@@ -52,6 +52,7 @@ def with_layers(layers: Iterable[type]) -> dict[str, Value]:
     given: dict[type, dict[str, Value]] = {
         Senses: {"radio_range": 1.0},
         Motors: {"motor_max_speed": 1.0},
+        Wind: {"wind_x": 1.0},
     }
     return {name: value for layer in layers for name, value in given[layer].items()}
 
