@@ -187,7 +187,7 @@ class WorldSettings(NamedTuple):
             "length/time",
             low=0,
         ),
-    ] = 0.0
+    ]
 
 
 OWN_NOISES = ("none", "shared", "independent")
@@ -433,6 +433,10 @@ class RobotSettings(NamedTuple):
     breakdowns: Breakdowns
     medium: Medium
     spreads: tuple[Spread, ...] = ()
+
+
+ROBOT_GROUPS = Sensing, Actuation, Breakdowns, Medium
+"""What of RobotSettings are settings of every model."""
 
 
 class StartSettings(NamedTuple):

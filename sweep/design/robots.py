@@ -4,14 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from kernels.catalogue import Catalogue
 from kernels.robots.robots import is_ideal
-from kernels.settings import (
-    Actuation,
-    Breakdowns,
-    Medium,
-    RobotSettings,
-    Sensing,
-    Spread,
-)
+from kernels.settings import ROBOT_GROUPS, RobotSettings, Spread
 from sweep.spec.settings import Settings, Value, settings_of, settings_tuple
 
 
@@ -20,13 +13,8 @@ def robots_at(
 ) -> RobotSettings:
     """In what the boids of a trial with these settings differ from ideal ones."""
     described, given = settings_of(model, known), dict(settings)
-    return RobotSettings(
-        settings_tuple(Sensing, given, described),
-        settings_tuple(Actuation, given, described),
-        settings_tuple(Breakdowns, given, described),
-        settings_tuple(Medium, given, described),
-        tuple(_spreads(given, described)),
-    )
+    groups = (settings_tuple(group, given, described) for group in ROBOT_GROUPS)
+    return RobotSettings(*groups, spreads=tuple(_spreads(given, described)))
 
 
 def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:

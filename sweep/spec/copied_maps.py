@@ -60,6 +60,7 @@ def obstacles_in(name: str) -> Obstacles:
     size = sizes()[name]
     settings = WorldSettings(
         *(name, *size, 0, False, 0, 0.0, 0.0, INTEGER, 0.0, 0.0),
+        obstacle_speed=0.0,
         next_goals=(),
         goals_repeat=False,
     )

@@ -343,9 +343,14 @@ def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
 
 def compiling_seconds(job: Job) -> float:
     """How long it takes, about, to compile the model of a trial on an idle core, as it
-    is for its threads and its robots; 0 where it is compiled already.
+    is for its threads and its robots; 0 where it is compiled already, or where nothing
+    can be drawn to fly in: the trial itself says why.
     """
     model = job.known.models[job.model]
+    try:
+        _landscape(job)
+    except Exception:
+        return 0.0
     kept = (
         is_kept_for_threads(model)
         if _threads_of(job) > 1

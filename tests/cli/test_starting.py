@@ -147,7 +147,7 @@ def test_a_study_of_any_model_explains_itself_and_takes_some_seconds(
         assert len(comment) > depth + 4
 
 
-@pytest.mark.parametrize(("seconds", "fewer_steps"), [(3.0, False), (0.3, True)])
+@pytest.mark.parametrize(("seconds", "fewer_steps"), [(1.5, False), (0.3, True)])
 def test_where_trials_are_slow_there_are_fewer_and_then_shorter_ones(
     seconds: float, fewer_steps: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

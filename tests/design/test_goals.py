@@ -104,7 +104,7 @@ def test_a_model_that_knows_one_goal_or_none_is_refused(model: str) -> None:
 
 SEEKS = {
     "from kernels.jit import jit\n": "from kernels.goals import goal_of\n",
-    "            ax = params.cohesion": (
+    "            ax = robot.cohesion": (
         "            goal_x, goal_y = goal_of(world, work.goals, i)\n"
     ),
     "            vx, vy = limit(vx": (

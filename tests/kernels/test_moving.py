@@ -29,7 +29,8 @@ OBSTACLES: tuple[Obstacle, ...] = (
     Polygon(TRIANGLE, is_arena=True),
 )
 SETTINGS = WorldSettings(
-    "empty", 100.0, 80.0, BOUNDED, False, 0, 25.0, 100.0, INTEGER, 0.0, 0.0
+    *("empty", 100.0, 80.0, BOUNDED, False, 0, 25.0, 100.0, INTEGER),
+    *(0.0, 0.0, (), False, 0.0),
 )
 
 

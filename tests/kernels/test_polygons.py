@@ -45,7 +45,8 @@ HOOK = (
     (20.0, 40.0),
 )
 SETTINGS = WorldSettings(
-    "empty", 200.0, 160.0, 0, False, 0, 25.0, 100.0, INTEGER, 0.0, 0.0
+    *("empty", 200.0, 160.0, 0, False, 0, 25.0, 100.0, INTEGER),
+    *(0.0, 0.0, (), False, 0.0),
 )
 START = StartSettings(0, 0, 1.0, 0.0, 0.0, 0.0, 0.0, True, 0.0, 0)
 inside_world = st.floats(-20.0, 220.0), st.floats(-20.0, 180.0)

@@ -19,7 +19,7 @@ from tests import builders, naive
 
 SETTINGS = WorldSettings(
     *("empty", 800.0, 600.0, 0, False, 6, 25.0, 100.0, INTEGER),
-    *(0.0, 0.0, (), False),
+    *(0.0, 0.0, (), False, 0.0),
 )
 PUBLISHED = {
     "dense_cafeteria": (77, 429_456),

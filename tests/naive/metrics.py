@@ -291,7 +291,7 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "collisions": lambda _, counts, *_rest: counts[4],
     "boid_collisions": lambda _, counts, *_rest: counts[5],
     "share_arrived": lambda _, counts, ground, _seen: 100 * counts[6] / ground.boids,
-    "goals_reached": lambda _, counts, ground, _seen: counts[10] / ground.boids,
+    "goals_reached": lambda _, counts, ground, _seen: counts[13] / ground.boids,
     "time_to_goal": lambda _, counts, ground, _seen: (
         counts[7] * ground.dt / counts[6] if counts[6] else math.nan
     ),
@@ -299,19 +299,19 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "dead_end_time": lambda _, counts, ground, _seen: counts[9] * ground.dt,
     "pair_collisions": lambda _, counts, *_rest: counts[10],
     "collision_rate": lambda _, counts, ground, _seen: (
-        (counts[4] + counts[10]) / (counts[16] * ground.dt) / ground.boids
-        if counts[16]
+        (counts[4] + counts[10]) / (counts[17] * ground.dt) / ground.boids
+        if counts[17]
         else math.nan
     ),
     "fissions": lambda _, counts, *_rest: counts[11],
     "fusions": lambda _, counts, *_rest: counts[12],
     "path_length": lambda _, counts, ground, _seen: (
-        counts[13] / ground.boids * ground.dt
+        counts[14] / ground.boids * ground.dt
     ),
     "control_effort": lambda _, counts, ground, _seen: (
-        counts[14] / ground.boids / ground.dt
+        counts[15] / ground.boids / ground.dt
     ),
-    "mechanical_work": lambda _, counts, ground, _seen: counts[15] / ground.boids,
+    "mechanical_work": lambda _, counts, ground, _seen: counts[16] / ground.boids,
     "largest_flock_share": lambda bodies, _counts, _ground, seen: (
         100 * max(flock_sizes(bodies, seen.flock_range)) / bodies.shape[1]
     ),

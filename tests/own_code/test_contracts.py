@@ -158,7 +158,7 @@ WRONG = {
         "wall.py",
         "9.0, 9.0, 0.0",
         "9.0, 9.0",
-        "map wall draws an array of shape (1, 4): it must be (M, 5), of finite numbers",
+        "map wall draws an array of shape (1, 4): it must be (M, 5) or (M, 7), of finite numbers",
     ),
     "a map that cannot be drawn": (
         "wall.py",
@@ -203,7 +203,7 @@ def test_what_is_wrong_is_a_sentence_before_any_trial(name: str, folder: Path) -
 def test_what_keeps_its_last_states_may_not_ask_how_many_steps_are_left(
     folder: Path,
 ) -> None:
-    pull = "ax = params.cohesion_weight * pull_x"
+    pull = "ax = robot.cohesion_weight * pull_x"
     text = (folder / "vortex.py").read_text()
     assert pull in text
     slower = text.replace(pull, f"{pull} * (1.0 - record.progress[0] / record.last)")

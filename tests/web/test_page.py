@@ -76,7 +76,7 @@ def until_obstacles(page: Opened, count: int) -> list[list[float]]:
     return obstacles(page)
 
 
-CHANGE_ALL = """async () => {
+CHANGE_ALL = """async (wanted) => {
   const { view } = boidsweep;
   const pause = () => new Promise((done) => setTimeout(done, 5));
   const until = async (what, name) => {
@@ -85,14 +85,15 @@ CHANGE_ALL = """async () => {
     if (!what()) throw new Error(`nothing came of ${name}: ${said}`);
   };
   for (const [name, field] of view.groups.fields) {
-    if (name === "seed") continue;
+    if (name === "seed" || wanted !== (name === "next_goals")) continue;
     const { kind, choices } = field.about;
     const before = view.state.settings[name];
     if (kind === "bool") field.input.click();
     else {
       const number = field.slide ? field.slide.beside(before, 1) : 50;
       const choice = choices?.find((one) => one !== before);
-      field.input.value = kind === "choice" ? choice : String(number);
+      const others = { choice, places: "5 5; 6 8" };
+      field.input.value = others[kind] ?? String(number);
       field.input.dispatchEvent(new Event("change", { bubbles: true }));
     }
     const other = () => view.state.settings[name] !== before;
@@ -103,7 +104,7 @@ CHANGE_ALL = """async () => {
   }
 }"""
 """Each setting gets another value by its control, and goes back by the button beside
-it.
+it: with `true` goals in turn, which a model must go to, else all others.
 """
 
 
@@ -121,11 +122,8 @@ def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
 def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
     opened: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    page = opened()
-    page.send(type="model", model="nguyen2024", preset="as_run")
-    until_model(page, "nguyen2024")
+    page, change = opened(), Live.change
     met: dict[str, list[object]] = {}
-    change = Live.change
 
     def noted(show: Live, changes: Mapping[str, object]) -> None:
         change(show, changes)
@@ -133,14 +131,19 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
             met.setdefault(name, []).append(show.simulation.job.settings[name])
 
     monkeypatch.setattr(Live, "change", noted)
-    page.ask(CHANGE_ALL)
-    preset = MODELS["nguyen2024"].presets["as_run"]
-    assert set(met) == set(settings_of("nguyen2024", BUILT_IN)) - {"map"}
-    assert [
-        name
-        for name, values in met.items()
-        if values[0] == preset[name] or values[-1] != preset[name]
-    ] == []
+    for model, to_goals in (("nguyen2024", "false"), ("rustamani2024", "true")):
+        met.clear()
+        page.send(type="model", model=model, preset="as_run")
+        until_model(page, model)
+        page.ask(f"({CHANGE_ALL})({to_goals})")
+        usual = set(settings_of(model, BUILT_IN)) - {"map", "next_goals"}
+        assert set(met) == ({"next_goals"} if to_goals == "true" else usual)
+        preset = MODELS[model].presets["as_run"]
+        assert [
+            name
+            for name, values in met.items()
+            if values[0] == preset[name] or values[-1] != preset[name]
+        ] == []
 
 
 def test_a_slider_by_keyboard_changes_the_flight_as_a_sweep_would(opened: Open) -> None:
