@@ -13,8 +13,11 @@ def robots_at(
 ) -> RobotSettings:
     """In what the boids of a trial with these settings differ from ideal ones."""
     described, given = settings_of(model, known), dict(settings)
-    groups = (settings_tuple(group, given, described) for group in ROBOT_GROUPS)
-    return RobotSettings(*groups, spreads=tuple(_spreads(given, described)))
+    sensing, actuation, breakdowns, medium = (
+        settings_tuple(group, given, described) for group in ROBOT_GROUPS
+    )
+    spreads = tuple(_spreads(given, described))
+    return RobotSettings(sensing, actuation, breakdowns, medium, spreads)
 
 
 def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:

@@ -158,7 +158,8 @@ WRONG = {
         "wall.py",
         "9.0, 9.0, 0.0",
         "9.0, 9.0",
-        "map wall draws an array of shape (1, 4): it must be (M, 5) or (M, 7), of finite numbers",
+        "map wall draws an array of shape (1, 4): it must be (M, 5) or (M, 7), of"
+        " finite numbers",
     ),
     "a map that cannot be drawn": (
         "wall.py",
