@@ -24,6 +24,8 @@ et al. (2018), Handbook of floating-point arithmetic.
 
 import math
 
+import numpy as np
+
 from kernels.elementary_tables import (
     ATAN_HIGH,
     ATAN_LOW,
@@ -52,10 +54,14 @@ turn is known to 152 bits, which are enough up to here.
 SPLITTER = 2.0**27 + 1.0
 SHIFT = 1.5 * 2.0**52
 """The doubles near it are whole numbers: adding it rounds to one."""
+SHIFT_22, SHIFT_35 = 1.5 * 2.0**30, 1.5 * 2.0**17
+"""Adding these rounds to multiples of 2^-22 and 2^-35."""
 EXP_PARTS, SINE_PARTS, ATAN_PARTS, LOG_PARTS = 128, 64.0, 128.0, 256.0
 FIRST_LOG = 181
 PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / (LN2[0] + LN2[1]), 2.0 / math.pi
-ROOT_HALF = 0.7071067811865476
+ROOT_HALF_BITS, EXPONENT = 0x3FE6A09E667F3BCD, 52
+"""The bits of the square root of 1/2, and where those of the exponent begin."""
+LEAST_WITH_ALL_BITS = 2.0**-1022
 MOST_EXP, LEAST_EXP = 710.0, -746.0
 """Beyond these the exponential is infinite and zero."""
 LEAST_NORMAL, MOST_EXPONENT = -1022, 1023
@@ -98,46 +104,47 @@ def _product(a: float, b: float) -> tuple[float, float]:
 
 
 @jit
-def _grown(x: float, rest: float) -> tuple[int, float, float]:
-    """Of exp(x + rest) the number k of steps, of ln 2 / EXP_PARTS each, and with two
-    parts by how much what is left differs from 1. `x` is between LEAST_EXP and
-    MOST_EXP.
-    """
-    steps = (x * PER_EXP_STEP + SHIFT) - SHIFT
-    high, low = _sum(x - steps * EXP_STEP[0], -(steps * EXP_STEP[1]))
-    r, low = _sum_to(high, low - steps * EXP_STEP[2] + rest)
-    square, below = _product(r, r)
-    more = 1 / 120 + r * (1 / 720 + r * (1 / 5040))
-    cubed = r * square * (1 / 6 + r * (1 / 24 + r * more))
-    p, kept = _sum_to(r, 0.5 * square)
-    return int(steps), p, kept + (0.5 * below + (low + low * r + cubed))
+def _steps(x: float) -> float:
+    """The number of steps, of ln 2 / EXP_PARTS each, that is next to a number."""
+    return (x * PER_EXP_STEP + SHIFT) - SHIFT
 
 
 @jit
 def _exp(x: float, rest: float) -> tuple[float, float, int]:
-    """exp(x + rest) as (a + b) 2^c; see `_grown`."""
-    k, p, low = _grown(x, rest)
-    high, kept = float(EXP_HIGH[k & 127]), float(EXP_LOW[k & 127])
-    a, b = _product(high, p)
-    y, c = _sum_to(high, a)
-    y, c = _sum_to(y, c + (b + (kept + (high * low + kept * p))))
-    return y, c, k >> 7
+    """exp(x + rest) as (a + b) 2^c, where |b| < 2^-16. `x` is between LEAST_EXP and
+    MOST_EXP, and |rest| < 2^-15.
+
+    What is left of x is in two parts, of which the first is a multiple of 2^-35. So
+    its product with the first part of a table's entry is exact, and of what is
+    rounded nothing is larger than 2^-16.
+    """
+    steps = _steps(x)
+    k, left, under = int(steps), x - steps * EXP_STEP[0], steps * EXP_STEP[1] - rest
+    high = ((left - under) + SHIFT_35) - SHIFT_35
+    low = (left - high) - under
+    r = high + low
+    square = r * r
+    more = 0.5 + r * (1 / 6) + square * ((1 / 24 + r * (1 / 120)) + square * (1 / 720))
+    low += square * more
+    entry, kept = float(EXP_HIGH[k & 127]), float(EXP_LOW[k & 127])
+    y, lost = _sum_to(entry, entry * high)
+    return y, lost + (kept + (entry * low + kept * (high + low))), k >> 7
 
 
 @jit
 def _scaled(y: float, low: float, exponent: int) -> float:
-    """(y + low) 2^exponent, rounded once. `low` is below half a unit of `y`, which is
-    between 1/2 and 2.
+    """(y + low) 2^exponent, rounded once. `y` is between 1/2 and 2, and |low| is below
+    2^-16.
     """
-    if exponent > LEAST_NORMAL or (exponent == LEAST_NORMAL and y >= 1.0):
-        # 2^1024 is no double, but a half times it is one.
-        over = exponent > MOST_EXPONENT
-        scale = float(POWERS[(exponent - 1 if over else exponent) - LEAST_NORMAL])
-        return y * scale * (2.0 if over else 1.0)
+    if LEAST_NORMAL < exponent <= MOST_EXPONENT:
+        return (y + low) * float(POWERS[exponent - LEAST_NORMAL])
+    y, low = _sum_to(y, low)
+    if exponent > 0 or (exponent == LEAST_NORMAL and y >= 1.0):
+        return math.ldexp(y, exponent)
     # Numbers near this one have as many bits as are left of the result.
     near = math.ldexp(1.0, LEAST_NORMAL - exponent)
-    rounded = near + y
-    return math.ldexp((rounded + ((y - (rounded - near)) + low)) - near, exponent)
+    rounded, kept = _sum_to(near, y)
+    return math.ldexp((rounded + (kept + low)) - near, exponent)
 
 
 @jit
@@ -150,41 +157,76 @@ def exp(x: float) -> float:
 
 
 @jit
+def _grown(x: float) -> tuple[int, float, float]:
+    """Of exp(x) the number k of steps, and with two parts of more bits than `_exp` has
+    by how much what is left differs from 1, for where 1 is taken from the result.
+    """
+    steps = _steps(x)
+    high, low = _sum(x - steps * EXP_STEP[0], -(steps * EXP_STEP[1]))
+    r, low = _sum_to(high, low)
+    square, below = _product(r, r)
+    more = 1 / 120 + r * (1 / 720 + r * (1 / 5040))
+    cubed = r * square * (1 / 6 + r * (1 / 24 + r * more))
+    p, kept = _sum_to(r, 0.5 * square)
+    return int(steps), p, kept + (0.5 * below + (low + low * r + cubed))
+
+
+@jit
 def expm1(x: float) -> float:
     """exp(x) - 1, as exact near zero."""
     if not -40.0 <= x <= MOST_EXP:
         return math.inf if x > 0.0 else -1.0 if x < 0.0 else x
     if abs(x) < FLAT:
         return x
-    k, p, low = _grown(x, 0.0)
+    k, p, low = _grown(x)
     if k == 0:
         return p + low
-    y, low, exponent = _exp(x, 0.0)
-    if exponent > 60:
-        return _scaled(y, low, exponent)
-    scale = math.ldexp(1.0, exponent)
-    high, kept = _sum(y * scale, -1.0)
-    return high + (kept + low * scale)
+    entry, kept = float(EXP_HIGH[k & 127]), float(EXP_LOW[k & 127])
+    a, b = _product(entry, p)
+    y, c = _sum_to(entry, a)
+    y, c = _sum_to(y, c + (b + (kept + (entry * low + kept * (p + low)))))
+    if k >> 7 > 60:
+        return _scaled(y, c, k >> 7)
+    scale = float(POWERS[(k >> 7) - LEAST_NORMAL])
+    high, rest = _sum(y * scale, -1.0)
+    return high + (rest + c * scale)
 
 
 @jit
 def _log(x: float) -> tuple[float, float]:
-    """The natural logarithm of a positive, finite number, in two parts."""
-    m, e = math.frexp(x)
-    small = m < ROOT_HALF
-    m, steps = 2.0 * m if small else m, float(e - 1 if small else e)
+    """The natural logarithm of a positive, finite number that has all of its bits, in
+    two parts: the second is below 2^-16 times the first.
+
+    A number m near 1 times a power of 2 has the same logarithm but for a multiple of
+    ln 2. An entry c of a table, of 11 bits, is next to 1 / m. The first part of m is a
+    multiple of 2^-22. So both parts of r = c m - 1 are exact, the square of the first
+    too, and the table's first parts have zeros where sums would round.
+    """
+    bits = np.float64(x).view(np.int64)
+    steps = (bits - ROOT_HALF_BITS) >> EXPONENT
+    m = np.int64(bits - (steps << EXPONENT)).view(np.float64)
     k = int(m * LOG_PARTS + 0.5) - FIRST_LOG
-    c = float(FACTOR[k])
-    top, rest = _halves(m)
-    r, low = _sum(c * top - 1.0, c * rest)
-    square, below = _product(r, r)
-    more = 1 / 6 - r * (1 / 7 - r * (1 / 8 - r * (1 / 9)))
-    cubed = r * square * (1 / 3 - r * (1 / 4 - r * (1 / 5 - r * more)))
-    a, b = _sum(steps * LN2[0], float(LOG_HIGH[k]))
-    y, d = _sum(a, r)
-    y, f = _sum(y, -0.5 * square)
-    high = b + (d + f) + (steps * LN2[1] + float(LOG_LOW[k]))
-    return _sum_to(y, high + (low - 0.5 * below - r * low + cubed))
+    c, e = float(FACTOR[k]), float(steps)
+    top = (m + SHIFT_22) - SHIFT_22
+    high, low = c * top - 1.0, c * (m - top)
+    r, half = high + low, 0.5 * high
+    square = r * r
+    more = square * ((1 / 7 - r * (1 / 8)) * square + (1 / 5 - r * (1 / 6)))
+    cubed = r * square * ((1 / 3 - r * (1 / 4)) + more)
+    y, lost = _sum_to((e * LN2[0] + float(LOG_HIGH[k])) + high, -(half * high))
+    y, left = _sum_to(y, low)
+    rest = (cubed - low * (high + 0.5 * low)) + (e * LN2[1] + float(LOG_LOW[k]))
+    return y, rest + (lost + left)
+
+
+@jit
+def _log_of_any(x: float) -> tuple[float, float]:
+    """`_log` of a number that may have fewer bits."""
+    if x >= LEAST_WITH_ALL_BITS:
+        return _log(x)
+    y, low = _log(x * 2.0**64)
+    y, rest = _sum(y, -64.0 * LN2[0])
+    return y, low + (rest - 64.0 * LN2[1])
 
 
 @jit
@@ -192,26 +234,32 @@ def log(x: float) -> float:
     """The natural logarithm of `x`: -inf for 0, and no number (nan) below."""
     if not 0.0 < x < math.inf:
         return -math.inf if x == 0.0 else math.nan if x < 0.0 else x
-    y, low = _log(x)
+    y, low = _log_of_any(x)
     return y + low
 
 
 @jit
 def power(x: float, y: float) -> float:
     """`x` to the power `y`, for x >= 0; no number (nan) for x < 0."""
+    if not (0.0 < x < math.inf and abs(y) <= MOST_POWER):
+        return _odd_power(x, y)
+    a, b = _log_of_any(x)
+    (c, d), (e, f) = _halves(a), _halves(y)
+    p, rest = c * e, c * f + (d + b) * y
+    if not LEAST_EXP <= p <= MOST_EXP:
+        return math.inf if p > 0.0 else 0.0
+    high, low, exponent = _exp(p, rest)
+    return _scaled(high, low, exponent)
+
+
+@jit
+def _odd_power(x: float, y: float) -> float:
+    """`power` where `x` is no positive, finite number, or `y` is beyond MOST_POWER."""
     if y == 0.0 or x == 1.0:
         return 1.0
     if x < 0.0 or x != x or y != y:
         return math.nan
-    if x == 0.0 or x == math.inf:
-        return math.inf if (x == 0.0) == (y < 0.0) else 0.0
-    a, b = _log(x)
-    most = min(max(y, -MOST_POWER), MOST_POWER)
-    p, rest = _product(a, most)
-    if not LEAST_EXP <= p <= MOST_EXP:
-        return math.inf if p > 0.0 else 0.0
-    high, low, exponent = _exp(p, rest + b * most)
-    return _scaled(high, low, exponent)
+    return math.inf if (x > 1.0) == (y > 0.0) else 0.0
 
 
 @jit

@@ -50,10 +50,18 @@ def factor(k: int) -> mpf:
     return mpf(mp.nint(scale * LOG_PARTS / k) / scale)
 
 
-def pair(values: Iterable[mpf]) -> tuple[list[float], list[float]]:
-    """The numbers next to some, and next to what is left of these."""
-    both = [(float(one), float(one - mpf(float(one)))) for one in values]
-    return [high for high, _ in both], [low for _, low in both]
+def pair(
+    values: Iterable[mpf], step: int | None = None
+) -> tuple[list[float], list[float]]:
+    """The numbers next to some, as multiples of 2^-step where one is given, and the
+    numbers next to what is left of these.
+    """
+    highs, lows = [], []
+    for one in values:
+        top = one if step is None else mp.nint(one * 2**step) / 2**step
+        highs.append(float(top))
+        lows.append(float(one - mpf(highs[-1])))
+    return highs, lows
 
 
 def block(name: str, values: Iterable[float]) -> str:
@@ -76,18 +84,23 @@ def tables() -> str:
         ends = range(FIRST_LOG, LAST_LOG + 1)
         sines = range(int(mp.ceil(SINE_PARTS * mp.pi / 4)) + 1)
 
-        def two(name: str, of: Callable[[int], mpf], places: Iterable[int]) -> str:
-            high, low = pair(of(k) for k in places)
+        def two(
+            name: str,
+            of: Callable[[int], mpf],
+            places: Iterable[int],
+            step: int | None = None,
+        ) -> str:
+            high, low = pair((of(k) for k in places), step)
             return block(f"{name}_HIGH", high) + block(f"{name}_LOW", low)
 
         return HEAD + "".join(
             (
                 constant("LN2", mp.log(2), (42, 53)),
-                constant("EXP_STEP", mp.log(2) / EXP_PARTS, (35, 35, 53)),
+                constant("EXP_STEP", mp.log(2) / EXP_PARTS, (35, 53)),
                 constant("HALF_PI", mp.pi / 2, (33, 33, 33, 53)),
-                two("EXP", lambda k: mpf(2) ** (mpf(k) / EXP_PARTS), range(EXP_PARTS)),
+                two("EXP", lambda k: 2 ** (mpf(k) / EXP_PARTS), range(EXP_PARTS), 25),
                 block("FACTOR", (float(factor(k)) for k in ends)),
-                two("LOG", lambda k: -mp.log(factor(k)), ends),
+                two("LOG", lambda k: -mp.log(factor(k)), ends, 42),
                 two("SINE", lambda k: mp.sin(mpf(k) / SINE_PARTS), sines),
                 two("COSINE", lambda k: mp.cos(mpf(k) / SINE_PARTS), sines),
                 two("ATAN", lambda k: mp.atan(mpf(k) / ATAN_PARTS), range(129)),
