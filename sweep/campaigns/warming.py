@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kernels.settings import COMMON, RobotSettings
+from kernels.settings import COMMON, Actuation, Breakdowns, Medium, Sensing
 from sweep.design.design import Design, evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.errors import SpecError
@@ -26,10 +26,12 @@ from sweep.workers.failures import in_a_line
 
 IDEAL = {
     name: COMMON[name]
-    for group in RobotSettings.__annotations__.values()
+    for group in (Sensing, Actuation, Breakdowns, Medium)
     for name in group._fields
-}
-"""The settings that make robots of boids, with the values that do not."""
+} | {"obstacle_speed": COMMON["obstacle_speed"]}
+"""The settings that make robots of boids, or let obstacles move, with the values that
+do not.
+"""
 MOST_POINTS = 10_000
 """Points among which are looked for those that run other code."""
 
@@ -101,10 +103,12 @@ def unlike(study: Study, design: Design) -> Iterator[Job]:
     makes robots of boids: others may run other code.
     """
     looked = evenly(design.n_points, MOST_POINTS)
+    spreads = [name for name, one in study.settings.items() if one.spread_of]
+    ideal = IDEAL | dict.fromkeys(spreads, 0.0)
     choices = [
-        (one if one.dtype == object else one == IDEAL[name])[looked]
+        (one if one.dtype == object else one == ideal[name])[looked]
         for name, one in design.columns.items()
-        if one.dtype == object or name in IDEAL
+        if one.dtype == object or name in ideal
     ]
     first = (
         dict(zip(zip(*choices, strict=True), looked, strict=True)) if choices else {}
