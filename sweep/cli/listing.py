@@ -46,8 +46,8 @@ def model_settings(name: str, known: Catalogue) -> Table:
     differ from robot to robot.
     """
     presets, settings = known.models[name].presets, settings_of(name, known)
-    about = {"title": name, "caption": spreads_text(settings)}
-    table = Table("setting", *presets, "allowed", "what it is", **about)
+    table = Table("setting", *presets, "allowed", "what it is", title=name)
+    table.caption = spreads_text(settings)
     for setting in settings.values():
         values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)

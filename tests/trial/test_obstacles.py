@@ -120,9 +120,9 @@ PUSHED = ("nguyen2024", "aziel_chen2025", "patel2023")
 """Models whose boids are pushed by obstacles, with twins that know polygons."""
 
 
-@pytest.mark.parametrize("speed", [0.0, 1.0])
+@pytest.mark.parametrize(("speed", "model"), [(0.0, PUSHED[0]), (1.0, PUSHED[0])])
 def test_a_flight_among_polygons_is_that_of_a_slow_twin(
-    speed: float, model: str = "nguyen2024"
+    speed: float, model: str
 ) -> None:
     """For 20 steps, by `test_a_model_does_what_its_slow_twin_does`, whose bound it has.
     The twin sees obstacles where the step has moved them before boids look round.
