@@ -19,6 +19,7 @@ from kernels.models import MODELS
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep import cli
+from sweep.cli.listing import spreads_text
 from sweep.own_code.reading import named_model, study_of
 from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import GROUPS, Setting, settings_of
@@ -229,9 +230,11 @@ def _equations(module: Any) -> str:
 
 
 def _settings(name: str, model: Model, known: Catalogue) -> str:
-    settings = settings_of(name, known).values()
+    every = settings_of(name, known)
+    settings = every.values()
     groups = list(dict.fromkeys(setting.group for setting in settings))
-    return "\n" + "\n".join(
+    spreads = f"\n{spreads_text(every)}.\n\n"
+    return spreads + "\n".join(
         f"## {GROUP_NAMES[group]}\n\n"
         + table(
             ["setting", "what it is", "allowed", *map(code, model.presets)],

@@ -24,10 +24,8 @@ from sweep.trial.lanes import AT_ONCE, first_group, groups, warm_together
 from sweep.trial.simulation import warm
 from sweep.workers.failures import in_a_line
 
-IDEAL = {
-    name: COMMON[name]
-    for names in (*(group._fields for group in ROBOT_GROUPS), ["obstacle_speed"])
-    for name in names
+IDEAL = {name: COMMON[name] for group in ROBOT_GROUPS for name in group._fields} | {
+    "obstacle_speed": COMMON["obstacle_speed"]
 }
 """The settings that make robots of boids, or let obstacles move, with the values that
 do not.

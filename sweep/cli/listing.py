@@ -15,7 +15,7 @@ from sweep.cli.terminal import console
 from sweep.design.plan import duration
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
-from sweep.spec.settings import settings_of
+from sweep.spec.settings import Settings, settings_of
 from sweep.tables.boundary import boundary
 from sweep.tables.causes import Cause, causes_of
 from sweep.tables.chains import cut_off
@@ -42,13 +42,24 @@ def model_table() -> Table:
 
 
 def model_settings(name: str, known: Catalogue) -> Table:
-    """Every setting of a model, with its unit, range and preset values."""
-    presets = known.models[name].presets
+    """Every setting of a model, with its unit, range and preset values, and which may
+    differ from robot to robot.
+    """
+    presets, settings = known.models[name].presets, settings_of(name, known)
     table = Table("setting", *presets, "allowed", "what it is", title=name)
-    for setting in settings_of(name, known).values():
+    table.caption = spreads_text(settings)
+    for setting in settings.values():
         values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
     return table
+
+
+def spreads_text(settings: Settings) -> str:
+    """Which parameters of a model may differ from robot to robot, in words."""
+    names = [one.spread_of for one in settings.spreads.values()]
+    if not names:
+        return "No parameter may differ from robot to robot"
+    return f"Differs from robot to robot by NAME_spread: {', '.join(names)}"
 
 
 def built_in_table(workers: int) -> Table:

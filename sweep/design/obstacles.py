@@ -1,5 +1,7 @@
 """What obstacles that move need of a model and of what is recorded."""
 
+import numpy as np
+
 from kernels.robots.publishers import publishes, to_publish
 from kernels.shapes import velocity_of
 from sweep.design.points import Points
@@ -37,6 +39,31 @@ def check_obstacles(study: Study, points: Points) -> None:
         )
     if refused:
         raise study.document.error(place, f"obstacles that move need {refused}")
+    _check_way(study, points)
+
+
+def _check_way(study: Study, points: Points) -> None:
+    """Raise SpecError where an obstacle goes round the world within one step: it acts
+    where it is then, and what it has passed meets nobody.
+    """
+    dt, maps = points.column("dt"), points.column("map")
+    width, height = points.column("width"), points.column("height")
+    speed = points.column("obstacle_speed")
+    with np.errstate(over="ignore"):
+        way = speed * dt
+    ways = [("obstacle_speed", way > np.minimum(width, height))]
+    for name, own in study.maps.items():
+        velocities = [velocity_of(one) or (0.0, 0.0) for one in own.obstacles]
+        vx, vy = np.abs(np.array(velocities).reshape(-1, 2)).max(axis=0, initial=0.0)
+        ways.append((name, (maps == name) & ((vx * dt > width) | (vy * dt > height))))
+    for name, far in ways:
+        if far.any():
+            where = points.describe(int(np.argmax(far)), ("dt", "width", "height"))
+            raise study.document.error(
+                ("maps", name) if name in study.maps else study.place_of(name) or (),
+                "an obstacle moves farther in one step than the world is wide or high"
+                f"{where}: {name} needs lower velocities, or a shorter step",
+            )
 
 
 def _moving(study: Study, points: Points) -> tuple[str | int, ...]:

@@ -24,7 +24,7 @@ from sweep.spec.evaluation import (
     evaluate,
     refused,
 )
-from sweep.spec.settings import Setting, Value, Values
+from sweep.spec.settings import NotAllowedError, Setting, Value, Values
 from sweep.text import unknown
 
 NUMBER, CONDITION, TEXT = "a number", "a condition", "a text"
@@ -196,7 +196,7 @@ class _Checker:
 
     def _choices(self, terms: list[ast.expr]) -> None:
         """Raise ExpressionError where a setting is compared with a choice that it has
-        not.
+        not, or places with a text that tables never have for them.
         """
         settings = [
             self.known[term.id]
@@ -210,7 +210,9 @@ class _Checker:
         ]
         for setting in settings:
             for text in texts:
-                if text not in setting.choices:
+                if setting.kind == "places":
+                    _check_places(setting, text)
+                elif text not in setting.choices:
                     raise ExpressionError(unknown(setting.name, text, setting.choices))
 
     def _call(self, name: str, arguments: list[ast.expr]) -> str:
@@ -221,3 +223,13 @@ class _Checker:
             takes = f"{least} to {most} arguments" if most > least else "1 argument"
             raise ExpressionError(f"{name} takes {takes}, not {len(arguments)}")
         return self._all(NUMBER, arguments, name)
+
+
+def _check_places(setting: Setting, text: str) -> None:
+    """Raise ExpressionError where a setting of places never has this value."""
+    try:
+        value = setting.coerce(text)
+    except NotAllowedError as error:
+        raise ExpressionError(str(error)) from None
+    if value != text:
+        raise ExpressionError(f'{setting.name} has the text "{value}", not "{text}"')

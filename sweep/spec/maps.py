@@ -64,6 +64,7 @@ from sweep.spec.keys import (
 )
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.polygons import (
+    MOST_NUMBER,
     VELOCITY,
     VertexPolygon,
     polygon_as_written,
@@ -360,7 +361,7 @@ def _row_from_json(stored: Any) -> dict[str, Any] | Row:
     if isinstance(stored, dict):
         return stored
     row = tuple(map(float, stored))
-    if len(row) not in (5, 7) or not all(map(math.isfinite, row[5:])):
+    if len(row) not in (5, 7) or not all(abs(one) <= MOST_NUMBER for one in row[5:]):
         raise ValueError
     return row
 

@@ -19,7 +19,9 @@ from sweep.spec.schema_parts import Schema
 
 LEAST_VERTICES, MOST_VERTICES = 3, 1000
 INSIDE, OUTSIDE = "inside", "outside"
-NUMBER = Number()
+MOST_NUMBER = 1e15
+"""The square of a larger one may be beyond all numbers."""
+NUMBER = Number(least=-MOST_NUMBER, most=MOST_NUMBER)
 
 Floats = NDArray[np.float64]
 
@@ -35,14 +37,14 @@ class Segments(NamedTuple):
 
 @dataclass(frozen=True)
 class Pair(Content[Point]):
-    """Two finite numbers, along x and along y."""
+    """Two numbers up to MOST_NUMBER, along x and along y."""
 
     @property
     def words(self) -> str:
         return "[x, y]"
 
     def read(self, entry: Entry) -> Point:
-        if len(entry.entries()) != 2:
+        if not isinstance(entry.value, list) or len(entry.value) != 2:
             raise entry.expected(self.words)
         x, y = (NUMBER.read(one) for one in entry.entries())
         return x, y
@@ -154,8 +156,9 @@ def polygon_from_json(stored: Any) -> Polygon:
     vertices = tuple((x, y) for x, y in rows.tolist())
     if not LEAST_VERTICES <= len(vertices) <= MOST_VERTICES:
         raise ValueError(f"a polygon has {len(vertices)} vertices")
-    finite = np.isfinite(rows).all() and np.isfinite(velocity or (0.0, 0.0)).all()
-    if not finite or solid not in (INSIDE, OUTSIDE) or (velocity and solid == OUTSIDE):
+    numbers = [*rows.ravel().tolist(), *(velocity or ())]
+    small = all(abs(number) <= MOST_NUMBER for number in numbers)
+    if not small or solid not in (INSIDE, OUTSIDE) or (velocity and solid == OUTSIDE):
         raise ValueError("a polygon has vertices, a solid side or a velocity of none")
     if flaw := flaw_of(vertices):
         raise ValueError(f"a polygon has {flaw}")

@@ -30,7 +30,7 @@ from kernels.settings import (
     StartSettings,
     WorldSettings,
 )
-from sweep.text import unknown
+from sweep.text import shortened, unknown
 
 Value = float | int | bool | str
 Values = NDArray[Any]
@@ -119,7 +119,8 @@ class Setting:
         if self.kind in ("float", "int") and is_number and self._in_range(value):
             return int(value) if self.kind == "int" else float(value) + 0.0
         raise NotAllowedError(
-            f"{value!r} is not allowed for {self.name}: it is {self.allowed()}"
+            f"{shortened(repr(value))} is not allowed for {self.name}: it is"
+            f" {self.allowed()}"
         )
 
     def column(self, values: Sequence[Any] | Values) -> Values:

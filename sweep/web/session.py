@@ -355,8 +355,12 @@ class Session:
             if name not in OVERLAYS:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
         if "coverage" in overlays and not counts_visits(self.simulation):
+            moving = self.simulation.flight.work.motion is not None
             raise SpecError(
-                "visits are not counted in a world of so many pixels:"
+                "visits are not counted while obstacles move: a pixel is free for a"
+                " while or not at all"
+                if moving
+                else "visits are not counted in a world of so many pixels:"
                 " plot coverage first, or change pixel"
             )
         self.overlays = overlays

@@ -109,6 +109,23 @@ ROWS: dict[str, tuple[dict[str, Any], str]] = {
         {"start_draws": "python_random", "start_radius": 5.0},
         "needs start_radius 0",
     ),
+    "goals a number": ({"next_goals": pa.array([7] * 6)}, "7 is not allowed for next_"),
+    "goals of one number": ({"next_goals": "1 2; 3"}, "'1 2; 3' is not allowed for"),
+    "goals of NaN": ({"next_goals": "nan 2"}, "'nan 2' is not allowed for next_goals"),
+    "goals of a megabyte": (
+        {"next_goals": "1 2; " * 200_000},
+        r"\.\.\. is not allowed for next_",
+    ),
+    "goals of another model": ({"next_goals": "1 2"}, "nguyen2024 calls no `goal_of`"),
+    "spread 1e308": ({"drag_spread": 1e308}, "1e[+]308 is not allowed for drag_spread"),
+    "spread NaN": ({"drag_spread": math.nan}, "nan is not allowed for drag_spread"),
+    "spread negative": ({"drag_spread": -1.0}, "-1.0 is not allowed for drag_spread"),
+    "spread a text": ({"drag_spread": "1"}, "'1' is not allowed for drag_spread"),
+    "wind infinite": ({"wind_x": math.inf}, "wind and gusts must be finite"),
+    "obstacles fast": (
+        {"obstacle_speed": 1e308, "dt": 10.0},
+        "an obstacle moves farther in one step than the world",
+    ),
     "status a number": ({"status": pa.array([1] * 6)}, '"status" must be a text'),
     "error a number": ({"error": pa.array([1] * 6)}, '"error" must be a text'),
 }
@@ -282,6 +299,15 @@ def test_a_table_that_no_launch_writes_is_a_difference(folder: Path) -> None:
     assert "evil.more has" in report
 
 
+def _triangle(x: float = 9.0, **about: Any) -> dict[str, Any]:
+    """A polygon as a plan has it, whose last vertex is at (x, 9)."""
+    return {"vertices": [[0, 0], [9, 0], [x, 9]]} | about
+
+
+def _arena(**about: Any) -> dict[str, Any]:
+    return _triangle(solid="outside", **about)
+
+
 MAPS: dict[str, tuple[Any, str]] = {
     "no mapping": ([1], "does not say, or not rightly"),
     "a built-in name": (
@@ -345,6 +371,34 @@ MAPS: dict[str, tuple[Any, str]] = {
     "neither disc nor rectangle": (
         {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 7]]}},
         "a shape at",
+    ),
+    "velocity 10^300": (
+        {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 1, 1e300, 0]]}},
+        "no size, or no table",
+    ),
+    "polygon of a million": (
+        {"room": {"size": [9, 9], "obstacles": [{"vertices": [[1, 1]] * 10**6}]}},
+        "a polygon has 1000000 vertices",
+    ),
+    "polygon of nested lists": (
+        {"room": {"size": [9, 9], "obstacles": [{"vertices": [[[1]], [2, 3]]}]}},
+        "a polygon has no list of vertices",
+    ),
+    "polygon of 10^300": (
+        {"room": {"size": [9, 9], "obstacles": [_triangle(1e300)]}},
+        "a polygon has vertices, a solid side or a velocity of none",
+    ),
+    "polygon of NaN": (
+        {"room": {"size": [9, 9], "obstacles": [_triangle(math.nan)]}},
+        "a polygon has vertices, a solid side or a velocity of none",
+    ),
+    "polygon that moves by NaN": (
+        {"room": {"size": [9, 9], "obstacles": [_triangle(velocity=[math.nan, 1])]}},
+        "a polygon has vertices, a solid side or a velocity of none",
+    ),
+    "arena that moves": (
+        {"room": {"size": [9, 9], "obstacles": [_arena(velocity=[1, 1])]}},
+        "a polygon has vertices, a solid side or a velocity of none",
     ),
     "too many": (
         {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 1]] * 100_001}},

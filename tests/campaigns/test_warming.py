@@ -71,6 +71,32 @@ def test_of_a_study_one_trial_of_each_map_and_start_is_tried(
     assert {job.record.metrics for job in warmed} == {parse_spec(spec).record.metrics}
 
 
+@pytest.mark.parametrize(
+    "axis",
+    [
+        {"sensing_delay": [0, 3]},
+        {"motor_lag": [0, 3]},
+        {"failing_share": [0, 0.5]},
+        {"wind_x": [0, 1]},
+        {"max_speed_spread": [0, 0.2]},
+        {"obstacle_speed": [0, 1]},
+        {"next_goals": [[], [[10, 20]]]},
+    ],
+)
+def test_a_trial_is_tried_with_each_layer_and_one_without(
+    axis: dict[str, Any], warmed: list[Job]
+) -> None:
+    """Not one for each value: those of one layer run the same code."""
+    ((name, (without, with_it)),) = axis.items()
+    values = [without, with_it, *([] if name == "next_goals" else [2 * with_it])]
+    spec = {"study": "a", "model": "aziel_chen2025", "replicates": 2}
+    record = {"record": {"metrics": ["speed"]}}
+    warm_study(study_of(spec | record | {"sweep": {name: values}}))
+    tried = [job.settings.get(name, 0) for job in warmed]
+    assert len(tried) == 2
+    assert [bool(one) for one in tried] == [False, True]
+
+
 def test_of_a_search_its_scenarios_are_tried(warmed: list[Job]) -> None:
     warm_study(parse_spec(TINY))
     assert len(warmed) == 1

@@ -349,6 +349,13 @@ def test_the_settings_of_a_model_are_listed(folder: Path) -> None:
     shown = sweep(folder, "models", "aziel_chen2025").stdout
     assert "perception_range" in shown
     assert "degrees" in shown
+    below = " ".join(shown[shown.index("Differs from robot to robot") :].split())
+    refused = 'setting "dt_spread" cannot be used'
+    spec = "study: a\nmodel: aziel_chen2025\nreplicates: 1\nfixed: {dt_spread: 1}\n"
+    (folder / "differing.yaml").write_text(spec, encoding="utf-8")
+    said = sweep(folder, "plan", "differing.yaml").stderr
+    assert refused in said
+    assert below.split(": ")[1] == said.strip().split("may differ: ")[1]
     assert 'unknown model "aziel"' in sweep(folder, "models", "aziel").stderr
 
 

@@ -304,6 +304,14 @@ NOISE = "changes nothing: no point has position_noise > 0 or velocity_noise > 0"
             ],
         ),
         ("fixed: {motor_spread: 0.1, motor_max_speed: 2}", []),
+        (
+            "fixed: {goals_repeat: true}",
+            ["goals_repeat changes nothing: no point has next_goals != ''"],
+        ),
+        (
+            "fixed: {gust_time: 3}",
+            ["gust_time changes nothing: no point has gust > 0"],
+        ),
     ],
 )
 def test_the_plan_says_which_settings_change_nothing(
@@ -338,6 +346,6 @@ def test_what_a_setting_waits_for_is_a_condition_on_others() -> None:
     for model in BUILT_IN.models:
         known = settings_of(model, BUILT_IN)
         waits = {name: one.only_where for name, one in known.items() if one.only_where}
-        assert len(waits) == 9
+        assert len(waits) == 11
         for name, one in waits.items():
             assert name not in parse(one.condition, known).names

@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tests.naive.rules import Vector
-
+Vector = np.ndarray
 Points = Sequence[tuple[float, float]]
 
 

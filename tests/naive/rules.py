@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from kernels.settings import BOUNDED, TORUS
-
-Vector = np.ndarray
+from tests.naive.polygons import Vector, nearest_of_border, winding
 
 
 def limit(x: float, y: float, most: float) -> Vector:
@@ -231,7 +230,8 @@ def away_from_obstacles(
     world: Any, margin: float, x: float, y: float
 ) -> Iterator[tuple[Vector, float]]:
     """Unit vector away from, and distance to, the centre of each obstacle within
-    `margin` of its size.
+    `margin` of its size. Of a polygon it is the nearest point of the border, from any
+    depth within what is solid the other way.
     """
     rows = zip(
         world.obstacle_x,
@@ -240,11 +240,26 @@ def away_from_obstacles(
         world.half_height,
         strict=True,
     )
-    for centre_x, centre_y, half_width, half_height in rows:
-        away = np.array([x - centre_x, y - centre_y])
+    for m, (centre_x, centre_y, half_width, half_height) in enumerate(rows):
+        away, size = (
+            np.array([x - centre_x, y - centre_y]),
+            max(half_width, half_height),
+        )
+        if vertices := vertices_of(world, m):
+            away, size = (x, y) - nearest_of_border(vertices, x, y), 0.0
+            if bool(winding(vertices, x, y)) != world.corners.is_arena[m]:
+                away, size = -away, math.inf
         distance = math.hypot(*away)
-        if 0.0 < distance < max(half_width, half_height) + margin:
+        if 0.0 < distance < size + margin:
             yield away / distance, distance
+
+
+def vertices_of(world: Any, m: int) -> list[tuple[float, float]]:
+    """The vertices of obstacle `m`; none where it is a disc or a rectangle."""
+    if world.corners is None:
+        return []
+    own = slice(world.corners.first[m], world.corners.first[m + 1])
+    return list(zip(world.corners.x[own], world.corners.y[own], strict=True))
 
 
 def repulsion_unit(world: Any, reach: Any, margin: float, x: float, y: float) -> Vector:  # noqa: ARG001

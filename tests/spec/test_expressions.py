@@ -234,6 +234,8 @@ REFUSED = [
     ("map == 1", 'comparison with "map" needs a text, but "1" is a number'),
     ("n == 'a'", 'comparison with "n" needs a number, but "\'a\'" is a text'),
     ("map == 'emty'", 'unknown map "emty"; did you mean "empty"?'),
+    ("next_goals == '1 2;3 4'", 'next_goals has the text "1 2; 3 4", not "1 2;3 4"'),
+    ("next_goals == '1 2 3'", "'1 2 3' is not allowed for next_goals: it is a list"),
     ("n and 1", 'and needs a condition, but "n" is a number'),
     ("not n", 'not needs a condition, but "n" is a number'),
     ("1 + (n > 1)", 'arithmetic needs a number, but "n > 1" is a condition'),

@@ -35,6 +35,7 @@ from sweep.trial.simulation import Simulation
 from sweep.trial.world import world_of
 from sweep.workers.executors import Serial
 from tests import builders
+from tests.design.test_senses import REMEMBERS
 from tests.specs import short, short_study
 from tests.studies import SMALL
 
@@ -745,4 +746,59 @@ def test_obstacles_that_move_are_refused_where_they_mean_nothing(
 ) -> None:
     with pytest.raises(SpecError, match="obstacles that move need") as error:
         expand(parse_spec(spec))
+    assert words in str(error.value)
+
+
+def test_a_model_that_does_not_publish_has_no_obstacles_that_move(
+    tmp_path: Path,
+) -> None:
+    """It is told which line to change. Without motion it flies as before."""
+    (tmp_path / "vortex.py").write_text(REMEMBERS, encoding="utf-8")
+    path = tmp_path / "spec.yaml"
+    text = (
+        "study: my/a\nmodel: ./vortex.py\nfixed: {obstacle_speed: %d}\nreplicates: 1\n"
+    )
+    path.write_text(text % 0, encoding="utf-8")
+    expand(load_spec(path))
+    path.write_text(text % 1, encoding="utf-8")
+    with pytest.raises(SpecError) as error:
+        expand(load_spec(path))
+    said = str(error.value)
+    assert "spec.yaml:3: obstacles that move need a model that begins its steps" in said
+    assert "write publish(flock, others, work) for remember(flock, others)" in said
+
+
+@pytest.mark.parametrize(
+    ("line", "fixed", "place"),
+    [
+        (MOVES[-1], "{map: room, dt: 1000}", "maps"),
+        (MOVES[-1], "{map: room, obstacle_speed: 301, dt: 1}", "fixed"),
+        (MOVES[-1], "{map: room, obstacle_speed: 1.0e308, dt: 1000}", "fixed"),
+    ],
+)
+def test_an_obstacle_that_goes_round_the_world_in_a_step_is_refused(
+    line: str, fixed: str, place: str
+) -> None:
+    lines = [*ROOM, line, f"fixed: {fixed}", "record: {metrics: [speed]}"]
+    with pytest.raises(SpecError, match="moves farther in one step than the") as error:
+        expand(parse_spec(short(*lines)))
+    assert ("obstacle_speed needs" in str(error.value)) == (place == "fixed")
+
+
+@pytest.mark.parametrize(
+    ("velocity", "words"),
+    [
+        ("3", '"velocity" must be [x, y], not 3'),
+        ("[1]", '"velocity" must be [x, y], not'),
+        ("[1, .nan]", '"velocity" must be a finite number, not nan'),
+        (
+            "[1, 1.0e300]",
+            '"velocity" must be a number from -1e+15 to 1e+15, not 1e+300',
+        ),
+    ],
+)
+def test_a_velocity_that_is_none_is_refused(velocity: str, words: str) -> None:
+    line = f"      - disc: {{x: 9, y: 9, radius: 5, velocity: {velocity}}}"
+    with pytest.raises(SpecError) as error:
+        parse_spec(short(*ROOM, line))
     assert words in str(error.value)

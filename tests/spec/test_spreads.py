@@ -12,7 +12,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs, stream
 from sweep.design.plan import make_plan
 from sweep.errors import SpecError
-from sweep.own_code.reading import study_of
+from sweep.own_code.reading import load_spec, study_of
 from sweep.spec.settings import Value, settings_of
 from sweep.spec.study import Study, parse_spec
 from sweep.store.rows import trials_schema
@@ -210,3 +210,27 @@ def test_a_model_that_reads_no_robots_parameters_is_told_how(tmp_path: Path) -> 
     with pytest.raises(SpecError) as error:
         study_of(spec, tmp_path / "spec.yaml")
     assert "write `robot = params_of(params, work, i)`" in str(error.value)
+
+
+def test_a_parameter_that_has_the_name_of_something_in_a_record_is_told_so(
+    tmp_path: Path,
+) -> None:
+    """NumPy would give kernels the size of the record for that of the robot. Without
+    spreads such a model flies.
+    """
+    text = Path("examples/vortex.py").read_text(encoding="utf-8")
+    named = text.replace("max_speed", "size")
+    assert named.count("size") > 2
+    (tmp_path / "vortex.py").write_text(named, encoding="utf-8")
+    spec = "study: my/a\nmodel: ./vortex.py\nfixed: {n: 5, steps: 2%s}\nreplicates: 1\n"
+    path = tmp_path / "spec.yaml"
+    path.write_text(spec % "", encoding="utf-8")
+    expand(load_spec(path))
+    for name in ("size", "swirl_weight"):
+        path.write_text(spec % f", {name}_spread: 0.1", encoding="utf-8")
+        with pytest.raises(SpecError) as error:
+            load_spec(path)
+        words = "a record of NumPy has another size: give it another name"
+        assert f'spec.yaml:3: setting "{name}_spread" cannot be used: {words}' in str(
+            error.value
+        )

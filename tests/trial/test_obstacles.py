@@ -10,14 +10,15 @@ import pytest
 from kernels.inspection import velocities_after
 from kernels.lanes.vectors import WIDTH
 from kernels.models import MODELS
+from kernels.moving import place_obstacles
 from kernels.shapes import Obstacle, Polygon
 from kernels.worlds import MAPS, Map, inside_any
-from sweep.design.jobs import Job
+from sweep.design.jobs import Job, stream
 from sweep.trial.lanes import fly, in_groups
 from sweep.trial.simulation import Simulation, run
 from sweep.trial.state import different
 from sweep.trial.world import world_of
-from tests import builders
+from tests import builders, naive
 from tests.commands import python
 
 HOOK = (0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.6, 0.9), (0.6, 0.6), (0.1, 0.6)
@@ -111,6 +112,44 @@ def test_every_model_does_in_the_interpreter() -> None:
         "  for speed in (0.0, 1.0) if model in t.MOVING else (0.0,):\n"
         "    t.test_every_model_flies_among_them_and_goes_on_with_the_same_bits("
         "model, speed)"
+    )
+    python(code, NUMBA_DISABLE_JIT="1")
+
+
+PUSHED = ("nguyen2024", "aziel_chen2025", "patel2023")
+"""Models whose boids are pushed by obstacles, with twins that know polygons."""
+
+
+@pytest.mark.parametrize(("speed", "model"), [(0.0, PUSHED[0]), (1.0, PUSHED[0])])
+def test_a_flight_among_polygons_is_that_of_a_slow_twin(
+    speed: float, model: str
+) -> None:
+    """For 20 steps, by `test_a_model_does_what_its_slow_twin_does`, whose bound it has.
+    The twin sees obstacles where the step has moved them before boids look round.
+    Without polygons, boids are elsewhere.
+    """
+    job = among(model, speed, n=14, steps=20, **builders.IDEAL)
+    simulation, ahead = Simulation(job), Simulation(job)
+    birds = naive.birds(simulation.flock)
+    rng = np.random.default_rng(stream(job, "noise"))
+    for step in range(1, 21):
+        place_obstacles(ahead.flight.work.motion, step)
+        birds = getattr(naive, model)(job.settings, ahead.world, birds, rng)
+        found = flown(simulation, 1)
+        slow = np.array([[*bird.position, *bird.velocity] for bird in birds]).T
+        np.testing.assert_allclose(found, slow, rtol=0, atol=1e-10)
+    assert job.obstacles
+    bare = Simulation(replace(job, obstacles=job.obstacles[:1]))
+    bare.go_on_from(Simulation(job))
+    assert np.abs(flown(bare, 20) - found).max() > 1e-3
+
+
+def test_other_models_fly_as_their_twins_in_the_interpreter() -> None:
+    code = (
+        "from tests.trial import test_obstacles as t\n"
+        "for model in t.PUSHED:\n"
+        "  for speed in (0.0, 1.0):\n"
+        "    t.test_a_flight_among_polygons_is_that_of_a_slow_twin(speed, model)"
     )
     python(code, NUMBA_DISABLE_JIT="1")
 

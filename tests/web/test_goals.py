@@ -77,3 +77,8 @@ def test_the_field_of_goals_takes_the_text_that_tables_have() -> None:
     assert "next_goals: 40 50; 60 70" in later.as_text()
     with pytest.raises(SpecError, match="is not allowed for next_goals: it is a list"):
         state.with_settings({"next_goals": "40 50 60"})
+
+
+def test_a_model_that_knows_one_goal_is_refused_on_the_page_too() -> None:
+    with pytest.raises(SpecError, match=r"nguyen2024 calls no `goal_of`"):
+        begin("nguyen2024", "as_run").with_settings({"next_goals": "40 50"})

@@ -81,6 +81,15 @@ def test_a_run_on_shapes_of_its_own_has_the_bits_of_a_launch(tmp_path: Path) -> 
     np.testing.assert_array_equal(to_end(session), launched_frames(session, tmp_path))
 
 
+def test_visits_are_not_drawn_while_obstacles_move() -> None:
+    """And the page says why; a world at rest draws them."""
+    session = short_run()
+    session.draw(("coverage",))
+    session.change({"map": "random_obstacles", "n_obstacles": 3, "obstacle_speed": 1.0})
+    with pytest.raises(SpecError, match="not counted while obstacles move"):
+        session.draw(("coverage",))
+
+
 def test_looking_changes_nothing() -> None:
     """Overlays, a selected boid, other plots and another pace."""
     plain, watched = to_end(short_run()), short_run()
