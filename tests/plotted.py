@@ -122,9 +122,10 @@ study: touring
 model: aziel_chen2025
 fixed: {n: 4, steps: 4, map: empty, width: 400, height: 300, goal_weight: 0.1,
   goal_x: 100, goal_y: 100, next_goals: [[300, 200]]}
+sweep: {separation_weight: [0.1, 0.2]}
 replicates: 2
 seed: 1
-record: {trajectories: true}
+record: {metrics: [speed], trajectories: true}
 """
 SPECS |= {"searched": SEARCHED}
 

@@ -95,10 +95,12 @@ WORDS = {
         "sweep/workers/fingerprint.py",
     },
     "random": {  # the runs that a search is compared with
+        "kernels/generator.py",  # a method of NumPy's generator
         "sweep/campaigns/search/repetitions.py",
         "sweep/campaigns/search/report.py",
         "sweep/figures/search_repetitions.py",
     },
+    "uniform": {"kernels/generator.py"},  # a method of NumPy's generator
     "worst": {  # the trial of a point
         "sweep/cli/supplementing.py",
         "sweep/explorer/supplement_trials.py",

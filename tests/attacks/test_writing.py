@@ -37,6 +37,7 @@ WRITERS = {
 """What can write to a path, or make a file."""
 
 INTO_A_FILE = {
+    "experiments/vasarhelyi2018/winners.py to_csv": "into the repository",
     "sweep/explorer/widget.py savefig": "into memory",
     "sweep/figures/saving.py savefig": "into a file of `unfinished`",
     "sweep/replays/animation.py save": "into a file of `unfinished`",

@@ -11,6 +11,7 @@ import pytest
 from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
+from sweep.store.shares import Share
 from sweep.store.stored_code import kept_code
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers import remote
@@ -95,12 +96,14 @@ def test_three_shares_in_three_folders_add_up_to_one_launch(
     whole: StoredStudy, tmp_path: Path, shared: bool
 ) -> None:
     """Each with its own copy of the spec and the files, of which one has other words;
-    the results lie in one place, or are copied into one.
+    the results lie in one place, or are copied into one. The one is a share that has
+    trials: else its code would be of none.
     """
-    results = tmp_path / "results"
+    results, ids = tmp_path / "results", whole.plan["trial_id"].to_pylist()
+    other = max(number for number in (1, 2, 3) if Share(number, 3).has(ids).any())
     for number in (1, 2, 3):
         folder = tmp_path / f"folder-{number}"
-        written(folder, *(OTHER_WORDS if number == 3 else ()))
+        written(folder, *(OTHER_WORDS if number == other else ()))
         place = results if shared else folder / "results"
         done = sweep(
             folder, "launch", "drawn.yaml", f"--shard={number}/3", f"--results={place}"

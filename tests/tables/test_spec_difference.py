@@ -202,8 +202,8 @@ METRICS = {"gain": METRIC}
                 ("vortex.py", 'name="vortex"', 'name="swirl"'),
                 (
                     "vortex.py",
-                    "params.cohesion_weight *",
-                    "2 * params.cohesion_weight *",
+                    "robot.cohesion_weight *",
+                    "2 * robot.cohesion_weight *",
                 ),
             ],
             ["model vortex is gone, model swirl is new"],
