@@ -187,7 +187,8 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
         sensing.velocity_noise,
         sensing.noise_time,
     )
-    if sensing.noise_form == COUPLED:
+    is_none = place == 0.0 and pace == 0.0
+    if sensing.noise_form == COUPLED and not is_none:
         k = (pace / place) ** 2
         (qq, qu), (uq, uu) = _spring(time, k, dt).tolist()
         added = 2.0 * pace * pace / time * _kicks(time, k, dt)
@@ -200,7 +201,6 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
     from_q = math.sqrt(var_q)
     across = cross / from_q if from_q > 0.0 else 0.0
     from_u = math.sqrt(max(var_u - across * across, 0.0))
-    is_none = place == 0.0 and pace == 0.0
     return ErrorLaw(is_none, place, pace, qq, qu, uq, uu, from_q, across, from_u)
 
 

@@ -160,6 +160,15 @@ def test_errors_have_their_covariance_from_the_first_step_on(form: str) -> None:
             assert (np.abs(found - wanted) < Z * error / math.sqrt(2 * n)).all()
 
 
+@pytest.mark.parametrize("time", [0.0, 10.0])
+def test_the_form_of_errors_is_nothing_where_there_are_none(time: float) -> None:
+    """As where an ablation takes away the noise and leaves the form."""
+    sensing = builders.a_sensing(noise_form="coupled", noise_time=time)
+    law = error_law(sensing, 0.5)
+    assert law.is_none
+    assert law.from_q == law.across == law.from_u == 0.0
+
+
 @pytest.mark.parametrize("dt", [1e-3, 0.5, 20.0])
 @pytest.mark.parametrize("form", FORMS)
 def test_the_law_of_errors_keeps_their_variance_at_any_step(
