@@ -7,6 +7,7 @@ prints nothing, validates nothing.
     metrics/     recorded frames -> numbers
     flight       one flock under way, from its start to its numbers
     inspection   what can be seen of a flight
+    layers       which layers a flight may have, and what is compiled for them
     registry     entries by name, ours and those of installed packages
     catalogue    what names in specs stand for
     identity     which code the numbers of a trial come from

@@ -4,18 +4,17 @@ Whoever runs it keeps the clock, and passes in what is random.
 """
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from kernels.caching import is_kept
 from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
-from kernels.goals import Goals, Route, at_last_goal, build_goals, build_route, go_on_to
+from kernels.goals import Route, at_last_goal, build_goals, build_route, go_on_to
 from kernels.metrics import Ground, Metric
 from kernels.metrics.parts import members
 from kernels.model import NO_POTENTIAL, Model, OccupancySettings, kind_counts
@@ -37,14 +36,13 @@ from kernels.recording import (
     build_frames,
     keep_frame,
 )
-from kernels.robots.motors import Motors
 from kernels.robots.robots import ChanceKeys, build_robots
-from kernels.robots.senses import Senses, build_senses, go_on_with
+from kernels.robots.senses import build_senses, go_on_with
 from kernels.robots.spreads import Rows
-from kernels.robots.wind import Wind, go_on_blowing
+from kernels.robots.wind import go_on_blowing
 from kernels.settings import Observation, RobotSettings, Schedule, WorldSettings
 from kernels.shapes import Obstacles
-from kernels.state import Corners, Floats, Flock, Kinds, World, laid_out
+from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Reach, build_reach, build_world
@@ -348,28 +346,6 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             f"advance took {taken} steps of {wanted}; call observe once in each"
         )
     return going
-
-
-LAYERS = frozenset({Senses, Motors, Wind, Goals, Motion, Corners})
-"""What a flight has or has not; for each choice of them `advance` is another kernel."""
-
-
-def is_compiled(model: Model, layers: Collection[type]) -> bool:
-    """Whether `advance` of a model is compiled already for flights with these of the
-    LAYERS.
-    """
-    given = Flock, World, model.params, Workspace, Record
-    absent = LAYERS.difference(layers)
-    return is_kept(model.advance, set(_named_tuples(given, absent)))
-
-
-def _named_tuples(kinds: Iterable[Any], absent: Collection[type]) -> Iterator[type]:
-    """The named tuples among these types, and those in their fields."""
-    for kind in kinds:
-        if hasattr(kind, "_fields") and kind not in absent:
-            yield kind
-            yield from _named_tuples(get_type_hints(kind).values(), absent)
-        yield from _named_tuples(get_args(kind), absent)
 
 
 def rebuild_grid(flight: Flight, room: int = 0) -> None:

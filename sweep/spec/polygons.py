@@ -19,7 +19,7 @@ from sweep.spec.schema_parts import Schema
 
 LEAST_VERTICES, MOST_VERTICES = 3, 1000
 INSIDE, OUTSIDE = "inside", "outside"
-MOST_NUMBER = 1e15
+MOST_NUMBER = 10**15
 """The square of a larger one may be beyond all numbers."""
 NUMBER = Number(least=-MOST_NUMBER, most=MOST_NUMBER)
 
@@ -96,9 +96,8 @@ class Vertices(Content[tuple[Point, ...]]):
 
 VELOCITY = Key(
     PAIR,
-    "[along x, along y], length/time: the obstacle moves",
+    "[x, y], length/time",
     otherwise="obstacle_speed",
-    example="[0.1, 0]",
 )
 
 

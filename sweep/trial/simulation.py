@@ -26,8 +26,8 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
-from kernels.flight import is_compiled as is_compiled_for
 from kernels.goals import Goals
+from kernels.layers import is_compiled as is_compiled_for
 from kernels.metrics import Metric
 from kernels.moving import Motion, place_obstacles
 from kernels.neighbours import all_pairs

@@ -67,6 +67,7 @@ def scalar(name: str, rng: np.random.Generator) -> Any:
         "epsilon": 1e-10,
         "margin": rng.choice([0.0, 10.0, 40.0, 1e6]),
         "i": 2,
+        "m": 1,
         "turn": rng.choice([0.5, 0.1, math.pi / 4]),
         "look_ahead": rng.uniform(10, 60),
         "path_step": rng.uniform(1, 9),

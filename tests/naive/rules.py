@@ -226,29 +226,29 @@ def turn_back(position: float, length: float, margin: float) -> float:
     return -1.0 if position > length - margin else 0.0
 
 
+def away_from(world: Any, m: int, x: float, y: float) -> tuple[float, float, float]:
+    """The way from the middle of a disc or a rectangle, and its larger half width; that
+    from the nearest point of the border of a polygon, from any depth within what is
+    solid the other way.
+    """
+    if vertices := vertices_of(world, m):
+        away = (x, y) - nearest_of_border(vertices, x, y)
+        if bool(winding(vertices, x, y)) != world.corners.is_arena[m]:
+            return -away[0], -away[1], math.inf
+        return away[0], away[1], 0.0
+    size = max(world.half_width[m], world.half_height[m])
+    return x - world.obstacle_x[m], y - world.obstacle_y[m], size
+
+
 def away_from_obstacles(
     world: Any, margin: float, x: float, y: float
 ) -> Iterator[tuple[Vector, float]]:
     """Unit vector away from, and distance to, the centre of each obstacle within
-    `margin` of its size. Of a polygon it is the nearest point of the border, from any
-    depth within what is solid the other way.
+    `margin` of its size, or the nearest point of a polygon.
     """
-    rows = zip(
-        world.obstacle_x,
-        world.obstacle_y,
-        world.half_width,
-        world.half_height,
-        strict=True,
-    )
-    for m, (centre_x, centre_y, half_width, half_height) in enumerate(rows):
-        away, size = (
-            np.array([x - centre_x, y - centre_y]),
-            max(half_width, half_height),
-        )
-        if vertices := vertices_of(world, m):
-            away, size = (x, y) - nearest_of_border(vertices, x, y), 0.0
-            if bool(winding(vertices, x, y)) != world.corners.is_arena[m]:
-                away, size = -away, math.inf
+    for m in range(len(world.obstacle_x)):
+        dx, dy, size = away_from(world, m, x, y)
+        away = np.array([dx, dy])
         distance = math.hypot(*away)
         if 0.0 < distance < size + margin:
             yield away / distance, distance

@@ -7,7 +7,7 @@ from numba import typeof
 
 from kernels.caching import _classes, is_kept
 from kernels.catalogue import BUILT_IN
-from kernels.flight import LAYERS, _named_tuples
+from kernels.layers import LAYERS, _named_tuples
 from kernels.models import MODELS
 from kernels.recording import Record
 from kernels.robots.motors import Motors

@@ -1,0 +1,36 @@
+"""Which layers a flight may have, and whether its model is compiled for them."""
+
+from collections.abc import Collection, Iterable, Iterator
+from typing import Any, get_args, get_type_hints
+
+from kernels.caching import is_kept
+from kernels.goals import Goals
+from kernels.model import Model
+from kernels.moving import Motion
+from kernels.recording import Record
+from kernels.robots.motors import Motors
+from kernels.robots.senses import Senses
+from kernels.robots.wind import Wind
+from kernels.state import Corners, Flock, World
+from kernels.workspace import Workspace
+
+LAYERS = frozenset({Senses, Motors, Wind, Goals, Motion, Corners})
+"""What a flight has or has not; for each choice of them `advance` is another kernel."""
+
+
+def is_compiled(model: Model, layers: Collection[type]) -> bool:
+    """Whether `advance` of a model is compiled already for flights with these of the
+    LAYERS.
+    """
+    given = Flock, World, model.params, Workspace, Record
+    absent = LAYERS.difference(layers)
+    return is_kept(model.advance, set(_named_tuples(given, absent)))
+
+
+def _named_tuples(kinds: Iterable[Any], absent: Collection[type]) -> Iterator[type]:
+    """The named tuples among these types, and those in their fields."""
+    for kind in kinds:
+        if hasattr(kind, "_fields") and kind not in absent:
+            yield kind
+            yield from _named_tuples(get_type_hints(kind).values(), absent)
+        yield from _named_tuples(get_args(kind), absent)
