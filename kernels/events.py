@@ -37,20 +37,20 @@ class Watch(NamedTuple):
     becomes of flocks from frame to frame. `contact` is the Reach with margin 0.
     `outside`, `inside`, `touching` and `arrived` (N,) say which boids were outside the
     world, in an obstacle or in contact with another, and which have been at the goal,
-    or at all of several;
-    `in_step` (N,) for how many steps a boid has moved in step with all its neighbours.
-    `order` (N,) are the boids sorted by x, `state` (N,) is room for a step. `before_x`
-    and `before_y` (N,) are the places one step earlier. `flock_before` (N,) has of each
-    boid the label of its flock at the last frame on time; `flock_now`, `next_member`
-    and `is_met` (N,) are room for a frame. `events` (N_EVENTS,) holds the counts: how
-    often each of the first three began, how many boids have arrived, the sum of the
-    steps at which they did, how many are in equilibrium now, how often a model found no
-    way out, how often a contact of two boids began, how often flocks have parted and
-    joined up to the last frame on time, and how many goals all boids together have
-    reached. `integrals` (N_INTEGRALS,) are sums over
-    boids and steps: of their speeds, of the squares of the changes of their velocities,
-    and of the gains of |v|^2 / 2, losses left out. `goals` are those of
-    the Workspace, which are noted here whatever is counted.
+    or at all of several; `in_step` (N,) for how many steps a boid has moved in step
+    with all its neighbours. `order` (N,) are the boids sorted by x, `state` (N,) is
+    room for a step. `before_x` and `before_y` (N,) are the places one step earlier.
+    `flock_before` (N,) has of each boid the label of its flock at the last frame on
+    time; `flock_now`, `next_member` and `is_met` (N,) are room for a frame.
+
+    `events` (N_EVENTS,) holds the counts: how often each of the first three began, how
+    many boids have arrived, the sum of the steps at which they did, how many are in
+    equilibrium now, how often a model found no way out, how often a contact of two
+    boids began, how often flocks have parted and joined up to the last frame on time,
+    and how many goals all boids together have reached. `integrals` (N_INTEGRALS,) are
+    sums over boids and steps: of their speeds, of the squares of the changes of their
+    velocities, and of the gains of |v|^2 / 2, losses left out. `goals` are those of the
+    Workspace, which are noted here whatever is counted.
     """
 
     counting: bool

@@ -41,6 +41,23 @@ IDEAL = {name: COMMON[name] for name in Sensing._fields if name not in TOPOLOGY}
     "motor_noise": 0.0
 }
 """The changes by which boids know all that they see, and motors have no noise."""
+ALL_FORCES = {
+    "map": "random_obstacles",
+    "n_obstacles": 4,
+    "n": 14,
+    "steps": 20,
+    "width": 300,
+    "height": 280,
+    "obstacle_margin": 60,
+    "obstacle_radius": 15,
+    "wander_weight": 0.0,
+    "cohesion_weight": 0.2,
+    "alignment_weight": 0.3,
+    "separation_weight": 0.05,
+}
+"""Of a short trial of nguyen2024 or aziel_chen2025 in which all forces act, and nothing
+of the model is random; a step takes the time 1.
+"""
 COMPILED_AS_ROBOTS = [
     model if model == "nguyen2024" else pytest.param(model, marks=pytest.mark.slow)
     for model in MODELS

@@ -17,8 +17,7 @@ from sweep.store.locations import Location
 from sweep.store.recordings import others_stored, served
 from sweep.store.store import Store
 from sweep.trial.probe import measured_pace
-from sweep.trial.robots import layers_of
-from sweep.trial.simulation import compiling_seconds
+from sweep.trial.simulation import compiling_seconds, layers_of
 
 
 def plan_of(
@@ -44,8 +43,8 @@ def plan_of(
 
 
 def _compiling_seconds(study: Study) -> float:
-    """How long it takes to compile the model, as all its trials have it: with senses
-    and motors, or without, it is another kernel. Of a search it is as in its scenarios.
+    """How long it takes to compile the model, as all its trials have it: with each
+    choice of layers it is another kernel. Of a search it is as in its scenarios.
     """
     if study.search:
         study = replace(study, axes=study.search.over, require=(), search=None)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
-from kernels.robots.robots import may_sense
+from kernels.robots.robots import is_ideal, may_sense
 from kernels.settings import (
     HIDDEN_BY_BOIDS,
     HIDDEN_BY_BOTH,
@@ -25,7 +25,7 @@ from kernels.settings import (
 from kernels.topology import look_around
 from sweep.design.design import Design, evenly
 from sweep.design.jobs import ContinuedJobs, Job, LinkedJobs, SomeJobs, steps_of
-from sweep.design.robots import are_robots, robots_at
+from sweep.design.robots import robots_at
 from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
 
@@ -133,15 +133,15 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     """What a boid-step takes longer than that of an ideal boid, by what it measures and
     hears, and by its motors.
     """
-    if not are_robots(model, known, settings):
+    robots, dt = robots_at(model, known, settings), float(settings["dt"])
+    if is_ideal(robots, dt):
         return 0.0
     about, described = known.models[model], settings_of(model, known)
-    robots = robots_at(model, known, settings)
     sensing = robots.sensing
     seconds: float = ROBOT_SECONDS + NORMALS_SECONDS * (
         robots.actuation.motor_noise > 0
     )
-    if not may_sense(robots, float(settings["dt"])):
+    if not may_sense(robots, dt):
         return seconds
     n, errs = float(settings["n"]), sensing.position_noise + sensing.velocity_noise > 0
     sight = about.sight(settings_tuple(about.params, settings, described))

@@ -2,44 +2,49 @@
 
 import numpy as np
 
-from kernels.robots.publishers import publishes, to_publish
 from kernels.shapes import velocity_of
 from sweep.design.points import Points
+from sweep.design.published_steps import check_published
+from sweep.spec.document import Place
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 
 
 def check_obstacles(study: Study, points: Points) -> None:
     """Raise SpecError where obstacles move, and the model does not let them, or what is
-    recorded would mean nothing.
+    recorded would mean nothing, or one goes round the world within a step.
     """
-    place = _moving(study, points)
-    if not place:
-        return
+    if place := _moving(study, points):
+        mistakes = Mistakes()
+        what = "that begins its steps with `publish`"
+        mistakes.read(check_published, study, "a moving obstacle", what, place)
+        mistakes.read(_check_looks, study, place)
+        mistakes.read(_check_way, study, points)
+        mistakes.check()
+
+
+def _check_looks(study: Study, place: Place) -> None:
+    """Raise SpecError for a model that looks at a grid of the start, and for what is
+    counted by pixels.
+    """
     model = study.known.models[study.model]
-    refused = ""
-    if not publishes(model.advance):
-        change = to_publish(model.advance)
-        refused = (
-            f"a model that begins its steps with `publish`, and {model.name} calls"
-            f" none: {change + ', and ' if change else ''}see docs/own-models.md"
-        )
-    elif model.occupancy:
-        refused = (
-            f"a model that looks at them, and {model.name} looks at an occupancy grid,"
-            " which is that of the start"
+    if model.occupancy:
+        raise study.document.error(
+            place,
+            "a moving obstacle needs a model that looks at it, and"
+            f" {model.name} looks at an occupancy grid, which is that of the start",
         )
     names = [
         *(name for name in study.record.metrics if study.known.metrics[name].covers),
         *(["heatmaps"] if study.record.heatmaps else []),
     ]
-    if not refused and names:
-        refused = (
-            "that no visits are counted by pixels, which would be free for a while or"
-            f" not at all: leave {', '.join(names)} out of what is recorded"
+    if names:
+        raise study.document.error(
+            place,
+            "where obstacles move no visits can be counted by pixels, which would be"
+            f" free for a while or not at all: leave {', '.join(names)} out of what is"
+            " recorded",
         )
-    if refused:
-        raise study.document.error(place, f"obstacles that move need {refused}")
-    _check_way(study, points)
 
 
 def _check_way(study: Study, points: Points) -> None:
@@ -66,7 +71,7 @@ def _check_way(study: Study, points: Points) -> None:
             )
 
 
-def _moving(study: Study, points: Points) -> tuple[str | int, ...]:
+def _moving(study: Study, points: Points) -> Place:
     """Where the spec says that obstacles move; () where none does."""
     if (points.column("obstacle_speed") > 0.0).any():
         return study.place_of("obstacle_speed") or ("model",)

@@ -8,7 +8,7 @@ from typing import Any
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, evenly, expand
 from sweep.design.points import Points
-from sweep.design.robots import are_robots
+from sweep.design.robots import fly_alone
 from sweep.spec.expressions import parse
 from sweep.spec.study import Study
 from sweep.text import so_many
@@ -178,16 +178,17 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
 
 
 def _unthreaded(study: Study, design: Design) -> Iterator[str]:
-    """That robots fly with one thread, where points have them; of many points some are
-    looked at.
+    """That trials fly with one thread, where they do whatever the spec says; of many
+    points some are looked at.
     """
     looked = evenly(design.n_points, MOST_LOOKED_AT)
     model, known = study.model, study.known
-    robots = sum(are_robots(model, known, design.settings(point)) for point in looked)
-    if robots:
+    alone = sum(fly_alone(model, known, design.settings(point)) for point in looked)
+    if alone:
         yield (
-            f"threads change nothing at {robots:,} of {so_many(len(looked), 'point')}:"
-            " robots fly with one"
+            f"threads change nothing at {alone:,} of {so_many(len(looked), 'point')}:"
+            " robots fly with one, and so do boids in wind, to several goals or among"
+            " obstacles that move"
         )
 
 

@@ -28,9 +28,10 @@ def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:
         yield Spread(parameter.name, deviation, parameter.low, parameter.high)
 
 
-def are_robots(model: str, known: Catalogue, settings: Mapping[str, Value]) -> bool:
-    """Whether boids are not ideal ones, their medium moves, or they have several goals.
-    Such trials fly alone, with one thread.
+def fly_alone(model: str, known: Catalogue, settings: Mapping[str, Value]) -> bool:
+    """Whether trials with these settings fly alone, with one thread: their boids are
+    not ideal ones or have several goals, or their medium or obstacles move.
     """
-    robots = robots_at(model, known, settings)
-    return bool(settings["next_goals"]) or not is_ideal(robots, float(settings["dt"]))
+    if settings["next_goals"] or float(settings["obstacle_speed"]) > 0.0:
+        return True
+    return not is_ideal(robots_at(model, known, settings), float(settings["dt"]))

@@ -94,11 +94,7 @@ class Vertices(Content[tuple[Point, ...]]):
         return [list(vertex) for vertex in value]
 
 
-VELOCITY = Key(
-    PAIR,
-    "[x, y], length/time",
-    otherwise="obstacle_speed",
-)
+VELOCITY = Key(PAIR, "[x, y], length/time", otherwise="obstacle_speed")
 
 
 @dataclass(frozen=True)
@@ -120,7 +116,6 @@ class VertexPolygon:
             "inside: an obstacle; outside: an arena, in which boids are to be",
         ),
     ] = INSIDE
-
     velocity: Annotated[Point | None, VELOCITY] = None
 
     @property
@@ -158,7 +153,10 @@ def polygon_from_json(stored: Any) -> Polygon:
     numbers = [*rows.ravel().tolist(), *(velocity or ())]
     small = all(abs(number) <= MOST_NUMBER for number in numbers)
     if not small or solid not in (INSIDE, OUTSIDE) or (velocity and solid == OUTSIDE):
-        raise ValueError("a polygon has vertices, a solid side or a velocity of none")
+        raise ValueError(
+            f"a polygon has numbers beyond {MOST_NUMBER:g}, is solid neither"
+            f" {INSIDE} nor {OUTSIDE}, or is an arena with a velocity"
+        )
     if flaw := flaw_of(vertices):
         raise ValueError(f"a polygon has {flaw}")
     return Polygon(vertices, solid == OUTSIDE, velocity)

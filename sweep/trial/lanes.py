@@ -29,7 +29,7 @@ from sweep.design.design import evenly
 from sweep.design.jobs import Job
 from sweep.trial.generators import lent_to_all
 from sweep.trial.result import Result
-from sweep.trial.robots import has_robots
+from sweep.trial.robots import flies_alone
 from sweep.trial.simulation import COMPILING_SECONDS, LOG, Simulation, one_step, run
 
 AT_ONCE = WIDTH
@@ -193,7 +193,7 @@ def _kind(job: Job) -> Any:
         return None
     if job.threads > 1 or job.all_pairs:
         return None
-    if job.settings["neighbours"] != ALL_IN_SIGHT or has_robots(job):
+    if job.settings["neighbours"] != ALL_IN_SIGHT or flies_alone(job):
         return None
     share = searched_share(job.model, job.known, job.settings)
     if not can_fly_together(model, n, share):

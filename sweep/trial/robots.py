@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey
+from kernels.moving import given_velocities
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, motors_are_ideal
 from kernels.robots.robots import ChanceKeys
@@ -17,7 +18,7 @@ from kernels.robots.senses import is_ideal as senses_are_ideal
 from kernels.robots.wind import Wind, is_calm
 from kernels.settings import FAILURES, RobotSettings
 from sweep.design.jobs import Job, stream
-from sweep.design.robots import are_robots, robots_at
+from sweep.design.robots import fly_alone, robots_at
 from sweep.spec.settings import Value
 
 
@@ -26,14 +27,16 @@ def robots_of(job: Job) -> RobotSettings:
     return robots_at(job.model, job.known, job.settings)
 
 
-def has_robots(job: Job) -> bool:
-    """Whether boids are not ideal ones, their medium moves, or they have several goals.
-    Such trials fly alone, with one thread.
+def flies_alone(job: Job) -> bool:
+    """Whether a trial flies alone, with one thread: see sweep.design.robots. So does
+    one among obstacles that have velocities of their own.
     """
-    return are_robots(job.model, job.known, job.settings)
+    if job.obstacles and given_velocities(job.obstacles, 0.0) is not None:
+        return True
+    return fly_alone(job.model, job.known, job.settings)
 
 
-def layers_of(job: Job) -> frozenset[type]:
+def robot_layers_of(job: Job) -> frozenset[type]:
     """Which layers lie between the model of a trial and its boids, or carry these."""
     settings, failing = robots_of(job), failing_of(job)
     ideal = senses_are_ideal(settings.sensing, float(job.settings["dt"]))

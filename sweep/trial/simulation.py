@@ -49,7 +49,7 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
-from sweep.trial.robots import has_robots, keys_of, layers_of, robots_of
+from sweep.trial.robots import flies_alone, keys_of, robot_layers_of, robots_of
 from sweep.trial.scenery import Landscape, coverage_of, landscape_of, start_of
 from sweep.trial.state import State, Taken, changing, check, digest, joined
 
@@ -346,37 +346,40 @@ def compiling_seconds(job: Job) -> float:
     is for its threads and its robots; 0 where it is compiled already, or where nothing
     can be drawn to fly in: the trial itself says why.
     """
-    model = job.known.models[job.model]
-    try:
-        _landscape(job)
-    except Exception:
+    model, layers = job.known.models[job.model], layers_of(job)
+    if layers is None:
         return 0.0
     kept = (
         is_kept_for_threads(model)
         if _threads_of(job) > 1
-        else is_compiled_for(model, _layers(job))
+        else is_compiled_for(model, layers)
     )
     return 0.0 if kept else COMPILING_SECONDS
 
 
-def _layers(job: Job) -> frozenset[type]:
-    """Which layers a trial has for which its model is compiled anew."""
-    scenery = _landscape(job).scenery
+def layers_of(job: Job) -> frozenset[type] | None:
+    """Which of the LAYERS of kernels.layers a trial has; None where nothing can be
+    drawn to fly in, as by a map of one's own that fails.
+    """
+    try:
+        scenery = _landscape(job).scenery
+    except Exception:
+        return None
     present = {
         Motion: scenery.velocities,
         Goals: scenery.route,
         Corners: scenery.world.corners,
     }
     found = {layer for layer, value in present.items() if value is not None}
-    return layers_of(job) | found
+    return robot_layers_of(job) | found
 
 
 def _threads_of(job: Job) -> int:
-    """The threads of a trial: robots fly with one, and so do boids among obstacles that
-    move.
+    """The threads of a trial: one where it flies alone, or where the map that is drawn
+    for it has obstacles that move.
     """
     still = _landscape(job).scenery.velocities is None
-    return job.threads if still and not has_robots(job) else 1
+    return job.threads if still and not flies_alone(job) else 1
 
 
 def is_compiled(metric: Metric) -> bool:

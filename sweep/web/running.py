@@ -9,7 +9,7 @@ from sweep.design.jobs import Job
 from sweep.spec.derived_metrics import needed
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.study import RecordSpec
-from sweep.trial.robots import layers_of
+from sweep.trial.robots import robot_layers_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.world import world_of
 from sweep.web.compiling import prepare
@@ -37,7 +37,7 @@ def simulation_of(job: Job) -> Simulation:
     The flight is the same as without all this. In a world of more than MOST_PIXELS, or
     where obstacles move, visits are counted only if the metrics of the job need them.
     """
-    prepare(job.model, job.preset, job.known, layers=layers_of(job))
+    prepare(job.model, job.preset, job.known, layers=robot_layers_of(job))
     model = job.known.models[job.model]
     wanted = [
         name

@@ -18,7 +18,7 @@ from sweep.spec.settings import Value
 from sweep.text import unknown
 from sweep.trial.derived import measured
 from sweep.trial.looking import counts_visits
-from sweep.trial.robots import layers_of
+from sweep.trial.robots import robot_layers_of
 from sweep.trial.state import Taken
 from sweep.web.compiling import prepare
 from sweep.web.course import Course, Part
@@ -71,7 +71,7 @@ class Session:
     def _prepare(self, state: ViewState) -> None:
         """Compile what the plots of a state need, before any step waits for it."""
         metrics = recorded(state.job, state.plots).metrics
-        layers = layers_of(state.job)
+        layers = robot_layers_of(state.job)
         prepare(state.model, state.preset, state.known, metrics, layers)
 
     def _show(self, state: ViewState) -> None:

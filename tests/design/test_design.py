@@ -326,9 +326,11 @@ def test_the_plan_says_which_settings_change_nothing(
         ("motor_lag: [2]", ("1 of 1 point",)),
         ("motor_lag: [0, 1, 2]", ("2 of 3 points",)),
         ("motor_lag: [0], n: [5, 6]", ()),
+        ("wind_x: [0, 1]", ("1 of 2 points",)),
+        ("obstacle_speed: [0, 1]", ("1 of 2 points",)),
     ],
 )
-def test_the_plan_says_that_robots_fly_with_one_thread(
+def test_the_plan_says_who_flies_with_one_thread(
     axes: str, said: tuple[str, ...]
 ) -> None:
     study = parse_spec(
@@ -338,7 +340,9 @@ def test_the_plan_says_that_robots_fly_with_one_thread(
     )
     noted = make_plan(study, 1).notes
     assert noted == tuple(
-        f"threads change nothing at {where}: robots fly with one" for where in said
+        f"threads change nothing at {where}: robots fly with one, and so do boids in"
+        " wind, to several goals or among obstacles that move"
+        for where in said
     )
 
 

@@ -9,18 +9,19 @@ from kernels.caching import _classes, is_kept
 from kernels.catalogue import BUILT_IN
 from kernels.layers import LAYERS, _named_tuples
 from kernels.models import MODELS
+from kernels.moving import Motion
 from kernels.recording import Record
 from kernels.robots.motors import Motors
 from kernels.robots.senses import Senses
-from kernels.state import Flock, World
+from kernels.robots.wind import Wind
+from kernels.state import Corners, Flock, World
 from kernels.workspace import Workspace
 from sweep.campaigns import plan as planning
 from sweep.campaigns.plan import plan_of
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.trial import simulation
-from sweep.trial.robots import layers_of
-from sweep.trial.simulation import Simulation, compiling_seconds, warm
+from sweep.trial.simulation import Simulation, compiling_seconds, layers_of, warm
 from sweep.web.compiling import prepare
 from tests.commands import python
 from tests.studies import OWN_SMALL, SMALL, read
@@ -67,25 +68,37 @@ def test_a_plan_has_the_time_where_the_model_is_not_compiled(
     assert "workers, and once about 15.0 s to compile the model" in plan.as_text()
 
 
-ROBOTS = {
+GIVEN = {
     "sensing_delay: 1": {Senses},
     "motor_lag: 1": {Motors},
     "motor_noise: 1, radio_range: 100": {Senses, Motors},
     "failing_share: 0.5, failing_time: 1": {Motors},
     "failing_share: 0.5, failing_time: 1, failing_how: blind": {Senses},
     "failing_share: 0.01, failing_time: 1": set(),
+    "gust: 1": {Wind},
+    "map: hall": {Corners},
+    "map: hall, obstacle_speed: 1, wind_x: 1": {Corners, Motion, Wind},
 }
+HALL = """\
+maps:
+  hall:
+    size: [300, 200]
+    shapes: [{polygon: {vertices: [[60, 50], [90, 60], [70, 90]]}}]
+"""
 
 
-@pytest.mark.parametrize("given", ROBOTS)
+@pytest.mark.parametrize("given", GIVEN)
 def test_the_layers_of_a_trial_are_those_that_its_flight_has(given: str) -> None:
     """Of 12 boids a hundredth are none."""
-    study = read(SMALL.replace("n: 12", f"n: 12, {given}"))
+    text = SMALL.replace("n: 12", f"n: 12, {given}")
+    study = read(text.replace("map: empty, ", "") + HALL if "map" in given else text)
     job = Jobs(study, expand(study))[0]
-    assert layers_of(job) == ROBOTS[given]
+    assert layers_of(job) == GIVEN[given]
     work = Simulation(job).flight.work
-    made = {type(work.near.senses), type(work.robots.motors)} - {type(None)}
-    assert made == ROBOTS[given]
+    world = Simulation(job).flight.world
+    parts = work.near.senses, work.robots.motors, work.robots.wind, work.motion
+    made = {type(one) for one in (*parts, world.corners)} - {type(None)}
+    assert made == GIVEN[given]
 
 
 def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
@@ -100,7 +113,7 @@ def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
     given = flight.flock, flight.world, flight.params, flight.work, flight.record
     classes = set(_classes(map(typeof, given)))
     named = Flock, World, model.params, Workspace, Record
-    absent = LAYERS - layers_of(job)
+    absent = LAYERS - (layers_of(job) or set())
     assert set(_named_tuples(named, absent)) == classes
     assert not is_kept(model.advance, classes | {Job})
 
@@ -108,18 +121,24 @@ def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
 def test_a_plan_has_the_time_of_each_kernel_that_its_trials_need(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Ideal boids, those with motors, those with senses, and those with both."""
+    """Ideal boids, those with motors, those with senses, and those with both; and
+    obstacles at rest and moving.
+    """
     monkeypatch.setattr(simulation, "is_compiled_for", lambda *_: False)
     ablation = "ablate: {lag: {motor_lag: 2}, noise: {position_noise: 1}}"
     text = SMALL.replace("separation_weight: [0.5, 1]", f"robots: {{{ablation}}}")
     assert plan_of(read(SMALL), 2).compiling_seconds == 15.0
     assert plan_of(read(text), 2).compiling_seconds == 60.0
+    moving = SMALL.replace("separation_weight: [0.5, 1]", "obstacle_speed: [0, 1, 2]")
+    moving = moving.replace("map: empty, ", "").replace("n: 12", "n: 12, map: hall")
+    assert plan_of(read(moving + HALL), 2).compiling_seconds == 30.0
 
 
 CODE = """
 from kernels.caching import is_kept
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
+from kernels.moving import Motion
 print([is_kept(model.advance) for model in MODELS.values()])
 """
 

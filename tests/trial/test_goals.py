@@ -11,7 +11,7 @@ from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.spec.settings import places_of
 from sweep.trial.lanes import AT_ONCE, groups
-from sweep.trial.robots import has_robots
+from sweep.trial.robots import flies_alone
 from sweep.trial.simulation import Simulation, run
 from sweep.trial.state import different
 from sweep.trial.world import world_of
@@ -136,7 +136,7 @@ def test_metrics_are_those_of_a_recount_from_all_frames(
 def test_with_one_goal_nothing_is_added() -> None:
     """Whatever `goals_repeat` says; the goals reached are the boids that arrived."""
     job = a_job(next_goals="", goals_repeat=True, metrics=ARRIVALS, steps=60)
-    assert not has_robots(job)
+    assert not flies_alone(job)
     assert Simulation(job).flight.work.goals is None
     last = run(job).last
     assert last["goals_reached"] == last["share_arrived"] / 100 > 0.0
@@ -211,7 +211,7 @@ def test_the_interpreter_gives_the_same_bits() -> None:
 def test_trials_with_several_goals_fly_alone_in_one_thread() -> None:
     jobs = [a_job(seed=k) for k in range(AT_ONCE)]
     assert all(len(group) == 1 for group in groups(jobs))
-    assert has_robots(jobs[0])
+    assert flies_alone(jobs[0])
     single = [a_job(seed=k, next_goals="") for k in range(AT_ONCE)]
     assert [len(group) for group in groups(single)] == [AT_ONCE]
     assert MODELS["aziel_chen2025"].advance is Simulation(jobs[0]).flight.model.advance

@@ -13,7 +13,7 @@ from kernels.models import MODELS
 from kernels.neighbours import all_pairs
 from sweep.design.jobs import Job
 from sweep.trial.lanes import groups
-from sweep.trial.robots import has_robots, keys_of
+from sweep.trial.robots import flies_alone, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
@@ -49,21 +49,7 @@ def a_job(model: str = "nguyen2024", **changes: Any) -> Job:
     """A short trial in which all forces act, and nothing is random but what is sensed;
     a step takes the time 1.
     """
-    small = {
-        "map": "random_obstacles",
-        "n_obstacles": 4,
-        "n": 14,
-        "steps": 20,
-        "width": 300,
-        "height": 280,
-        "obstacle_margin": 60,
-        "obstacle_radius": 15,
-        "update": "synchronous",
-        "wander_weight": 0.0,
-        "cohesion_weight": 0.2,
-        "alignment_weight": 0.3,
-        "separation_weight": 0.05,
-    }
+    small = builders.ALL_FORCES | {"update": "synchronous"}
     return builders.job(model, "as_written", **(small | changes))
 
 
@@ -267,10 +253,10 @@ def test_a_model_that_does_not_publish_is_noticed_by_its_clock() -> None:
 
 def test_trials_with_senses_fly_alone_in_one_thread() -> None:
     jobs = [a_job(**ALL_HEARD, seed=k) for k in range(16)]
-    assert has_robots(jobs[0])
+    assert flies_alone(jobs[0])
     assert all(len(group) == 1 for group in groups(jobs))
     ideal = [a_job(body_radius=3.0, seed=k) for k in range(16)]
-    assert not has_robots(ideal[0])
+    assert not flies_alone(ideal[0])
     aziel = replace(a_job("aziel_chen2025", **ALL_HEARD), threads=2)
     flight = Simulation(aziel).flight
     assert flight.model.advance is MODELS["aziel_chen2025"].advance

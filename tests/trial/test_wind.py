@@ -24,7 +24,7 @@ from kernels.robots.wind import blow, build_wind
 from kernels.settings import BOUNDED, TORUS, Medium
 from sweep.design.jobs import Job
 from sweep.trial.lanes import AT_ONCE, groups
-from sweep.trial.robots import has_robots, keys_of
+from sweep.trial.robots import flies_alone, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
@@ -34,25 +34,10 @@ from tests.naive.wind import carried, way_of_step
 Z = 4.5
 STORM = {"wind_x": 3.0, "wind_y": -2.0, "gust": 1.5, "gust_time": 4.0}
 """In px and steps."""
-FLOCKING = {
-    "map": "random_obstacles",
-    "n_obstacles": 4,
-    "n": 14,
-    "steps": 20,
-    "width": 300,
-    "height": 280,
-    "obstacle_margin": 60,
-    "obstacle_radius": 15,
-    "wander_weight": 0.0,
-    "cohesion_weight": 0.2,
-    "alignment_weight": 0.3,
-    "separation_weight": 0.05,
-}
-"""All forces act, and nothing is random but the gusts; a step takes the time 1."""
 
 
 def a_job(model: str = "nguyen2024", **changes: Any) -> Job:
-    return builders.job(model, "as_written", **(FLOCKING | changes))
+    return builders.job(model, "as_written", **(builders.ALL_FORCES | changes))
 
 
 def storm(model: str) -> dict[str, float]:
@@ -75,11 +60,11 @@ def flown(simulation: Simulation, steps: int) -> np.ndarray:
 
 def test_a_medium_at_rest_is_no_layer() -> None:
     calm = a_job(gust_time=3.0)
-    assert not has_robots(calm)
+    assert not flies_alone(calm)
     assert Simulation(calm).flight.work.robots.wind is None
     for name in ("wind_x", "wind_y", "gust"):
         job = a_job(**{name: 1e-300})
-        assert has_robots(job)
+        assert flies_alone(job)
         assert Simulation(job).flight.work.robots.wind is not None
 
 
