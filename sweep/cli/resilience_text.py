@@ -9,7 +9,7 @@ from sweep.analysis.notation import with_interval
 from sweep.cli.terminal import console
 from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
-from sweep.tables.resilience import PARTS
+from sweep.tables.resilience import PARTS, TIME
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
@@ -17,6 +17,7 @@ from sweep.text import so_many
 def resilience_json(study: StoredStudy, rows: pd.DataFrame, within: float) -> str:
     """A row a point and metric; docs/json.md says what each key is."""
     about = {"study": study.name, "within": within, "confidence": 0.95}
+    about["unit_of_time"] = study.units.get(TIME, "")
     return json.dumps(about | {"rows": json_rows(rows)}, indent=2)
 
 
@@ -34,9 +35,10 @@ def resilience_text(study: StoredStudy, rows: pd.DataFrame, within: float) -> No
         notes.append(
             f"up to {so_many(lack, 'trial')} left out, without partner or value"
         )
+    *shares, time = PARTS
     table = Table(
         *settings,
-        *("metric", *PARTS, "pairs"),
+        *("metric", *shares, f"{time} ({study.units.get(TIME, '')})", "pairs"),
         title=f"{study.name}: resilience",
         caption="\n".join(notes),
     )

@@ -131,7 +131,10 @@ def test_the_resilience(folder: Path) -> None:
     assert sweep(folder, "launch", "failed.yaml").returncode == 0
     run = sweep(folder, "resilience", "failed", "--json")
     agree(run.stdout, chapters()["sweep resilience --json"])
-    assert "failed: resilience" in sweep(folder, "resilience", "failed").stdout
+    assert json.loads(run.stdout)["unit_of_time"] == "step"
+    printed = sweep(folder, "resilience", "failed").stdout
+    assert "failed: resilience" in printed
+    assert "time (step)" in printed
     table = sweep(folder, "resilience", "failed", "--csv").stdout
     assert table.startswith("failing_share,metric,kept,kept_low,kept_high")
 
