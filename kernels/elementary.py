@@ -8,10 +8,9 @@ interpreter too, as long as nobody fuses a multiplication with an addition.
 
 The error of each result is below BOUND units in the last place (ulp) of the exact
 value, and nearly always it is the double next to this. The way is the same for all of
-them. The argument is brought near to an entry of a table; the
-function of what is left is a short polynomial; and the result is kept as the sum of
-two numbers, of which the second holds what the first one rounds away, until the very
-end.
+them. The argument is brought near to an entry of a table; the function of what is left
+is a short polynomial; and the result is kept as the sum of two numbers, of which the
+second holds what the first one rounds away, until the very end.
 
 Sources: P. T. P. Tang (1989), Table-driven implementation of the exponential function
 in IEEE floating-point arithmetic, ACM TOMS 15, 144-157, and (1990) of the logarithm
