@@ -156,6 +156,25 @@ def test_every_extra_that_is_named_is_one() -> None:
     assert not re.search(r"pip install \\?[\"']?\.\[", written)
 
 
+@pytest.mark.parametrize("command", ["view", "show"])
+def test_a_page_without_its_extra_says_what_to_install(
+    command: str, tmp_path: Path
+) -> None:
+    """In a fresh process, which has not imported the server of pages yet."""
+    code = f"""
+import sys
+from pathlib import Path
+from tests.commands import sweep
+sys.modules["uvicorn"] = None
+ended = sweep(Path({str(tmp_path)!r}), {command!r})
+print(ended.returncode, ended.stderr)
+"""
+    said = python(code)
+    assert said.startswith("2 ")
+    assert "needs uvicorn, which is not installed" in said
+    assert installing("view") in said
+
+
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starting a worker takes longer than these trials."""

@@ -219,10 +219,11 @@ def _serve(
 ) -> None:
     try:
         from sweep.explorer.site import explorer
+
+        server, url = explorer(results, first, port, trust=trust, launcher=launcher)
     except ModuleNotFoundError as error:
         needed = f"the explorer needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
-    server, url = explorer(results, first, port, trust=trust, launcher=launcher)
     print(url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:
