@@ -23,7 +23,7 @@ from kernels.device.batch import (
     Batch,
     Device,
     DeviceError,
-    Frames,
+    Measured,
     tree_of,
 )
 from kernels.device.host import Host
@@ -204,14 +204,12 @@ def _landed(
             alike[form_of(one.tree)].append(place)
     for places in alike.values():
         together = [one for place in places if (one := prepared[place])]
-        for place, one in zip(places, _flown(together, device), strict=True):
-            landed[place] = one
+        for place, flown in zip(places, _flown(together, device), strict=True):
+            landed[place] = flown
     return landed
 
 
-def _flown(
-    prepared: Sequence[_Prepared], device: Device
-) -> Sequence[Landed | None]:
+def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | None]:
     """What has flown of simulations that are of one form; by halves, where the device
     has too little memory.
     """
@@ -248,7 +246,7 @@ def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
     ]
 
 
-def _taken(frames: Frames, simulation: Simulation) -> Taken:
+def _taken(frames: Measured, simulation: Simulation) -> Taken:
     """Frames that were measured on a device, of which no boid is wanted."""
     count, states = len(frames.steps), len(simulation.flight.work.state)
     bodies, state = np.zeros((count, 4, 0)), np.zeros((count, states, 0))
@@ -268,7 +266,10 @@ def _ended(one: _Prepared, state: int) -> Landed | None:
 
 
 def _batch(prepared: Sequence[_Prepared]) -> Batch:
-    job, flights = prepared[0].simulation.job, [one.simulation.flight for one in prepared]
+    job, flights = (
+        prepared[0].simulation.job,
+        [one.simulation.flight for one in prepared],
+    )
     metrics = metrics_of(job, job.record.metrics)
     there = not job.record.trajectories and all(map(_is_there, metrics))
     streams = [one.stream for one in prepared]
