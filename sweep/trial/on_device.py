@@ -27,7 +27,7 @@ from kernels.device.batch import (
     tree_of,
 )
 from kernels.device.host import Host
-from kernels.device.kernel import ASTRAY, LOST
+from kernels.device.kernel import ASTRAY, LOST, Kernel
 from kernels.device.layout import form_of
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
@@ -115,13 +115,17 @@ def _refused(job: Job) -> str:
         return ""
     from kernels.device.ptx import NotForDeviceError, ptx_of
 
-    prepared = _prepared(job)
-    if prepared is None:
-        return ""
     try:
-        return ptx_of(_batch([prepared]).kernel).refusal
+        return ptx_of(kernel_of(job)).refusal
     except NotForDeviceError as error:
         return str(error)
+
+
+def kernel_of(job: Job) -> Kernel:
+    """The kernel with which a device flies a trial like this one; an error where it
+    cannot begin is raised.
+    """
+    return _batch([_begun(job)]).kernel
 
 
 def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
@@ -184,9 +188,13 @@ def _fitting(job: Job, device: Device) -> int:
 def _prepared(job: Job) -> _Prepared | None:
     """A job at its start; None where it cannot begin."""
     try:
-        simulation = Simulation(job, together=True, frames=FRAMES_THERE)
+        return _begun(job)
     except Exception:  # the trial is flown alone, and says why
         return None
+
+
+def _begun(job: Job) -> _Prepared:
+    simulation = Simulation(job, together=True, frames=FRAMES_THERE)
     simulation.taken.append(simulation.take_frames())
     with simulation.noise.lent() as rng:
         stream = stream_of(rng)
