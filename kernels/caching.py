@@ -50,9 +50,12 @@ OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand, and those
 of kernels.fours.
 """
-MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
-"""Of functions that are made of others, for lanes or threads, these others."""
-MAKERS = tuple(Path(__file__).parent / name for name in ("lanes", "threads", "jit.py"))
+Functions = tuple[Callable[..., Any], ...]
+MADE_OF: WeakKeyDictionary[Callable[..., Any], Functions] = WeakKeyDictionary()
+"""Of functions that are made of others, for lanes, threads or a device, these others."""
+MAKERS = tuple(
+    Path(__file__).parent / name for name in ("lanes", "threads", "device", "jit.py")
+)
 """The files of what makes them."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
@@ -67,7 +70,8 @@ class ByStamp(_CacheLocator):
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        note_sources(MADE_OF.get(function, function))
+        for source in MADE_OF.get(function, (function,)):
+            note_sources(source)
         if function in MADE_OF:
             _makers()
         self.function = function
@@ -105,13 +109,14 @@ def _stamp(function: Callable[..., Any]) -> str:
     """What decides whether a function must be compiled again."""
     if function not in MADE_OF:
         return _noted_stamp(function)
-    return _stamp_of_made(MADE_OF[function])
+    return stamp_of_made(*MADE_OF[function])
 
 
-def _stamp_of_made(function: Callable[..., Any]) -> str:
-    """What decides whether what is made of a function must be compiled again."""
-    plain = getattr(function, "py_func", function)
-    return hashlib.sha256(f"{_noted_stamp(plain)} {_makers()}".encode()).hexdigest()
+def stamp_of_made(*functions: Callable[..., Any]) -> str:
+    """What decides whether what is made of functions must be compiled again."""
+    plain = [getattr(one, "py_func", one) for one in functions]
+    stamps = " ".join([*map(_noted_stamp, plain), _makers()])
+    return hashlib.sha256(stamps.encode()).hexdigest()
 
 
 @cache
@@ -261,7 +266,7 @@ def is_noted_alone(function: Callable[..., Any]) -> bool:
 
 @cache
 def _note_of(function: Callable[..., Any]) -> Path:
-    return FOLDER / f"{_stamp_of_made(function)[:32]}.alone"
+    return FOLDER / f"{stamp_of_made(function)[:32]}.alone"
 
 
 def is_kept(

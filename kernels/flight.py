@@ -74,18 +74,28 @@ class Scenery(NamedTuple):
 
 class Memory(NamedTuple):
     """What is to be remembered of a flight: what these `metrics` need, and a frame
-    `every` so many steps; in any case `visits` by pixel, and `bodies`.
+    `every` so many steps; in any case `visits` by pixel, and `bodies`. At most `frames`
+    are kept until they are taken.
     """
 
     metrics: tuple[Metric, ...]
     every: int = 1
     visits: bool = False
     bodies: bool = False
+    frames: int = MOST_FRAMES
 
     @property
     def covering(self) -> bool:
         """Whether visits must be counted."""
         return self.visits or any(metric.covers for metric in self.metrics)
+
+
+class Calls(NamedTuple):
+    """How often a model has observed a step, called publish, and driven a boid."""
+
+    steps: int
+    published: int
+    driven: int
 
 
 @dataclass
@@ -279,7 +289,7 @@ def _record(
     states = len(work.state)
     room = FRAME_BYTES // (8 * (FIRST_STATE + states) * n + 48)
     return Record(
-        frames=build_frames(max(2, min(MOST_FRAMES, room)), n, states),
+        frames=build_frames(max(2, min(memory.frames, room)), n, states),
         progress=np.zeros(2, np.int64),
         every=memory.every,
         last=schedule.steps,
@@ -309,10 +319,8 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
-    before, left = flight.step, flight.schedule.steps - flight.step
+    before, left = calls_of(flight), flight.schedule.steps - flight.step
     wanted = min(steps, left, room)
-    robots = flight.work.robots
-    begun, driven = int(robots.clock[0]), int(robots.driven[0])
     going = flight.model.advance(
         flight.flock,
         flight.world,
@@ -327,25 +335,40 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
             f"advance returns {going}: it must return True, or False after a step whose"
             " numbers are not finite, as observe says"
         )
-    taken = flight.step - before
-    work = flight.work
-    layers = work.near.senses, robots.motors, robots.wind, work.motion
-    if any(one is not None for one in layers) and robots.clock[0] - begun != taken:
-        raise RuntimeError(
-            f"advance called publish in {robots.clock[0] - begun} of {taken}"
-            " steps; call it at the beginning of each"
-        )
-    called = robots.driven[0] - driven
-    if robots.motors is not None and called != taken * flight.schedule.n:
-        raise RuntimeError(
-            f"advance called drive {called} times in {taken} steps of"
-            f" {flight.schedule.n} boids; call it once for each boid in each step"
-        )
+    check_calls(flight, before)
+    taken = flight.step - before.steps
     if going and taken != wanted:
         raise RuntimeError(
             f"advance took {taken} steps of {wanted}; call observe once in each"
         )
     return going
+
+
+def calls_of(flight: Flight) -> Calls:
+    """What a model has called so far."""
+    robots = flight.work.robots
+    return Calls(flight.step, int(robots.clock[0]), int(robots.driven[0]))
+
+
+def check_calls(flight: Flight, before: Calls) -> None:
+    """Raise RuntimeError where since `before` the model has not let its boids know what
+    they measure and hear or be carried, or not driven each.
+    """
+    now, work = calls_of(flight), flight.work
+    taken, robots = now.steps - before.steps, work.robots
+    layers = work.near.senses, robots.motors, robots.wind, work.motion
+    published = now.published - before.published
+    if any(one is not None for one in layers) and published != taken:
+        raise RuntimeError(
+            f"advance called publish in {published} of {taken}"
+            " steps; call it at the beginning of each"
+        )
+    driven = now.driven - before.driven
+    if robots.motors is not None and driven != taken * flight.schedule.n:
+        raise RuntimeError(
+            f"advance called drive {driven} times in {taken} steps of"
+            f" {flight.schedule.n} boids; call it once for each boid in each step"
+        )
 
 
 def rebuild_grid(flight: Flight, room: int = 0) -> None:

@@ -83,9 +83,19 @@ def _word(_: Any, marks: Any, first: Any) -> Any:
     return types.uint64(marks, first), code
 
 
-def _compiled_word(*_: Any) -> Any:
+def collected(marks: Any, first: Any) -> Any:
+    """`word` of marks that do not lie together."""
+    bits = np.uint64(0)
+    for k in range(WORD):
+        if marks[first + np.uint64(k)]:
+            bits |= np.uint64(1) << np.uint64(k)
+    return bits
+
+
+def _compiled_word(marks: Any, _first: Any) -> Any:
     compiled: Any = _word
-    return lambda marks, first: compiled(marks, first)
+    together = marks.layout == "C"
+    return (lambda marks, first: compiled(marks, first)) if together else collected
 
 
 def _compiled_lowest(_: Any) -> Any:

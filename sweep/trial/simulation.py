@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kernels.caching import is_kept
 from kernels.coverage import heatmap, no_coverage
 from kernels.flight import (
+    MOST_FRAMES,
     Flight,
     Memory,
     advance,
@@ -94,14 +95,16 @@ def is_brief(job: Job) -> bool:
 
 
 class Simulation:
-    """The flight of a job, advanced call by call; by kernels.lanes alone if it is
-    `together` with others.
+    """The flight of a job, advanced call by call; if it is `together` with others, by
+    what flies them all. It has room for so many `frames` at most.
     """
 
-    def __init__(self, job: Job, together: bool = False) -> None:
+    def __init__(
+        self, job: Job, together: bool = False, frames: int = MOST_FRAMES
+    ) -> None:
         self.job = job
         self.noise = Randomness(stream(job, "noise"))
-        self.flight = _flight(job, together)
+        self.flight = _flight(job, together, frames)
         self._find_among_all()
         self.taken: list[Taken] = []
 
@@ -154,7 +157,7 @@ class Simulation:
         as far as what the job records is enough for them.
         """
         record, flight = wanted or self.job.record, self.flight
-        values = measure(flight, _metrics(self.job, record.metrics))
+        values = measure(flight, metrics_of(self.job, record.metrics))
         frames = flight.record.frames
         bodies = self.schedule.n if record.trajectories else 0
         taken = Taken(
@@ -281,9 +284,9 @@ class Simulation:
         )
 
 
-def _flight(job: Job, together: bool) -> Flight:
+def _flight(job: Job, together: bool, frames: int) -> Flight:
     """The flight of a job at its start, with pixels of its own unless it flies
-    `together` with others.
+    `together` with others, and with room for so many `frames` at most.
     """
     known, settings_known = job.known, settings_of(job.model, job.known)
 
@@ -294,8 +297,10 @@ def _flight(job: Job, together: bool) -> Flight:
     params = group(model.params)
     schedule, observation = group(Schedule), group(Observation)
     landscape = _landscape(job)
-    metrics = _metrics(job, record.metrics)
-    memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
+    metrics = metrics_of(job, record.metrics)
+    memory = Memory(
+        metrics, record.every, record.heatmaps, record.trajectories, frames
+    )
     coverage = (
         coverage_of(landscape, observation, shared=together)
         if memory.covering
@@ -330,7 +335,7 @@ def _landscape(job: Job) -> Landscape:
     return landscape_of(job, params, settings)
 
 
-def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
+def metrics_of(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of these names. Raises RuntimeError for one that reads what boids of
     the job's model have not: its kernel would read beyond the frames.
     """

@@ -73,14 +73,6 @@ def _lowest(bits: Any) -> Any:
     return np.uint64(cuda.ffs(bits) - 1)
 
 
-def _word(marks: Any, first: Any) -> Any:
-    bits = np.uint64(0)
-    for k in range(64):
-        if marks[first + np.uint64(k)]:
-            bits |= np.uint64(1) << np.uint64(k)
-    return bits
-
-
 def _fetch(_array: Any, _place: Any) -> None:
     return
 
@@ -92,7 +84,7 @@ HERE: tuple[tuple[Any, Callable[..., Any]], ...] = (
     (min, _min),
     (np.nextafter, _nextafter),
     (indices.lowest, _lowest),
-    (indices.word, _word),
+    (indices.word, indices.collected),
     (fetching.fetch, _fetch),
     *(
         (one, one)

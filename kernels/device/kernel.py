@@ -1,0 +1,212 @@
+"""The kernel that advances the flight of one thread, and measures its frames.
+
+Its text is made of the form of the flights: it makes the named tuples of a flight from
+views of large arrays, and calls the `advance` of the model and the kernels of the
+metrics, which are those of processors.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numba
+
+from kernels.caching import stamp_of_made
+from kernels.device.layout import Block, Layout
+from kernels.device.views import VIEW, view
+from kernels.jit import jit, jit_as
+from kernels.lanes.texts import function_of
+from kernels.model import Model
+from kernels.recording import FILLED, STEP, Record
+from kernels.state import Floats
+
+GOING, LOST, ASTRAY = range(3)
+"""The state of a flight: it goes on; its numbers are not finite; its model has not taken
+the steps that it was to take.
+"""
+STATE, KEPT = range(2)
+N_MARKS = 2
+"""What a device keeps of a flight besides: its state, and how many frames it has kept
+and measured.
+"""
+TAKE, ENTER, LEAVE = range(3)
+"""What a call is for: to take steps, to turn what was sent side by side, and back."""
+TABLES = {
+    "marks": "i8",
+    "steps_of": "i8",
+    "values": "f8",
+    "facts": "i8",
+    "numbers": "f8",
+}
+"""The arrays of a call besides those of the flights, and their types of numbers."""
+LENGTHS = "count", "n_maps", "n_pixels", "n_frames"
+"""Of flights; of the maps that were sent, 1 or as many as flights; of the pixels of a
+map; and of the frames that there is room for.
+"""
+SENT, SENT_MAPS = "sent_", "sent_maps"
+
+
+@jit
+def copy(source: Any, target: Any) -> None:
+    """Copy an array (E,)."""
+    for k in range(source.size):
+        target[k] = source[k]
+
+
+@jit
+def room_for(record: Record, steps: int) -> int:
+    """How many of so many steps the frames have room for."""
+    free = record.frames.step.size - record.progress[FILLED] - 1
+    return min(steps, free * record.every)
+
+
+@jit
+def steps_done(record: Record) -> int:
+    """The steps that a flight has taken."""
+    return record.progress[STEP]
+
+
+@jit
+def state_after(going: bool, taken: int, wanted: int) -> int:
+    """The state of a flight whose model says that it is `going`."""
+    if not going:
+        return LOST
+    return GOING if taken == wanted else ASTRAY
+
+
+@jit
+def keep(record: Record, steps_of: Any, kept: int) -> int:
+    """Note the steps of the frames that are filled, and forget these frames; return how
+    many are kept now.
+    """
+    filled = record.progress[FILLED]
+    for k in range(filled):
+        steps_of[kept + k] = record.frames.step[k]
+    record.progress[FILLED] = 0
+    return kept + filled
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """What a device is to run: a function made of a `text`, of flights of a `model`
+    that are of one form, and the kernels that measure them. The pixels of their `maps`
+    are numbers of that type.
+
+    The arguments of the function are `trial`, `task`, `steps`, LENGTHS, and `arrays`,
+    each of them whole, that is of one axis.
+    """
+
+    model: Model
+    measures: tuple[Callable[..., None], ...]
+    text: str
+    kinds: tuple[str, ...]
+    classes: tuple[type, ...]
+    maps: str
+
+    @property
+    def arrays(self) -> dict[str, str]:
+        """The arrays that are given to the function, in order, and their types of
+        numbers.
+        """
+        sent = {f"{SENT}{one}": one for one in self.kinds}
+        own = {one: one for one in self.kinds}
+        return own | sent | {SENT_MAPS: self.maps} | TABLES
+
+    @property
+    def stamp(self) -> str:
+        """What decides whether the function must be compiled again."""
+        return stamp_of_made(self.model.advance, *self.measures)
+
+    @cached_property
+    def function(self) -> Callable[..., None]:
+        """The function."""
+        scope: dict[str, Any] = {
+            "__name__": self.model.advance.__module__,
+            "view": view if numba.config.DISABLE_JIT else VIEW,
+            "copy": copy,
+            "room_for": room_for,
+            "steps_done": steps_done,
+            "state_after": state_after,
+            "keep": keep,
+            "advance": self.model.advance,
+        }
+        scope |= {f"Class{k}": one for k, one in enumerate(self.classes)}
+        scope |= {f"measure{k}": one for k, one in enumerate(self.measures)}
+        plain = function_of(self.text, scope)
+        return jit_as(plain, self.model.advance, *self.measures)
+
+
+def kernel_of(
+    model: Model,
+    measures: tuple[Callable[..., None], ...] | None,
+    layout: Layout,
+    maps: int,
+) -> Kernel:
+    """The kernel of flights of a model, laid out so, whose maps are in the place `maps`
+    of the tree. With None for `measures` frames stay, as far as there is room.
+    """
+    text, block = _text(layout, measures, layout.blocks[maps]), layout.blocks[maps]
+    kinds, classes = layout.kinds, layout.tree.classes
+    return Kernel(model, measures or (), text, kinds, classes, block.numbers)
+
+
+def _text(
+    layout: Layout, measures: tuple[Callable[..., None], ...] | None, maps: Block
+) -> str:
+    kinds = layout.kinds
+    names = ", ".join([*kinds, *(f"{SENT}{one}" for one in kinds), SENT_MAPS, *TABLES])
+    end = "kept = filled"
+    if measures is not None:
+        place = f"(trial * {len(measures)} + {{}}) * n_frames + kept, 1, (filled,)"
+        calls = [
+            f"measure{k}(record.frames, filled, ground, observation,"
+            f" view(values, {place.format(k)}))"
+            for k in range(len(measures))
+        ]
+        end = "; ".join([*calls, "kept = keep(record, steps_of_flight, kept)"])
+    return f"""
+    def fly(trial, task, steps, {", ".join(LENGTHS)}, {names}):
+        mark = view(marks, trial, count, ({N_MARKS},))
+        fact = view(facts, trial, count, ({len(layout.facts)},))
+        number = view(numbers, trial, count, ({len(layout.numbers)},))
+        if task == {ENTER}:
+            first = trial * n_pixels if n_maps > 1 else 0
+            copy(
+                view({SENT_MAPS}, first, 1, (n_pixels,)),
+                view({maps.numbers}, fact[{maps.fact}], 1, (n_pixels,)),
+            )
+            {_turned(layout, "copy({sent}, {beside})")}
+        elif task == {LEAVE}:
+            {_turned(layout, "copy({beside}, {sent})")}
+        elif mark[{STATE}] == {GOING}:
+            flock, world, params, work, record, ground, observation, rng = {layout.text}
+            steps_of_flight = view(steps_of, trial * n_frames, 1, (n_frames,))
+            left, state, kept = steps, {GOING}, mark[{KEPT}]
+            record.progress[{FILLED}] = 0
+            while left > 0 and state == {GOING}:
+                wanted = room_for(record, left)
+                if wanted <= 0:
+                    break
+                before = steps_done(record)
+                going = advance(flock, world, params, work, record, rng, wanted)
+                taken = steps_done(record) - before
+                state = state_after(going, taken, wanted)
+                left -= taken
+                filled = record.progress[{FILLED}]
+                {end}
+            mark[{STATE}], mark[{KEPT}] = state, kept
+    """
+
+
+def _turned(layout: Layout, copying: str) -> str:
+    """What copies each type of numbers of a flight between where it was sent and where
+    it lies side by side.
+    """
+    return "; ".join(
+        copying.format(
+            sent=f"view({SENT}{one}, trial * {size}, 1, ({size},))",
+            beside=f"view({one}, trial, count, ({size},))",
+        )
+        for one, size in layout.rows.items()
+    )

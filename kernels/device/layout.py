@@ -1,0 +1,321 @@
+"""The arrays of many flights side by side, in a few large ones.
+
+What a kernel gets of a flight is a tree of named tuples, whose leaves are arrays and
+numbers. The trees of flights that fly together differ in their leaves alone. All arrays
+of one type of numbers are in one large array of T flights, in which a leaf is found by
+where it begins and how far apart its elements are:
+
+    side by side    element e of the leaf of flight t stands at row e, column t: threads
+                    that read the same element of their flights read one piece of memory
+    once for all    a leaf that is the same array in all flights, as a world
+    one by one      what differs in its shape, such as places near obstacles, and maps,
+                    of which a thread reads pixels that lie together
+
+Frames and maps are rooms: they begin as they are, and nothing of them is sent before.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+NUMBERS = tuple("f8 i8 u8 i4 u4 i2 u1 b1".split())
+"""The types of numbers that arrays of flights may have."""
+FIRST, STRIDE, LENGTHS = range(3)
+"""What is said of an array of a flight, in this order: where it begins, how far apart
+its elements are, and how long it is along each axis.
+"""
+
+
+class Leaf(NamedTuple):
+    """What flights that fly together have in common of a leaf: its `kind`, "array",
+    "float", "int" or "bool"; of an array its type of `numbers` and its `axes`; and the
+    `place` of the first leaf that is the same array.
+    """
+
+    kind: str
+    numbers: str
+    axes: int
+    place: int
+
+
+@dataclass(frozen=True)
+class Tree:
+    """The form of a tree: its `classes` and the names of what holds the leaves, as the
+    text of an expression with `{}` for each leaf, and the leaves.
+    """
+
+    text: str
+    leaves: tuple[Leaf, ...]
+    classes: tuple[type, ...] = field(hash=False)
+
+
+def leaves_of(tree: object) -> Iterator[Any]:
+    """The arrays and numbers of a tree, in order."""
+    if isinstance(tree, tuple):
+        for part in tree:
+            yield from leaves_of(part)
+    elif tree is not None:
+        yield tree
+
+
+def form_of(tree: object) -> Tree:
+    """The form of a tree. Raises TypeError for what no device has."""
+    leaves, known, classes = list[Leaf](), dict[int, int](), dict[type, str]()
+    text = _text(tree, classes)
+    for place, value in enumerate(leaves_of(tree)):
+        same = known.setdefault(id(value), place) if _is_array(value) else place
+        leaves.append(_leaf(value, same))
+    return Tree(text, tuple(leaves), tuple(classes))
+
+
+def _text(tree: object, classes: dict[type, str]) -> str:
+    if tree is None:
+        return "None"
+    if not isinstance(tree, tuple):
+        return "{}"
+    parts = "".join(f"{_text(part, classes)}, " for part in tree)
+    if not hasattr(tree, "_fields"):
+        return f"({parts})"
+    name = classes.setdefault(type(tree), f"Class{len(classes)}")
+    return f"{name}({parts})"
+
+
+def _is_array(value: object) -> bool:
+    return isinstance(value, np.ndarray)
+
+
+def _leaf(value: Any, same: int) -> Leaf:
+    if _is_array(value):
+        numbers = value.dtype.str[1:]
+        if numbers not in NUMBERS:
+            raise TypeError(f"an array has the type {value.dtype}")
+        return Leaf("array", numbers, value.ndim, same)
+    for kind, types in (("bool", bool), ("int", int), ("float", float)):
+        if isinstance(value, types) or (
+            isinstance(value, np.generic) and isinstance(value.item(), types)
+        ):
+            return Leaf(kind, "", 0, same)
+    raise TypeError(f"a flight has {value!r}")
+
+
+class Room(NamedTuple):
+    """An array that a device makes: of this `shape` for each flight, and of these
+    `numbers`; `beside` says that it lies side by side.
+    """
+
+    shape: tuple[int, ...]
+    numbers: str
+    beside: bool
+
+
+class Block(NamedTuple):
+    """Where the arrays of all flights stand that a place of the tree has: from `first`
+    on in the large array of its `numbers`, in the `shape` (T, ...), one flight after the
+    other. `fact` is the row of the facts that says where that of a flight begins.
+    """
+
+    numbers: str
+    first: int
+    shape: tuple[int, ...]
+    fact: int
+
+
+@dataclass
+class Layout:
+    """Where everything of T flights stands.
+
+    `rows` says for each type of numbers how many elements of a flight lie side by side,
+    and `sizes` how many elements the large array has. `facts` (F, T) has what is said
+    of arrays, and the whole numbers of flights; `numbers` (S, T) has the others. `text`
+    is the form of the tree, with what a kernel reads for each leaf. `blocks` are the
+    rooms that lie one by one, by their places.
+    """
+
+    count: int
+    tree: Tree
+    rows: dict[str, int]
+    sizes: dict[str, int]
+    facts: NDArray[np.int64]
+    numbers: NDArray[np.float64]
+    text: str
+    blocks: dict[int, Block]
+    _sent: list[tuple[int, str, int, int]]
+    _apart: list[tuple[str, int, Array]]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The types of numbers that there are, in the order of NUMBERS."""
+        return tuple(one for one in NUMBERS if one in self.sizes)
+
+    @property
+    def bytes(self) -> int:
+        """The memory of a device for all flights: the large arrays, what is sent to
+        them, and the tables.
+        """
+        held = sum(np.dtype(one).itemsize * size for one, size in self.sizes.items())
+        sent = sum(np.dtype(one).itemsize * rows for one, rows in self.rows.items())
+        return held + sent * self.count + self.facts.nbytes + self.numbers.nbytes
+
+    def sent(self, trees: Sequence[object]) -> dict[str, Array]:
+        """The elements that lie side by side, (T, rows) by their type of numbers: a
+        device turns them round.
+        """
+        made = {
+            one: np.empty((self.count, rows), one) for one, rows in self.rows.items()
+        }
+        for flight, tree in enumerate(trees):
+            leaves = list(leaves_of(tree))
+            for place, numbers, first, end in self._sent:
+                made[numbers][flight, first:end] = leaves[place].reshape(-1)
+        return made
+
+    def apart(self) -> Iterator[tuple[str, int, Array]]:
+        """What is in the large arrays besides: numbers, where it begins, and it."""
+        return iter(self._apart)
+
+    def bring(self, sent: dict[str, Array], trees: Sequence[object]) -> None:
+        """Write what has come back, as it was `sent`, into the arrays of flights."""
+        for flight, tree in enumerate(trees):
+            leaves = list(leaves_of(tree))
+            for place, numbers, first, end in self._sent:
+                array = leaves[place]
+                if array.flags.writeable:
+                    array[...] = sent[numbers][flight, first:end].reshape(array.shape)
+
+
+def lay_out(
+    trees: Sequence[object], fixed: object, rooms: dict[int, Room]
+) -> Layout:
+    """The layout of flights whose trees have one form. Arrays that are in `fixed`, a
+    tree or several, change in no flight; `rooms` are what is in the place of some
+    leaves. Raises ValueError where the forms differ.
+    """
+    tree, count = form_of(trees[0]), len(trees)
+    if any(form_of(one) != tree for one in trees[1:]):
+        raise ValueError("flights differ in more than their numbers")
+    made = _Made(count, tree, {id(one) for one in leaves_of(fixed)})
+    columns = list(zip(*map(leaves_of, trees), strict=True))
+    for place, (leaf, values) in enumerate(zip(tree.leaves, columns, strict=True)):
+        if leaf.kind != "array":
+            made.number(leaf.kind, values)
+        elif leaf.place < place:
+            made.words.append(made.words[leaf.place])
+        elif place in rooms:
+            made.room(place, rooms[place])
+        else:
+            made.array(place, leaf, values)
+    return made.layout()
+
+
+class _Made:
+    """A layout that is being made: leaf after leaf."""
+
+    def __init__(self, count: int, tree: Tree, fixed: set[int]) -> None:
+        self.count, self.tree, self.fixed = count, tree, fixed
+        self.words = list[str]()
+        self._facts = list[Any]()
+        self._numbers = list[Any]()
+        self._rows = dict[str, int]()
+        self._sent = list[tuple[int, str, int, int]]()
+        self._waiting = list[tuple[str, Any, int]]()
+        self._arrays = list[tuple[str, Any]]()
+        self._rooms = list[tuple[int, Room, int]]()
+
+    def number(self, kind: str, values: tuple[Any, ...]) -> None:
+        if kind == "float":
+            self.words.append(f"number[{len(self._numbers)}]")
+            self._numbers.append(values)
+        else:
+            test = " != 0" if kind == "bool" else ""
+            self.words.append(f"fact[{len(self._facts)}]{test}")
+            self._facts.append(values)
+
+    def array(self, place: int, leaf: Leaf, values: tuple[Array, ...]) -> None:
+        first = values[0]
+        if id(first) in self.fixed and all(one is first for one in values):
+            row = self._say(leaf.numbers, [first.shape] * self.count)
+            self._arrays.append((leaf.numbers, (row, None, first)))
+        elif all(one.shape == first.shape for one in values):
+            row = self._say(leaf.numbers, [first.shape] * self.count)
+            start = self._beside_from(leaf.numbers, row, first.size)
+            self._sent.append((place, leaf.numbers, start, start + first.size))
+        else:
+            row = self._say(leaf.numbers, [one.shape for one in values])
+            for flight, one in enumerate(values):
+                self._arrays.append((leaf.numbers, (row, flight, one)))
+
+    def room(self, place: int, room: Room) -> None:
+        row = self._say(room.numbers, [room.shape] * self.count)
+        if room.beside:
+            size = int(np.prod(room.shape))
+            self._waiting.append((room.numbers, row, size))
+        else:
+            self._rooms.append((place, room, row))
+
+    def _say(self, numbers: str, shapes: list[tuple[int, ...]]) -> int:
+        """Make room for what is said of an array; return its row in the facts."""
+        row, axes = len(self._facts), len(shapes[0])
+        self._facts += [0, 1, *zip(*shapes, strict=True)]
+        lengths = "".join(f"fact[{row + LENGTHS + axis}], " for axis in range(axes))
+        where = f"fact[{row + FIRST}], fact[{row + STRIDE}]"
+        self.words.append(f"view({numbers}, {where}, ({lengths}))")
+        return row
+
+    def _beside_from(self, numbers: str, row: int, size: int) -> int:
+        start = self._rows.get(numbers, 0)
+        self._rows[numbers] = start + size
+        self._place_beside(row, start)
+        return start
+
+    def _place_beside(self, row: int, start: int) -> None:
+        self._facts[row + FIRST] = start * self.count + np.arange(self.count)
+        self._facts[row + STRIDE] = self.count
+
+    def layout(self) -> Layout:
+        ends = dict(self._rows)
+        for numbers, row, size in self._waiting:
+            start = ends.get(numbers, 0)
+            ends[numbers] = start + size
+            self._place_beside(row, start)
+        sizes = {one: rows * self.count for one, rows in ends.items()}
+        apart, blocks = list[tuple[str, int, Array]](), dict[int, Block]()
+        for numbers, (row, flight, array) in self._arrays:
+            first = sizes.get(numbers, 0)
+            sizes[numbers] = first + array.size
+            if flight is None:
+                self._facts[row + FIRST] = first
+            else:
+                if flight == 0:
+                    self._facts[row + FIRST] = np.zeros(self.count, np.int64)
+                self._facts[row + FIRST][flight] = first
+            apart.append((numbers, first, array))
+        for place, room, row in self._rooms:
+            first, size = sizes.get(room.numbers, 0), int(np.prod(room.shape))
+            sizes[room.numbers] = first + size * self.count
+            self._facts[row + FIRST] = first + size * np.arange(self.count)
+            blocks[place] = Block(
+                room.numbers, first, (self.count, *room.shape), row + FIRST
+            )
+        return Layout(
+            self.count,
+            self.tree,
+            self._rows,
+            sizes,
+            self._table(self._facts, np.int64),
+            self._table(self._numbers, np.float64),
+            self.tree.text.format(*self.words),
+            blocks,
+            self._sent,
+            apart,
+        )
+
+    def _table(self, rows: list[Any], numbers: type[Any]) -> Array:
+        table = np.zeros((len(rows), self.count), numbers)
+        for row, values in enumerate(rows):
+            table[row] = values
+        return table

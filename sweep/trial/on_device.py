@@ -1,0 +1,282 @@
+"""Trials that fly on a device, thousands at once. Each has the bits that it has on a
+processor.
+
+Trials fly together if they have the same model, boids, steps and record. Whatever else
+they differ in, each has numbers of its own. What cannot begin, and what a model does
+wrong, is flown once more on the processor, which says why. Where the device fails, all
+of its trials fly on the processor: nothing is lost but time.
+"""
+
+import logging
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from kernels.device.batch import (
+    FRAMES_THERE,
+    Batch,
+    Device,
+    DeviceError,
+    Frames,
+    tree_of,
+)
+from kernels.device.host import Host
+from kernels.device.kernel import ASTRAY, LOST
+from kernels.device.layout import form_of
+from kernels.flight import Calls, calls_of, check_calls
+from kernels.generator import Stream, go_on, stream_of
+from kernels.jit import allocates
+from kernels.metrics import Metric
+from sweep.design.jobs import Job
+from sweep.text import installing
+from sweep.trial.result import Result
+from sweep.trial.simulation import Simulation, metrics_of, run
+from sweep.trial.state import Taken
+
+LOG = logging.getLogger("sweep")
+AT_ONCE = 8192
+"""So many trials fly together at most: a GPU has room for a few times as many threads,
+and two workers share it.
+"""
+SHARE = 0.4
+"""Of the memory that is free: another worker prepares as many trials meanwhile."""
+NEEDED = "numba.cuda"
+
+
+@dataclass(frozen=True)
+class DeviceTrials:
+    """Runs trials on the GPU of this machine; if they are `simulated`, on a device that
+    is its processor.
+    """
+
+    simulated: bool = False
+
+    def __call__(self, job: Job) -> Result:
+        [result] = self.several([job])
+        return result
+
+    def several(self, jobs: Sequence[Job]) -> list[Result]:
+        """The results of `jobs`, in their order."""
+        device = _host() if self.simulated else gpu()
+        results = dict[int, Result]()
+        for places in _groups(jobs):
+            together = [jobs[place] for place in places]
+            results |= zip(places, flown(together, device), strict=True)
+        return [results[place] for place in range(len(jobs))]
+
+
+def _host() -> Device:
+    return Host()
+
+
+@cache
+def gpu() -> Device:
+    """The GPU of this process. Raises DeviceError where there is none, and
+    ModuleNotFoundError without the extra `gpu`.
+    """
+    from kernels.device.gpu import Gpu
+
+    return Gpu()
+
+
+def problem() -> str:
+    """Why trials cannot fly on a GPU here; "" where they can."""
+    try:
+        gpu()
+    except ModuleNotFoundError as error:
+        return f"a GPU needs {error.name}, which is not installed: {installing('gpu')}"
+    except DeviceError as error:
+        return str(error)
+    return ""
+
+
+def refusal_of(job: Job) -> str:
+    """Why a trial cannot fly on a GPU; "" where it can."""
+    asked = {
+        "a time limit: the clock is not looked at there": job.time_limit is not None,
+        "last states of trials: they are not kept there": job.record.last_states,
+        "threads: a trial has one there": job.threads > 1,
+    }
+    reasons = [words for words, there in asked.items() if there]
+    if not reasons and (found := _refused(job)):
+        reasons.append(found)
+    return "; ".join(reasons)
+
+
+def _refused(job: Job) -> str:
+    """Why what a trial is compiled to would have other bits there."""
+    if find_spec("numba_cuda") is None:
+        return ""
+    from kernels.device.ptx import NotForDeviceError, ptx_of
+
+    prepared = _prepared(job)
+    if prepared is None:
+        return ""
+    try:
+        return ptx_of(_batch([prepared]).kernel).refusal
+    except NotForDeviceError as error:
+        return str(error)
+
+
+def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
+    """The places of jobs that may fly together."""
+    alike = defaultdict[Any, list[int]](list)
+    for place, job in enumerate(jobs):
+        n, steps = job.settings["n"], job.settings["steps"]
+        alike[id(job.known), job.model, job.record, n, steps].append(place)
+    yield from alike.values()
+
+
+@dataclass
+class _Prepared:
+    """A simulation whose first frame is taken, its random numbers, and what its model
+    had called.
+    """
+
+    simulation: Simulation
+    stream: Stream
+    called: Calls
+
+    @property
+    def tree(self) -> tuple[Any, ...]:
+        return tree_of(self.simulation.flight, self.stream)
+
+
+def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
+    """The results of jobs that have the same model, boids, steps and record."""
+    results: list[Result] = []
+    while len(results) < len(jobs):
+        left = jobs[len(results) :]
+        some = left[: _fitting(left[0], device)]
+        began = time.perf_counter()
+        landed = _landed([_prepared(job) for job in some], device)
+        seconds = (time.perf_counter() - began) / len(some)
+        results += [
+            run(job) if one is None else _result(*one, seconds)
+            for job, one in zip(some, landed, strict=True)
+        ]
+    return results
+
+
+Landed = tuple[Simulation, int]
+"""A simulation after its last step on a device, and the state of its flight."""
+
+
+def _result(simulation: Simulation, state: int, seconds: float) -> Result:
+    return simulation.summary("diverged" if state == LOST else "done", seconds)
+
+
+def _fitting(job: Job, device: Device) -> int:
+    """How many trials like this one the memory of a device has room for."""
+    prepared = _prepared(job)
+    if prepared is None:
+        return 1
+    free = int(SHARE * device.free_bytes())
+    return max(1, min(AT_ONCE, free // _batch([prepared]).bytes))
+
+
+def _prepared(job: Job) -> _Prepared | None:
+    """A job at its start; None where it cannot begin."""
+    try:
+        simulation = Simulation(job, together=True, frames=FRAMES_THERE)
+    except Exception:  # the trial is flown alone, and says why
+        return None
+    simulation.taken.append(simulation.take_frames())
+    with simulation.noise.lent() as rng:
+        stream = stream_of(rng)
+    return _Prepared(simulation, stream, calls_of(simulation.flight))
+
+
+def _landed(
+    prepared: Sequence[_Prepared | None], device: Device
+) -> list[Landed | None]:
+    """What has flown, in order; None for what is to be flown alone."""
+    landed: list[Landed | None] = [None] * len(prepared)
+    alike = defaultdict[Any, list[int]](list)
+    for place, one in enumerate(prepared):
+        if one is not None:
+            alike[form_of(one.tree)].append(place)
+    for places in alike.values():
+        together = [one for place in places if (one := prepared[place])]
+        for place, one in zip(places, _flown(together, device), strict=True):
+            landed[place] = one
+    return landed
+
+
+def _flown(
+    prepared: Sequence[_Prepared], device: Device
+) -> Sequence[Landed | None]:
+    """What has flown of simulations that are of one form; by halves, where the device
+    has too little memory.
+    """
+    try:
+        return _fly(prepared, device)
+    except MemoryError:
+        half = len(prepared) // 2
+        if not half:
+            _say_once("has too little memory for one trial")
+            return [None]
+        return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
+    except DeviceError as error:
+        _say_once(f"failed: {error}")
+        return [None] * len(prepared)
+
+
+@cache
+def _say_once(what: str) -> None:
+    LOG.warning("the GPU %s; trials fly on the processor, with the same results", what)
+
+
+def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
+    batch, record = _batch(prepared), prepared[0].simulation.job.record
+    for kept in batch.fly(device, maps=record.heatmaps):
+        for place, one in enumerate(prepared):
+            one.simulation.taken.append(
+                _taken(kept[place], one.simulation)
+                if kept
+                else one.simulation.take_frames()
+            )
+    return [
+        _ended(one, int(state))
+        for one, state in zip(prepared, batch.states, strict=True)
+    ]
+
+
+def _taken(frames: Frames, simulation: Simulation) -> Taken:
+    """Frames that were measured on a device, of which no boid is wanted."""
+    count, states = len(frames.steps), len(simulation.flight.work.state)
+    bodies, state = np.zeros((count, 4, 0)), np.zeros((count, states, 0))
+    return Taken(frames.steps, frames.values, bodies, state)
+
+
+def _ended(one: _Prepared, state: int) -> Landed | None:
+    """None where the model has not done what it must in each step."""
+    simulation = one.simulation
+    with simulation.noise.lent() as rng:
+        go_on(rng, one.stream)
+    try:
+        check_calls(simulation.flight, one.called)
+    except RuntimeError:
+        return None
+    return None if state == ASTRAY else (simulation, state)
+
+
+def _batch(prepared: Sequence[_Prepared]) -> Batch:
+    job, flights = prepared[0].simulation.job, [one.simulation.flight for one in prepared]
+    metrics = metrics_of(job, job.record.metrics)
+    there = not job.record.trajectories and all(map(_is_there, metrics))
+    streams = [one.stream for one in prepared]
+    return Batch(flights, streams, metrics if there else None)
+
+
+def _is_there(metric: Metric) -> bool:
+    """Whether a metric is measured on a device: those of parts of the flock, and those
+    that need memory, are measured on processors.
+    """
+    return not metric.part and not allocates(metric.measure)
