@@ -235,7 +235,11 @@ def _flown_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among
 
 
 def _drawn(
-    study: StoredStudy, fraction: float, most: int, seed: int, among: Among | None
+    study: StoredStudy,
+    fraction: float,
+    most: int,
+    seed: int,
+    among: Among | None = None,
 ) -> tuple[list[str], Verification]:
     """The sample, and a verification with no comparison yet."""
     check_code(study)

@@ -209,9 +209,7 @@ def _landed(
     return landed
 
 
-def _flown(
-    prepared: Sequence[_Prepared], device: Device
-) -> Sequence[Landed | None]:
+def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | None]:
     """What has flown of simulations that are of one form; by halves, where the device
     has too little memory.
     """
@@ -268,7 +266,10 @@ def _ended(one: _Prepared, state: int) -> Landed | None:
 
 
 def _batch(prepared: Sequence[_Prepared]) -> Batch:
-    job, flights = prepared[0].simulation.job, [one.simulation.flight for one in prepared]
+    job, flights = (
+        prepared[0].simulation.job,
+        [one.simulation.flight for one in prepared],
+    )
     metrics = metrics_of(job, job.record.metrics)
     there = not job.record.trajectories and all(map(_is_there, metrics))
     streams = [one.stream for one in prepared]

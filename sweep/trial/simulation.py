@@ -298,9 +298,7 @@ def _flight(job: Job, together: bool, frames: int) -> Flight:
     schedule, observation = group(Schedule), group(Observation)
     landscape = _landscape(job)
     metrics = metrics_of(job, record.metrics)
-    memory = Memory(
-        metrics, record.every, record.heatmaps, record.trajectories, frames
-    )
+    memory = Memory(metrics, record.every, record.heatmaps, record.trajectories, frames)
     coverage = (
         coverage_of(landscape, observation, shared=together)
         if memory.covering

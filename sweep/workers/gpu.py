@@ -140,7 +140,7 @@ class Cuda(Loky):
         """How they fly."""
         from sweep.trial.on_device import AT_ONCE, DeviceTrials, refusal_of
 
-        return OnDevice(DeviceTrials(), refusal_of, AT_ONCE, gpu())
+        return OnDevice(DeviceTrials(), refusal_of, AT_ONCE, this_gpu())
 
 
 def gpu_problem() -> str:
@@ -158,7 +158,7 @@ def gpu_workers(asked: int) -> int:
 
 
 @cache
-def gpu() -> dict[str, str]:
+def this_gpu() -> dict[str, str]:
     """The name of the GPU, the CUDA version of its driver, and the version of what
     compiles for it: what the bits of a trial that it flew may depend on.
     """
