@@ -13,14 +13,18 @@ instruction of a processor, or what numba-cuda gives another meaning, HERE has w
 takes its place. `max` and `min` are there because those of the library treat numbers
 that are none, and zeros of both signs, in another way than Python.
 
-This module needs numba-cuda, the extra `gpu`, and nothing imports it that flies on
-processors. numba-cuda asks a driver for the kind of GPU; `_answered` answers it.
+What is compiled is kept in the folder of compiled kernels. numba-cuda asks a driver
+for the kind of GPU; `_answered` answers it.
 """
 
+import hashlib
 import math
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,13 +32,17 @@ from numba import cuda
 from numba.cuda import compiler, dispatcher, libdevice, types
 from numba.cuda.core.errors import NumbaError
 from numba.cuda.descriptor import cuda_target
-from numba.cuda.extending import overload_method
-from numba.cuda.typing.typeof import typeof
+from numba.cuda.extending import intrinsic, overload_method
+from numba.cuda.np import arrayobj
 
 from kernels import fetching, fours, generator, indices
-from kernels.flight import Flight
-from kernels.generator import Stream
+from kernels.caching import FOLDER, note_use, remove_unused
+from kernels.device.batch import DeviceError
+from kernels.device.kernel import LENGTHS, Kernel
+from kernels.device.views import VIEW, instructions
+from kernels.lanes.texts import function_of
 
+VERSION = version("numba-cuda")
 CAPABILITY = (9, 0)
 """The kind of GPU, as NVIDIA counts them: that of an H100 and an H200."""
 OPTIONS = {"opt": 3, "fma": 0, "ftz": 0, "prec-div": 1, "prec-sqrt": 1}
@@ -77,6 +85,21 @@ def _fetch(_array: Any, _place: Any) -> None:
     return
 
 
+@intrinsic
+def _view(_: Any, whole: Any, first: Any, stride: Any, shape: Any) -> Any:  # noqa: ARG001
+    return instructions(whole, shape, types, arrayobj)
+
+
+KINDS = {
+    "f8": types.float64,
+    "i8": types.int64,
+    "u8": types.uint64,
+    "i4": types.int32,
+    "u4": types.uint32,
+    "i2": types.int16,
+    "u1": types.uint8,
+    "b1": types.boolean,
+}
 HERE: tuple[tuple[Any, Callable[..., Any]], ...] = (
     (math.floor, _floor),
     (math.ceil, _ceil),
@@ -100,36 +123,49 @@ four numbers there, as in the interpreter.
 
 
 FUSED = re.compile(r"\b(?:fma|mad)\.\w+\.f\d+\b")
+FUSIBLE = re.compile(r"\b(?:add|sub|mul)\.f\d+\b")
+"""Operations that do not say how they round: an assembler may fuse them."""
 ROUGH = re.compile(r"\b\w+(?:\.\w+)*\.(?:approx|full|ftz)\b")
 CALL = re.compile(r"^\s*call(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$]+)", re.MULTILINE)
+OWN = re.compile(r"^\s*(?:\.weak\s+)?\.func\s+(?:\([^)]*\)\s*)?([\w$]+)", re.MULTILINE)
+REMAINDER, REMAINDERS = re.compile(r"\bfrem\b"), "// remainders of floats: "
+"""A processor has the exact remainder of two floats; a GPU would take the quotient,
+truncated. The text of its instructions does not show it, so its first line says so.
+"""
+ENTRY = re.compile(r"\.entry\s+([\w$]+)\(")
 
 
-class NotForDeviceError(Exception):
-    """A model has no PTX; the message says why."""
+class NotForDeviceError(DeviceError):
+    """A model has no PTX, or one that may give other bits; the message says why."""
 
 
 class Compiled(NamedTuple):
-    """The PTX of a model, and what of it may give other bits than a processor: how many
-    operations are fused and how many are approximate, and the names of the functions
-    that it calls.
-    """
+    """The `text` of what a kernel is compiled to."""
 
-    ptx: str
-    fused: int
-    rough: int
-    calls: tuple[str, ...]
+    text: str
+
+    @property
+    def entry(self) -> str:
+        """The name by which it is called."""
+        [name] = ENTRY.findall(self.text)
+        return str(name)
 
     @property
     def refusal(self) -> str:
         """Why a flight would not have the bits that it has on a processor; "" where it
         has them.
         """
+        own = set(OWN.findall(self.text))
+        calls = sorted(set(CALL.findall(self.text)) - own)
+        remainders = self.text.partition("\n")[0].removeprefix(REMAINDERS)
         found = {
-            f"{self.fused} fused operations": self.fused > 0,
-            f"{self.rough} approximate operations": self.rough > 0,
-            f"calls of {', '.join(self.calls)}": len(self.calls) > 0,
+            "fused": len(FUSED.findall(self.text)),
+            "fusible": len(FUSIBLE.findall(self.text)),
+            "approximate": len(ROUGH.findall(self.text)),
+            "remainder": int(remainders),
         }
-        return ", ".join(words for words, there in found.items() if there)
+        words = [f"{count} {kind} operations" for kind, count in found.items() if count]
+        return ", ".join([*words, f"calls of {', '.join(calls)}"] if calls else words)
 
 
 class _Device(NamedTuple):
@@ -156,6 +192,7 @@ def _answered() -> Iterator[None]:
     context = cuda_target.typing_context
     usual = context.resolve_value_type
     made = [(one, cuda.jit(device=True)(other)) for one, other in HERE]
+    made.append((VIEW, _view))
 
     def resolve(value: Any) -> Any:
         return usual(next((other for one, other in made if value is one), value))
@@ -167,26 +204,57 @@ def _answered() -> Iterator[None]:
         yield
 
 
-def compiled_for_device(flight: Flight, stream: Stream) -> Compiled:
-    """What `advance` of the model of a flight is compiled to, for arrays like those of
-    this flight. Raises NotForDeviceError where it cannot be.
+def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled:
+    """What a kernel is compiled to for a GPU of this kind: a function of `task`,
+    `steps`, LENGTHS, each a number of 64 bits, and the addresses of the arrays. Raises
+    NotForDeviceError where it cannot be.
     """
-    given = flight.flock, flight.world, flight.params, flight.work, flight.record
-    plain = getattr(flight.model.advance, "py_func", flight.model.advance)
+    place = FOLDER / f"{_key(kernel, capability)}.ptx"
+    with suppress(OSError):
+        text = place.read_text(encoding="ascii")
+        note_use(place)
+        return Compiled(text)
+    made = Compiled(_compiled(kernel, capability))
+    with suppress(OSError):  # without it others compile the same again
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        with NamedTemporaryFile(dir=FOLDER, suffix=".tmp.ptx", delete=False) as file:
+            file.write(made.text.encode("ascii"))
+        Path(file.name).replace(place)
+        remove_unused(FOLDER)
+    return made
+
+
+def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
+    """What decides whether a kernel must be compiled again."""
+    parts = kernel.stamp, kernel.text, kernel.maps, capability, OPTIONS, VERSION
+    names = [f"{one.__module__}.{one.__qualname__}" for one in kernel.classes]
+    return hashlib.sha256(repr((parts, names)).encode()).hexdigest()[:48]
+
+
+def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:
+    names = [*kernel.arrays]
+    given = ", ".join(["task", "steps", *LENGTHS, *names])
+    text = f"""
+        def entry({given}):
+            trial = grid(1)
+            if trial < count:
+                fly(trial, {given})
+    """
+    numbers = {one: types.CPointer(KINDS[kind]) for one, kind in kernel.arrays.items()}
+    kinds = [types.int64] * (2 + len(LENGTHS)) + list(numbers.values())
+    entry = function_of(text, {"grid": cuda.grid, "fly": kernel.function})
     try:
         with _answered():
             made = compiler.compile_cuda(
-                plain,
-                types.boolean,
-                tuple(map(typeof, (*given, stream, 1))),
-                nvvm_options=OPTIONS,
-                cc=CAPABILITY,
+                entry, types.void, tuple(kinds), nvvm_options=OPTIONS, cc=capability
             )
-            [ptx] = made.library.get_asm_strs(cc=CAPABILITY)
+            name = made.fndesc.llvm_func_name
+            compiler.kernel_fixup(made.library.get_function(name), False)
+            [ptx] = made.library.get_asm_strs(cc=capability)
+            remainders = len(REMAINDER.findall("".join(made.library.llvm_strs)))
     except NumbaError as error:
-        raise NotForDeviceError(f"model {flight.model.name}: {error}") from error
-    calls = tuple(sorted(set(CALL.findall(ptx))))
-    return Compiled(ptx, len(FUSED.findall(ptx)), len(ROUGH.findall(ptx)), calls)
+        raise NotForDeviceError(f"model {kernel.model.name}: {error}") from error
+    return f"{REMAINDERS}{remainders}\n{ptx}"
 
 
 for name, method in generator.METHODS.items():

@@ -1,0 +1,119 @@
+"""A device that is an NVIDIA GPU, by the driver's own functions.
+
+Each process has one. Calls are begun one after the other, and return before they are
+over. After an error of the driver nothing more can be done in this process.
+"""
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from cuda.bindings import driver
+from numpy.typing import NDArray
+
+from kernels.device.batch import DeviceError
+from kernels.device.kernel import Kernel
+from kernels.device.ptx import NotForDeviceError, ptx_of
+
+THREADS = 64
+"""In a block. A flight needs all registers of a thread, so that few blocks fit."""
+DONE = driver.CUresult.CUDA_SUCCESS
+NO_ROOM = driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY
+MAJOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR
+MINOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR
+NAME_LENGTH = 256
+
+
+class Memory(NamedTuple):
+    """Memory of a GPU: where it begins, and the bytes of a number."""
+
+    address: int
+    itemsize: int
+
+
+class Gpu:
+    """The GPU `number` of those that this process sees. Raises DeviceError where there
+    is none.
+    """
+
+    def __init__(self, number: int = 0) -> None:
+        try:
+            self._ask("cuInit", 0)
+        except RuntimeError as error:  # how cuda.bindings says that it finds no driver
+            raise DeviceError(f"no driver of a GPU is found: {error}") from error
+        count = self._ask("cuDeviceGetCount")
+        if number >= count:
+            raise DeviceError(f"{count} GPUs are seen by this process")
+        device = self._ask("cuDeviceGet", number)
+        name: bytes = self._ask("cuDeviceGetName", NAME_LENGTH, device)
+        self.name = name.rstrip(b"\0").decode()
+        self.driver = int(self._ask("cuDriverGetVersion"))
+        self.capability = tuple(
+            int(self._ask("cuDeviceGetAttribute", one, device)) for one in (MAJOR, MINOR)
+        )
+        self._ask("cuCtxSetCurrent", self._ask("cuDevicePrimaryCtxRetain", device))
+        self._programs = dict[str, Any]()
+
+    def free_bytes(self) -> int:
+        free, _total = self._ask("cuMemGetInfo")
+        return int(free)
+
+    def load(self, kernel: Kernel) -> Any:
+        """Raises NotForDeviceError also for a kernel that would not have the bits of a
+        processor.
+        """
+        compiled = ptx_of(kernel, self.capability)
+        if compiled.refusal:
+            raise NotForDeviceError(f"model {kernel.model.name}: {compiled.refusal}")
+        if compiled.text not in self._programs:
+            module = self._ask("cuModuleLoadData", compiled.text.encode() + b"\0")
+            entry = compiled.entry.encode()
+            self._programs[compiled.text] = self._ask(
+                "cuModuleGetFunction", module, entry
+            )
+        return self._programs[compiled.text]
+
+    def take(self, size: int, numbers: str) -> Memory:
+        itemsize = np.dtype(numbers).itemsize
+        return Memory(int(self._ask("cuMemAlloc", size * itemsize)), itemsize)
+
+    def give_back(self, room: Memory) -> None:
+        driver.cuMemFree(room.address)  # after an error it goes with the process
+
+    def send(self, array: NDArray[Any], room: Memory, first: int = 0) -> None:
+        array = np.ascontiguousarray(array)
+        if array.size:
+            there = room.address + first * room.itemsize
+            self._ask("cuMemcpyHtoD", there, array.ctypes.data, array.nbytes)
+
+    def bring(self, room: Memory, array: NDArray[Any], first: int = 0) -> None:
+        if array.size:
+            there = room.address + first * room.itemsize
+            self._ask("cuMemcpyDtoH", array.ctypes.data, there, array.nbytes)
+
+    def call(
+        self,
+        program: Any,
+        numbers: Sequence[int],
+        rooms: Sequence[Memory],
+        count: int,
+    ) -> None:
+        given = (*numbers, *(room.address for room in rooms))
+        kinds = (*[ctypes.c_int64] * len(numbers), *[ctypes.c_void_p] * len(rooms))
+        blocks = -(-count // THREADS)
+        where = *(blocks, 1, 1), *(THREADS, 1, 1), 0, 0
+        self._ask("cuLaunchKernel", program, *where, (given, kinds), 0)
+
+    def wait(self) -> None:
+        self._ask("cuCtxSynchronize")
+
+    def _ask(self, function: str, *given: Any) -> Any:
+        """What a function of the driver gives back besides its error."""
+        error, *found = getattr(driver, function)(*given)
+        if error == NO_ROOM:
+            raise MemoryError(f"{function}: the GPU has no memory left")
+        if error != DONE:
+            _, words = driver.cuGetErrorString(error)
+            raise DeviceError(f"{function}: {words.decode() if words else error}")
+        return found[0] if len(found) == 1 else tuple(found)
