@@ -61,6 +61,16 @@ def alone() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def no_compiler_for_gpus() -> Iterator[None]:
+    """To compile a model for a GPU takes 5 to 20 s. A check of a model does it only
+    where a test says so.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sweep.testing.devices.find_spec", lambda _name: None)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def without_waiting() -> Iterator[None]:
     """A launch within a test's process asks git once what the checkout is, which takes
     eight processes, and waits for no disk: it flushes what is open, seventeen times.

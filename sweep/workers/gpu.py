@@ -5,7 +5,7 @@ back. The first and the last are Python on a processor, and the GPU takes the ba
 several processes in turn: so while it flies one batch, other workers prepare the next
 ones. A process whose use of the GPU has failed cannot use it any more. Then the workers
 are replaced, and the trials of its batch are tried again in two halves. The coordinator
-asks for the name of the GPU, and computes nothing on it.
+asks which GPU there is, and flies nothing on it.
 
 A new pool flies one step of a trial before any batch is sent. So a GPU that does not
 answer, or a model that it cannot fly, ends the launch with the reason; what is done is
@@ -38,8 +38,10 @@ GPU, some hundred megabytes before its first trial.
 """
 MOST_BYTES = 2**28
 """Of the results of a batch, which are sent from process to process as one."""
-MOST_LOOKED = 10_000
-"""Of so many trials of a study it is asked whether a GPU can fly them."""
+MOST_LOOKED = 200
+"""Of so many trials of a study it is asked whether a GPU can fly them. Each is prepared
+for that, which takes some milliseconds.
+"""
 
 MEMORY = "memory_limit: the memory of one trial of a batch is not known"
 
@@ -162,12 +164,12 @@ def this_gpu() -> dict[str, str]:
     """The name of the GPU, the CUDA version of its driver, and the version of what
     compiles for it: what the bits of a trial that it flew may depend on.
     """
-    from numba import cuda
-    from numba.cuda.cudadrv.driver import get_version
+    from sweep.trial.on_device import gpu
 
-    major, minor = get_version()
+    found = gpu()
+    major, minor = divmod(found.driver, 1000)
     return {
-        "name": cuda.list_devices()[0].name,
-        "driver": f"{major}.{minor}",
+        "name": found.name,
+        "driver": f"{major}.{minor // 10}",
         "numba_cuda": version("numba-cuda"),
     }
