@@ -2,6 +2,7 @@
 
 import math
 
+from kernels.elementary import atan2, sine_cosine
 from kernels.jit import jit
 from kernels.metrics import Ground, Metric
 from kernels.recording import FIRST_STATE, Frames
@@ -25,9 +26,10 @@ def mean_resultant(frames: Frames, f: int, side: float) -> float:
     x, y = 0.0, 0.0
     for i in range(n):
         dx, dy = frames.bodies[f, 0, i] - mean_x, frames.bodies[f, 1, i] - mean_y
-        angle = frames.bodies[f, PHASE, i] + side * math.atan2(dy, dx)
-        x += math.cos(angle)
-        y += math.sin(angle)
+        angle = frames.bodies[f, PHASE, i] + side * atan2(dy, dx)
+        sine, cosine = sine_cosine(angle)
+        x += cosine
+        y += sine
     return float(math.sqrt(x * x + y * y) / n)
 
 

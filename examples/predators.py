@@ -15,6 +15,7 @@ from typing import Annotated, NamedTuple
 from numpy.random import Generator
 
 from kernels.arbitration import limit
+from kernels.elementary import power
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.near import Near
@@ -121,7 +122,7 @@ def predator_velocity(
     for k in range(found):
         if kind[near.boid[k]] == PREY:
             square = near.distance2[k]
-            pull = square ** (-0.5 * params.chase_power) if square > 0.0 else 0.0
+            pull = power(square, -0.5 * params.chase_power) if square > 0.0 else 0.0
             x += near.dx[k] * pull
             y += near.dy[k] * pull
             prey += 1

@@ -7,6 +7,7 @@ import math
 
 from numpy.random import Generator
 
+from kernels.elementary import sine_cosine
 from kernels.settings import StartSettings
 from kernels.starts import Start
 from kernels.state import Flock, World, empty_flock
@@ -25,7 +26,7 @@ def draw(
     flock, first = empty_flock(n), rng.uniform(0.0, math.tau)
     for i in range(n):
         angle = first + math.tau * i / n
-        x, y = math.cos(angle), math.sin(angle)
+        y, x = sine_cosine(angle)
         flock.x[i] = settings.start_center_x + settings.start_radius * x
         flock.y[i] = settings.start_center_y + settings.start_radius * y
         flock.vx[i] = -settings.start_speed * y

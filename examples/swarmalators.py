@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 from numpy.random import Generator
 
 from kernels.arbitration import limit
+from kernels.elementary import sine_cosine
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.near import Near
@@ -93,10 +94,11 @@ def rates(
         ahead = phases[near.boid[k]] - phases[i]
         distance = math.sqrt(near.distance2[k])
         inverse = 1.0 / distance if distance > 0.0 else 0.0
-        pull = (1.0 + params.likeness * math.cos(ahead)) * inverse - inverse * inverse
+        sine, cosine = sine_cosine(ahead)
+        pull = (1.0 + params.likeness * cosine) * inverse - inverse * inverse
         x += near.dx[k] * pull
         y += near.dy[k] * pull
-        turn += math.sin(ahead) * inverse
+        turn += sine * inverse
     return x / (found + 1), y / (found + 1), params.coupling * turn / (found + 1)
 
 

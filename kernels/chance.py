@@ -1,17 +1,21 @@
 """Random numbers by address: each is a hash of a key and of what it is for, so that it
-does not depend on how many were drawn before.
+does not depend on how many were drawn before. And normal numbers, of these and of any
+generator.
 
 The generator is Philox4x32-10: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw
 (2011), Parallel random numbers: as easy as 1, 2, 3, SC'11. Normal numbers come from the
 inverse of their distribution: M. J. Wichura (1988), Algorithm AS 241: the percentage
-points of the normal distribution, Applied Statistics 37, 477-484 (PPND16).
+points of the normal distribution, Applied Statistics 37, 477-484 (PPND16). They have
+the same bits everywhere; `Generator.normal` of NumPy calls functions of the system.
 """
 
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 
+from kernels.elementary import log
 from kernels.jit import jit
 
 ROUNDS = 10
@@ -23,6 +27,7 @@ STEPS = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 DROPPED = np.uint64(5), np.uint64(6)
 """Of two words of 32 bits, 27 and 26 bits make the 53 of a number."""
 UNIT, UPPER = 2.0**-53, 2.0**26
+BELOW_1 = 1.0 - UNIT
 CENTRE, TAIL = 0.425, 5.0
 
 
@@ -53,10 +58,10 @@ def words(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[Any, Any, Any
 @jit
 def uniform(one: Any, other: Any) -> float:
     """The number in (0, 1) that two random words are: the middle of one of 2^53 parts
-    of equal length.
+    of equal length, rounded to a double below 1.
     """
     high, low = one >> DROPPED[0], other >> DROPPED[1]
-    return (float(high) * UPPER + float(low) + 0.5) * UNIT
+    return min((float(high) * UPPER + float(low) + 0.5) * UNIT, BELOW_1)
 
 
 @jit
@@ -74,13 +79,31 @@ def normals(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[float, floa
 
 
 @jit
+def normal(rng: Generator) -> float:
+    """A standard normal number of a generator: the quantile of the middle of that one
+    of 2^53 parts of (0, 1), of equal length, in which its next uniform number is.
+
+    This is exact until the quantile: the distance of such a middle from 1/2, and from
+    the nearer end, has 53 bits at most. So the distribution is symmetric, and its
+    largest number is 8.29.
+    """
+    q = (rng.random() - 0.5) + 0.5 * UNIT
+    return _quantile(q, 0.5 - abs(q))
+
+
+@jit
 def quantile(p: float) -> float:
     """The standard normal quantile of `p` in (0, 1), to about 1 part in 10^16."""
-    q = p - 0.5
+    return _quantile(p - 0.5, min(p, 1.0 - p))
+
+
+@jit
+def _quantile(q: float, tail: float) -> float:
+    """The quantile of 1/2 + q, which is `tail` from the nearer end of (0, 1)."""
     if abs(q) <= CENTRE:
         r = CENTRE * CENTRE - q * q
         return q * _ratio(r, NEAR_MIDDLE, UNDER_MIDDLE)
-    r = math.sqrt(-math.log(p if q < 0.0 else 1.0 - p))
+    r = math.sqrt(-log(tail))
     if r <= TAIL:
         z = _ratio(r - 1.6, NEAR_TAIL, UNDER_TAIL)
     else:

@@ -60,11 +60,15 @@ FIRST_LOG = 181
 PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / (LN2[0] + LN2[1]), 2.0 / math.pi
 ROOT_HALF_BITS, EXPONENT = 0x3FE6A09E667F3BCD, 52
 """The bits of the square root of 1/2, and where those of the exponent begin."""
-LEAST_WITH_ALL_BITS = 2.0**-1022
+LEAST_WITH_ALL_BITS, LIFT = 2.0**-1022, 2.0**64
 MOST_EXP, LEAST_EXP = 710.0, -746.0
 """Beyond these the exponential is infinite and zero."""
 LEAST_NORMAL, MOST_EXPONENT = -1022, 1023
 """The least and the largest exponent of numbers with all of their bits."""
+EIGHTH = 0.25 * math.pi
+"""An eighth of a turn. Of more, and of what is no number, a table would be read beyond
+its end: in lanes such arguments are computed too, and their results left out.
+"""
 FLAT = 2.0**-60
 """Below it the arctangent is the number itself."""
 MOST_POWER = 2.0**65
@@ -223,7 +227,7 @@ def _log_of_any(x: float) -> tuple[float, float]:
     """`_log` of a number that may have fewer bits."""
     if x >= LEAST_WITH_ALL_BITS:
         return _log(x)
-    y, low = _log(x * 2.0**64)
+    y, low = _log(x * LIFT)
     y, rest = _sum(y, -64.0 * LN2[0])
     return y, low + (rest - 64.0 * LN2[1])
 
@@ -279,7 +283,7 @@ def _turned_back(x: float) -> tuple[int, float, float]:
 def _sine_cosine(high: float, low: float) -> tuple[float, float]:
     """Sine and cosine of high + low, an angle of at most pi / 4 to either side."""
     size = abs(high)
-    k = int(size * SINE_PARTS + 0.5)
+    k = int(min(EIGHTH, size) * SINE_PARTS + 0.5)
     d, rest = _sum(size - k / SINE_PARTS, low if high >= 0.0 else -low)
     square = d * d
     cubed = d * square * (-1 / 6 + square * (1 / 120 - square * (1 / 5040)))
@@ -330,7 +334,7 @@ def _slope(small: float, big: float) -> tuple[float, float]:
         return ratio, 0.0
     _, e = math.frexp(big)
     x, y = math.ldexp(big, -e), math.ldexp(small, -e)
-    k = int(ratio * ATAN_PARTS + 0.5)
+    k = int(min(1.0, ratio) * ATAN_PARTS + 0.5)
     a = k / ATAN_PARTS
     p, below = _product(a, x)
     over, low = _sum(y, -p)

@@ -12,6 +12,7 @@ College, HMC-CS-2014-0905.
 
 A Stream has the methods `random` and `uniform`. It has no `normal`: NumPy takes the
 logarithm of the system for what lies far out, whose last bits nobody promises.
+`normal` of kernels.chance takes either.
 """
 
 from collections.abc import Callable

@@ -2,13 +2,13 @@
 together, what one step would do.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from kernels.elementary import atan2
 from kernels.flight import Flight
 from kernels.metrics.flocks import labels
 from kernels.near import build_near
@@ -72,7 +72,7 @@ def seen_by(flight: Flight, boid: int) -> Seen:
     return Seen(
         reach,
         360.0 if all_round else fov,
-        None if all_round else math.atan2(ahead_y, ahead_x),
+        None if all_round else atan2(ahead_y, ahead_x),
         who.tolist(),
         np.stack([others.x[who], others.y[who]], axis=1).tolist()
         if others is not flock

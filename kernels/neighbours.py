@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kernels.elementary import cos
 from kernels.fetching import fetch
 from kernels.indices import (
     WORD,
@@ -384,7 +385,7 @@ def cone(fov: float) -> float:
     """The bound of `search` for a full field of view of `fov` degrees; 360 degrees and
     more see everything.
     """
-    cosine = math.cos(math.radians(0.5 * fov))
+    cosine = cos(math.radians(0.5 * fov))
     return ALL_ROUND if fov >= 360.0 else cosine * abs(cosine)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.random import Generator
 
 from kernels.angles import cosine_sine
+from kernels.elementary import cos, sin
 from kernels.jit import jit
 from kernels.registry import Registry
 from kernels.settings import COMPONENTS, HEADING, INTEGER, Demand, StartSettings
@@ -82,10 +83,9 @@ def start_numpy(
         flock.vx[:] = rng.uniform(-speed, speed, n)
         flock.vy[:] = rng.uniform(-speed, speed, n)
     else:
-        # math.cos, because the last bit of np.cos depends on the processor.
         headings = rng.uniform(0.0, 2.0 * math.pi, n).tolist()
-        flock.vx[:] = [speed * math.cos(heading) for heading in headings]
-        flock.vy[:] = [speed * math.sin(heading) for heading in headings]
+        flock.vx[:] = [speed * cos(heading) for heading in headings]
+        flock.vy[:] = [speed * sin(heading) for heading in headings]
     return flock
 
 
@@ -269,7 +269,7 @@ def start_python_random(
         draws.random(), draws.random(), draws.random()
         heading = draws.uniform(0.0, 2.0 * math.pi)
         flock.x[i], flock.y[i] = x, y
-        flock.vx[i], flock.vy[i] = speed * math.cos(heading), speed * math.sin(heading)
+        flock.vx[i], flock.vy[i] = speed * cos(heading), speed * sin(heading)
     return flock
 
 
@@ -297,7 +297,7 @@ def start_given(
         flock.x[i], flock.y[i] = x, y
         if len(motion) == 1:
             heading = math.radians(motion[0])
-            motion = [speed * math.cos(heading), speed * math.sin(heading)]
+            motion = [speed * cos(heading), speed * sin(heading)]
         flock.vx[i], flock.vy[i] = motion
     return flock
 

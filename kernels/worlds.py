@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels import arenas
+from kernels.elementary import cos, sin
 from kernels.jit import jit
 from kernels.polygons import from_border, is_polygon
 from kernels.registry import Registry
@@ -46,7 +47,7 @@ def _table(
     """
     angles = [i * 2 * math.pi / chairs for i in range(chairs)]
     seats = [
-        [x + distance * math.cos(a), y + distance * math.sin(a), chair, chair, 0.0]
+        [x + distance * cos(a), y + distance * sin(a), chair, chair, 0.0]
         for a in angles
     ]
     return [[x, y, radius, radius, 1.0], *seats]

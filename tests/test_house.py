@@ -123,6 +123,39 @@ def test_one_module_says_how_kernels_are_compiled(name: str) -> None:
         assert not any(within(module, {"numba"}) for module in imports(name))
 
 
+EXACT = {
+    *("ceil", "copysign", "degrees", "factorial", "floor", "frexp", "isfinite"),
+    *("isinf", "isqrt", "ldexp", "prod", "radians", "sqrt"),
+}
+"""What a mathematics library rounds as IEEE 754 says, or not at all."""
+ROUNDED_ANYHOW = {
+    *("arctan2", "cos", "einsum", "exp", "expm1", "hypot", "leggauss", "linalg"),
+    *("log", "log1p", "log2", "normal", "power", "sin", "standard_normal"),
+}
+"""Methods and functions of NumPy whose last bits depend on the processor, or on the
+mathematics library.
+"""
+
+
+@pytest.mark.parametrize("name", [*modules("kernels"), *modules("examples")])
+def test_kernels_call_no_function_that_a_library_rounds_as_it_likes(name: str) -> None:
+    """They call those of kernels.elementary and kernels.chance, which have the same
+    bits everywhere. Only constants of modules are powers.
+    """
+    for node in ast.walk(TREES[name]):
+        match node:
+            case ast.Call(ast.Attribute(ast.Name("math"), called)):
+                assert called in EXACT, node.lineno
+            case ast.Attribute(attr=attribute):
+                assert attribute not in ROUNDED_ANYHOW, node.lineno
+            case ast.FunctionDef():
+                operators = [
+                    one.op for one in ast.walk(node) if isinstance(one, ast.BinOp)
+                ]
+                inexact = ast.Pow | ast.MatMult
+                assert not any(isinstance(one, inexact) for one in operators), node.name
+
+
 MAY_IMPORT = {
     "kernels": "",
     "errors": "",

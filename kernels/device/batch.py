@@ -67,7 +67,7 @@ class Device(Protocol):
     def bring(self, room: Any, array: NDArray[Any], first: int = 0) -> None: ...
 
     def call(
-        self, program: Any, numbers: Sequence[int], rooms: Sequence[Any], count: int
+        self, program: Any, numbers: Sequence[float], rooms: Sequence[Any], count: int
     ) -> None: ...
 
     def wait(self) -> None: ...
@@ -121,7 +121,7 @@ class Batch:
             numbers = array.dtype.str[1:]
             rooms[place] = Room(shape, numbers, beside=metrics is not None)
         fixed = [(one.scenery, one.record.coverage.stamp) for one in flights]
-        self.layout = lay_out(self._trees, fixed, rooms)
+        self.layout = lay_out(self._trees, fixed, first.params, rooms)
         measures = None if metrics is None else tuple(one.measure for one in metrics)
         self.kernel = kernel_of(first.model, measures, self.layout, self._maps)
 
@@ -220,7 +220,8 @@ class _Aboard:
         batch, count = self.batch, self.layout.count
         lengths = count, batch._n_maps, batch._n_pixels, batch._most_frames
         rooms = list(self.rooms.values())
-        self.device.call(self.program, (task, steps, *lengths), rooms, count)
+        numbers = task, steps, *lengths, *self.layout.given, *self.layout.alike
+        self.device.call(self.program, numbers, rooms, count)
 
     def _enter(self) -> None:
         layout, device, batch = self.layout, self.device, self.batch

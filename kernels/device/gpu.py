@@ -23,6 +23,7 @@ NO_ROOM = driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY
 MAJOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR
 MINOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR
 NAME_LENGTH = 256
+KINDS = {int: ctypes.c_int64, float: ctypes.c_double}
 
 
 class Memory(NamedTuple):
@@ -95,12 +96,12 @@ class Gpu:
     def call(
         self,
         program: Any,
-        numbers: Sequence[int],
+        numbers: Sequence[float],
         rooms: Sequence[Memory],
         count: int,
     ) -> None:
         given = (*numbers, *(room.address for room in rooms))
-        kinds = (*[ctypes.c_int64] * len(numbers), *[ctypes.c_void_p] * len(rooms))
+        kinds = *(KINDS[type(one)] for one in numbers), *[ctypes.c_void_p] * len(rooms)
         blocks = -(-count // THREADS)
         where = *(blocks, 1, 1), *(THREADS, 1, 1), 0, 0
         self._ask("cuLaunchKernel", program, *where, (given, kinds), 0)

@@ -48,7 +48,7 @@ class Host:
     def call(
         self,
         program: Callable[..., None],
-        numbers: Sequence[int],
+        numbers: Sequence[float],
         rooms: Sequence[NDArray[Any]],
         count: int,
     ) -> None:

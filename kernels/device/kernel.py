@@ -13,7 +13,7 @@ from typing import Any
 import numba
 
 from kernels.caching import stamp_of_made
-from kernels.device.layout import Block, Layout
+from kernels.device.layout import ALIKE, GIVEN, Block, Layout
 from kernels.device.views import VIEW, view
 from kernels.jit import jit, jit_as
 from kernels.lanes.texts import function_of
@@ -93,8 +93,8 @@ class Kernel:
     that are of one form, and the kernels that measure them. The pixels of their `maps`
     are numbers of that type.
 
-    The arguments of the function are `trial`, `task`, `steps`, LENGTHS, and `arrays`,
-    each of them whole, that is of one axis.
+    The arguments of the function are `trial`, `numbers`, among them so many `given` and
+    `alike` ones of the layout, and `arrays`, each of them whole, that is of one axis.
     """
 
     model: Model
@@ -103,6 +103,17 @@ class Kernel:
     kinds: tuple[str, ...]
     classes: tuple[type, ...]
     maps: str
+    given: int
+    alike: int
+
+    @property
+    def numbers(self) -> dict[str, type]:
+        """The numbers that are given to the function after `trial`, in order, and
+        whether they are whole.
+        """
+        given = (f"{GIVEN}{k}" for k in range(self.given))
+        whole = dict.fromkeys(("task", "steps", *LENGTHS, *given), int)
+        return whole | {f"{ALIKE}{k}": float for k in range(self.alike)}
 
     @property
     def arrays(self) -> dict[str, str]:
@@ -148,14 +159,19 @@ def kernel_of(
     """
     text, block = _text(layout, measures, layout.blocks[maps]), layout.blocks[maps]
     kinds, classes = layout.kinds, layout.tree.classes
-    return Kernel(model, measures or (), text, kinds, classes, block.numbers)
+    given, alike = len(layout.given), len(layout.alike)
+    return Kernel(
+        model, measures or (), text, kinds, classes, block.numbers, given, alike
+    )
 
 
 def _text(
     layout: Layout, measures: tuple[Callable[..., None], ...] | None, maps: Block
 ) -> str:
     kinds = layout.kinds
-    names = ", ".join([*kinds, *(f"{SENT}{one}" for one in kinds), SENT_MAPS, *TABLES])
+    alike = [f"{ALIKE}{k}" for k in range(len(layout.alike))]
+    given = [f"{GIVEN}{k}" for k in range(len(layout.given))]
+    names = ", ".join([*given, *alike, *kinds, *(f"{SENT}{one}" for one in kinds), SENT_MAPS, *TABLES])
     end = "kept = filled"
     if measures is not None:
         place = f"(trial * {len(measures)} + {{}}) * n_frames + kept, 1, (filled,)"
@@ -174,7 +190,7 @@ def _text(
             first = trial * n_pixels if n_maps > 1 else 0
             copy(
                 view({SENT_MAPS}, first, 1, (n_pixels,)),
-                view({maps.numbers}, fact[{maps.fact}], 1, (n_pixels,)),
+                {maps.view},
             )
             {_turned(layout, "copy({sent}, {beside})")}
         elif task == {LEAVE}:

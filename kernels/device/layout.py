@@ -14,6 +14,7 @@ where it begins and how far apart its elements are:
 Frames and maps are rooms: they begin as they are, and nothing of them is sent before.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -25,9 +26,9 @@ Array = NDArray[Any]
 
 NUMBERS = tuple("f8 i8 u8 i4 u4 i2 u1 b1".split())
 """The types of numbers that arrays of flights may have."""
-FIRST, STRIDE, LENGTHS = range(3)
-"""What is said of an array of a flight, in this order: where it begins, how far apart
-its elements are, and how long it is along each axis.
+GIVEN, ALIKE = "given", "alike"
+"""The names of whole numbers and of others that are alike in all flights: given0,
+given1 and so on. A GPU has them ready, in no register.
 """
 
 
@@ -112,17 +113,21 @@ class Room(NamedTuple):
     numbers: str
     beside: bool
 
+    @property
+    def size(self) -> int:
+        return math.prod(self.shape)
+
 
 class Block(NamedTuple):
     """Where the arrays of all flights stand that a place of the tree has: from `first`
     on in the large array of its `numbers`, in the `shape` (T, ...), one flight after the
-    other. `fact` is the row of the facts that says where that of a flight begins.
+    other. `view` is how a kernel reads that of a flight.
     """
 
     numbers: str
     first: int
     shape: tuple[int, ...]
-    fact: int
+    view: str
 
 
 @dataclass
@@ -130,16 +135,19 @@ class Layout:
     """Where everything of T flights stands.
 
     `rows` says for each type of numbers how many elements of a flight lie side by side,
-    and `sizes` how many elements the large array has. `facts` (F, T) has what is said
-    of arrays, and the whole numbers of flights; `numbers` (S, T) has the others. `text`
-    is the form of the tree, with what a kernel reads for each leaf. `blocks` are the
-    rooms that lie one by one, by their places.
+    and `sizes` how many elements the large array has. `given` are the whole numbers
+    that all flights have in common, and where their arrays begin and how long they are;
+    `facts` (F, T) are those in which they differ. `alike` and `numbers` (S, T) are the
+    others. `text` is the form of the tree, with what a kernel reads for each leaf.
+    `blocks` are the rooms that lie one by one, by their places.
     """
 
     count: int
     tree: Tree
     rows: dict[str, int]
     sizes: dict[str, int]
+    given: tuple[int, ...]
+    alike: tuple[float, ...]
     facts: NDArray[np.int64]
     numbers: NDArray[np.float64]
     text: str
@@ -189,20 +197,23 @@ class Layout:
 
 
 def lay_out(
-    trees: Sequence[object], fixed: object, rooms: dict[int, Room]
+    trees: Sequence[object], fixed: object, own: object, rooms: dict[int, Room]
 ) -> Layout:
     """The layout of flights whose trees have one form. Arrays that are in `fixed`, a
-    tree or several, change in no flight; `rooms` are what is in the place of some
-    leaves. Raises ValueError where the forms differ.
+    tree or several, change in no flight. Numbers that are alike in all flights are
+    given to all, but for those that stand in `own`, a part of the first tree: so that
+    other flights that differ in these have the same text. `rooms` are what is in the
+    place of some leaves. Raises ValueError where the forms differ.
     """
     tree, count = form_of(trees[0]), len(trees)
     if any(form_of(one) != tree for one in trees[1:]):
         raise ValueError("flights differ in more than their numbers")
     made = _Made(count, tree, {id(one) for one in leaves_of(fixed)})
+    apart = _places(trees[0], own)
     columns = list(zip(*map(leaves_of, trees), strict=True))
     for place, (leaf, values) in enumerate(zip(tree.leaves, columns, strict=True)):
         if leaf.kind != "array":
-            made.number(leaf.kind, values)
+            made.number(leaf.kind, values, place in apart)
         elif leaf.place < place:
             made.words.append(made.words[leaf.place])
         elif place in rooms:
@@ -212,100 +223,129 @@ def lay_out(
     return made.layout()
 
 
+def _places(tree: object, part: object) -> range:
+    """The places of the leaves of a part of a tree."""
+    before = 0
+    for one in tree if isinstance(tree, tuple) else ():
+        if one is part:
+            return range(before, before + len(list(leaves_of(one))))
+        before += len(list(leaves_of(one)))
+    return range(0)
+
+
 class _Made:
     """A layout that is being made: leaf after leaf."""
 
     def __init__(self, count: int, tree: Tree, fixed: set[int]) -> None:
         self.count, self.tree, self.fixed = count, tree, fixed
         self.words = list[str]()
+        self._given = list[int]()
+        self._alike = list[float]()
         self._facts = list[Any]()
         self._numbers = list[Any]()
         self._rows = dict[str, int]()
         self._sent = list[tuple[int, str, int, int]]()
-        self._waiting = list[tuple[str, Any, int]]()
-        self._arrays = list[tuple[str, Any]]()
+        self._waiting = list[tuple[Room, int]]()
+        self._arrays = list[tuple[str, Array, int, int | None]]()
         self._rooms = list[tuple[int, Room, int]]()
 
-    def number(self, kind: str, values: tuple[Any, ...]) -> None:
-        if kind == "float":
-            self.words.append(f"number[{len(self._numbers)}]")
-            self._numbers.append(values)
+    def number(self, kind: str, values: tuple[Any, ...], own: bool) -> None:
+        test = " != 0" if kind == "bool" else ""
+        is_float = kind == "float"
+        if own or any(one != values[0] for one in values):
+            name, rows = ("number", self._numbers) if is_float else ("fact", self._facts)
+            self.words.append(f"{name}[{len(rows)}]{test}")
+            rows.append(values)
+        elif is_float:
+            self.words.append(f"{ALIKE}{len(self._alike)}")
+            self._alike.append(float(values[0]))
         else:
-            test = " != 0" if kind == "bool" else ""
-            self.words.append(f"fact[{len(self._facts)}]{test}")
-            self._facts.append(values)
+            self.words.append(f"{GIVEN}{len(self._given)}{test}")
+            self._given.append(int(values[0]))
 
     def array(self, place: int, leaf: Leaf, values: tuple[Array, ...]) -> None:
         first = values[0]
         if id(first) in self.fixed and all(one is first for one in values):
-            row = self._say(leaf.numbers, [first.shape] * self.count)
-            self._arrays.append((leaf.numbers, (row, None, first)))
+            given = self._view(leaf.numbers, "{0}", "1", first.shape)
+            self._arrays.append((leaf.numbers, first, given, None))
         elif all(one.shape == first.shape for one in values):
-            row = self._say(leaf.numbers, [first.shape] * self.count)
-            start = self._beside_from(leaf.numbers, row, first.size)
+            start = self._beside(leaf.numbers, first.shape)
+            self._rows[leaf.numbers] = start + first.size
             self._sent.append((place, leaf.numbers, start, start + first.size))
         else:
-            row = self._say(leaf.numbers, [one.shape for one in values])
+            row, axes = len(self._facts), first.ndim
+            lengths = "".join(f"fact[{row + 1 + axis}], " for axis in range(axes))
+            self.words.append(f"view({leaf.numbers}, fact[{row}], 1, ({lengths}))")
+            shapes = zip(*(one.shape for one in values), strict=True)
+            self._facts += [np.zeros(self.count, np.int64), *shapes]
             for flight, one in enumerate(values):
-                self._arrays.append((leaf.numbers, (row, flight, one)))
+                self._arrays.append((leaf.numbers, one, row, flight))
 
     def room(self, place: int, room: Room) -> None:
-        row = self._say(room.numbers, [room.shape] * self.count)
         if room.beside:
-            size = int(np.prod(room.shape))
-            self._waiting.append((room.numbers, row, size))
+            self._waiting.append((room, len(self.words)))
+            self.words.append("")
         else:
-            self._rooms.append((place, room, row))
+            where = "{0} + trial * {1}"
+            given = self._view(room.numbers, where, "1", room.shape, 2)
+            self._rooms.append((place, room, given))
 
-    def _say(self, numbers: str, shapes: list[tuple[int, ...]]) -> int:
-        """Make room for what is said of an array; return its row in the facts."""
-        row, axes = len(self._facts), len(shapes[0])
-        self._facts += [0, 1, *zip(*shapes, strict=True)]
-        lengths = "".join(f"fact[{row + LENGTHS + axis}], " for axis in range(axes))
-        where = f"fact[{row + FIRST}], fact[{row + STRIDE}]"
-        self.words.append(f"view({numbers}, {where}, ({lengths}))")
-        return row
-
-    def _beside_from(self, numbers: str, row: int, size: int) -> int:
+    def _beside(self, numbers: str, shape: tuple[int, ...]) -> int:
+        """Say where an array lies side by side: after those that do so far."""
         start = self._rows.get(numbers, 0)
-        self._rows[numbers] = start + size
-        self._place_beside(row, start)
+        given = self._view(numbers, "{0} * count + trial", "count", shape)
+        self._given[given] = start
         return start
 
-    def _place_beside(self, row: int, start: int) -> None:
-        self._facts[row + FIRST] = start * self.count + np.arange(self.count)
-        self._facts[row + STRIDE] = self.count
+    def _view(
+        self,
+        numbers: str,
+        where: str,
+        stride: str,
+        shape: tuple[int, ...],
+        unknown: int = 1,
+    ) -> int:
+        """Add the words of a view that is alike in all flights; return the first of the
+        given numbers that say `where` it is, of which so many are not known yet.
+        """
+        first = len(self._given)
+        self._given += [*[0] * unknown, *shape]
+        names = [f"{GIVEN}{k}" for k in range(first, len(self._given))]
+        lengths = "".join(f"{name}, " for name in names[unknown:])
+        start = where.format(*names)
+        self.words.append(f"view({numbers}, {start}, {stride}, ({lengths}))")
+        return first
 
     def layout(self) -> Layout:
-        ends = dict(self._rows)
-        for numbers, row, size in self._waiting:
-            start = ends.get(numbers, 0)
-            ends[numbers] = start + size
-            self._place_beside(row, start)
-        sizes = {one: rows * self.count for one, rows in ends.items()}
+        rows = dict(self._rows)
+        for room, word in self._waiting:
+            self._beside(room.numbers, room.shape)
+            self.words[word] = self.words.pop()
+            self._rows[room.numbers] = self._rows.get(room.numbers, 0) + room.size
+        sizes = {one: size * self.count for one, size in self._rows.items()}
         apart, blocks = list[tuple[str, int, Array]](), dict[int, Block]()
-        for numbers, (row, flight, array) in self._arrays:
+        for numbers, array, where, flight in self._arrays:
             first = sizes.get(numbers, 0)
             sizes[numbers] = first + array.size
             if flight is None:
-                self._facts[row + FIRST] = first
+                self._given[where] = first
             else:
-                if flight == 0:
-                    self._facts[row + FIRST] = np.zeros(self.count, np.int64)
-                self._facts[row + FIRST][flight] = first
+                self._facts[where][flight] = first
             apart.append((numbers, first, array))
-        for place, room, row in self._rooms:
-            first, size = sizes.get(room.numbers, 0), int(np.prod(room.shape))
-            sizes[room.numbers] = first + size * self.count
-            self._facts[row + FIRST] = first + size * np.arange(self.count)
+        for place, room, where in self._rooms:
+            first = sizes.get(room.numbers, 0)
+            sizes[room.numbers] = first + room.size * self.count
+            self._given[where : where + 2] = first, room.size
             blocks[place] = Block(
-                room.numbers, first, (self.count, *room.shape), row + FIRST
+                room.numbers, first, (self.count, *room.shape), self.words[place]
             )
         return Layout(
             self.count,
             self.tree,
-            self._rows,
+            rows,
             sizes,
+            tuple(self._given),
+            tuple(self._alike),
             self._table(self._facts, np.int64),
             self._table(self._numbers, np.float64),
             self.tree.text.format(*self.words),

@@ -38,7 +38,7 @@ from numba.cuda.np import arrayobj
 from kernels import fetching, fours, generator, indices
 from kernels.caching import FOLDER, note_use, remove_unused
 from kernels.device.batch import DeviceError
-from kernels.device.kernel import LENGTHS, Kernel
+from kernels.device.kernel import Kernel
 from kernels.device.views import VIEW, instructions
 from kernels.lanes.texts import function_of
 
@@ -205,9 +205,9 @@ def _answered() -> Iterator[None]:
 
 
 def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled:
-    """What a kernel is compiled to for a GPU of this kind: a function of `task`,
-    `steps`, LENGTHS, each a number of 64 bits, and the addresses of the arrays. Raises
-    NotForDeviceError where it cannot be.
+    """What a kernel is compiled to for a GPU of this kind: a function of its numbers,
+    each of 64 bits, and of the addresses of its arrays. Raises NotForDeviceError where
+    it cannot be.
     """
     place = FOLDER / f"{_key(kernel, capability)}.ptx"
     with suppress(OSError):
@@ -232,21 +232,24 @@ def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
 
 
 def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:
-    names = [*kernel.arrays]
-    given = ", ".join(["task", "steps", *LENGTHS, *names])
+    given = ", ".join([*kernel.numbers, *kernel.arrays])
     text = f"""
         def entry({given}):
             trial = grid(1)
             if trial < count:
                 fly(trial, {given})
     """
-    numbers = {one: types.CPointer(KINDS[kind]) for one, kind in kernel.arrays.items()}
-    kinds = [types.int64] * (2 + len(LENGTHS)) + list(numbers.values())
+    addresses = [types.CPointer(KINDS[kind]) for kind in kernel.arrays.values()]
+    kinds = [KINDS["f8" if one is float else "i8"] for one in kernel.numbers.values()]
     entry = function_of(text, {"grid": cuda.grid, "fly": kernel.function})
     try:
         with _answered():
             made = compiler.compile_cuda(
-                entry, types.void, tuple(kinds), nvvm_options=OPTIONS, cc=capability
+                entry,
+                types.void,
+                (*kinds, *addresses),
+                nvvm_options=OPTIONS,
+                cc=capability,
             )
             name = made.fndesc.llvm_func_name
             compiler.kernel_fixup(made.library.get_function(name), False)

@@ -2,6 +2,7 @@
 
 import math
 
+from kernels.elementary import atan2
 from kernels.jit import jit
 from kernels.metrics.ground import PREVIOUS_VX, PREVIOUS_VY, VX, VY, Ground
 from kernels.recording import Frames
@@ -39,7 +40,7 @@ def _turn(frames: Frames, f: int, i: int) -> float:
     )
     if (vx == 0.0 and vy == 0.0) or (before_x == 0.0 and before_y == 0.0):
         return 0.0
-    return math.atan2(before_y, before_x) - math.atan2(vy, vx)
+    return atan2(before_y, before_x) - atan2(vy, vx)
 
 
 @jit

@@ -3,9 +3,7 @@
 I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks (2002), Collective memory
 and spatial sorting in animal groups, Journal of Theoretical Biology 218, 1-11. The
 paper has three dimensions, and this model has two. The unit of length is the radius of
-the zone of repulsion, that of time is the second. Directions come from arithmetic
-alone; `normal` of the generator calls functions of the mathematics library in one of
-some thousand draws, and so may differ in its last bit from one system to another.
+the zone of repulsion, that of time is the second.
 """
 
 import math
@@ -14,6 +12,7 @@ from typing import Annotated, NamedTuple
 from numpy.random import Generator
 
 from kernels.angles import cosine_sine
+from kernels.chance import normal
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import (
@@ -191,7 +190,7 @@ def _desired(
 @jit
 def _missed(rng: Generator, deviation: float) -> tuple[float, float]:
     """Cosine and sine of a Gaussian angle with this standard deviation, radians."""
-    angle = rng.normal(0.0, deviation)
+    angle = deviation * normal(rng)
     return cosine_sine(angle - math.tau * math.floor(angle / math.tau + 0.5))
 
 

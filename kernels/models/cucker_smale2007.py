@@ -1,8 +1,7 @@
 """Boids that take over each other's velocities, less the farther they are apart.
 
 F. Cucker, S. Smale (2007), Emergent behavior in flocks, IEEE Transactions on Automatic
-Control 52, 852-862. Lengths and times are pure numbers there. The kernel calls `pow` of
-the mathematics library, whose last bit is not the same on all systems.
+Control 52, 852-862. Lengths and times are pure numbers there.
 """
 
 import math
@@ -10,6 +9,7 @@ from typing import Annotated, NamedTuple
 
 from numpy.random import Generator
 
+from kernels.elementary import power
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
@@ -119,7 +119,7 @@ def _pull(
     sigma2 = params.decay_length * params.decay_length
     x, y = 0.0, 0.0
     for k in range(found):
-        weight = math.pow(sigma2 + work.near.distance2[k], -params.exponent)
+        weight = power(sigma2 + work.near.distance2[k], -params.exponent)
         x += weight * (others.vx[work.near.boid[k]] - own.vx[i])
         y += weight * (others.vy[work.near.boid[k]] - own.vy[i])
     share = 1.0 / others.x.size if params.weights == MEAN else 1.0

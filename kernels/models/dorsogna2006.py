@@ -2,8 +2,7 @@
 
 M. R. D'Orsogna, Y. L. Chuang, A. L. Bertozzi, L. S. Chayes (2006), Self-propelled
 particles with soft-core interactions: patterns, stability, and collapse, Physical
-Review Letters 96, 104302. Lengths, times and masses are pure numbers there. The kernel
-calls `exp` of the mathematics library, whose last bit is not the same on all systems.
+Review Letters 96, 104302. Lengths, times and masses are pure numbers there.
 """
 
 import math
@@ -11,6 +10,7 @@ from typing import Annotated, NamedTuple
 
 from numpy.random import Generator
 
+from kernels.elementary import exp, expm1
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.near import Near
@@ -139,8 +139,8 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
     x, y = 0.0, 0.0
     for k in range(found):
         distance = math.sqrt(near.distance2[k])
-        slope = pull * math.exp(pull_rate * distance)
-        slope -= push * math.exp(push_rate * distance)
+        slope = pull * exp(pull_rate * distance)
+        slope -= push * exp(push_rate * distance)
         share = slope / distance if distance > 0.0 else 0.0
         x += share * near.dx[k]
         y += share * near.dy[k]
@@ -151,8 +151,8 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
 def _pacing(params: Params, dt: float) -> tuple[float, float]:
     """The `decay` and the `brake` of `_paced` for half a step of length `dt`."""
     rate = params.propulsion / params.mass
-    grown = -math.expm1(-rate * dt) / rate if rate > 0.0 else dt
-    return math.exp(-rate * dt), params.friction / params.mass * grown
+    grown = -expm1(-rate * dt) / rate if rate > 0.0 else dt
+    return exp(-rate * dt), params.friction / params.mass * grown
 
 
 @jit

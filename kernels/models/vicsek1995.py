@@ -2,8 +2,7 @@
 
 T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet (1995), Novel type of phase
 transition in a system of self-driven particles, Physical Review Letters 75, 1226-1229.
-The unit of length is the range of interaction, that of time is the step. No function of
-a mathematics library is called, so that trials have the same bits with any of them.
+The unit of length is the range of interaction, that of time is the step.
 """
 
 import math

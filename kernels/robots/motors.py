@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.chance import ChanceKey, normals
+from kernels.elementary import cos, exp, sin
 from kernels.jit import jit
 from kernels.robots.purposes import FACTOR
 from kernels.settings import Actuation
@@ -70,11 +71,11 @@ def build_motors(
         turns=settings.motor_turn_rate < math.inf,
         noise=settings.motor_noise * math.sqrt(dt),
         kept=np.array(
-            [math.exp(-dt / (lag * one)) if lag > 0.0 else 0.0 for one in lags.tolist()]
+            [exp(-dt / (lag * one)) if lag > 0.0 else 0.0 for one in lags.tolist()]
         ),
         change=settings.motor_acceleration * dt * changes,
-        cosine=np.array([math.cos(one) for one in angles]),
-        sine=np.array([math.sin(one) for one in angles]),
+        cosine=np.array([cos(one) for one in angles]),
+        sine=np.array([sin(one) for one in angles]),
         least=settings.motor_min_speed * speeds,
         most=settings.motor_max_speed * speeds,
     )
@@ -95,6 +96,6 @@ def _draw(key: ChanceKey, spread: float, factors: Floats) -> None:
         for k in range(0, 4, 2):
             one, other = normals(key, i, k, 0, FACTOR)
             factors[k, i], factors[k + 1, i] = (
-                math.exp(spread * one),
-                math.exp(spread * other),
+                exp(spread * one),
+                exp(spread * other),
             )

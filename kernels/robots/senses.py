@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey
+from kernels.elementary import cos, exp, expm1, sin
 from kernels.settings import (
     COUPLED,
     HIDDEN_BY_BOIDS,
@@ -22,8 +23,17 @@ from kernels.state import Floats, Flock, empty_flock, laid_out
 NEVER = np.iinfo(np.int64).max
 """The step in which what does not happen happens."""
 NOT_BEGUN = -1
-NODES = 10
-"""Of a Gauss-Legendre rule, which integrates a kick of a spring to rounding."""
+NODES = (
+    *(0.14887433898163122, 0.4333953941292472, 0.6794095682990244),
+    *(0.8650633666889845, 0.9739065285171717),
+)
+WEIGHTS = (
+    *(0.29552422471475287, 0.26926671930999635, 0.21908636251598204),
+    *(0.1494513491505806, 0.06667134430868814),
+)
+"""Of the Gauss-Legendre rule with ten nodes, half of them: the others have the other
+sign. It integrates a kick of a spring to rounding.
+"""
 SINCE, NOW, SAMPLED, SENT = range(4)
 """Places in the times of Senses."""
 
@@ -189,14 +199,14 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
     )
     is_none = place == 0.0 and pace == 0.0
     if sensing.noise_form == COUPLED and not is_none:
-        k = (pace / place) ** 2
-        (qq, qu), (uq, uu) = _spring(time, k, dt).tolist()
-        added = 2.0 * pace * pace / time * _kicks(time, k, dt)
-        (var_q, cross), (_, var_u) = added.tolist()
+        k = (pace / place) * (pace / place)
+        qq, qu, uq, uu = _spring(time, k, dt)
+        scale = 2.0 * pace * pace / time
+        var_q, cross, var_u = (scale * one for one in _kicks(time, k, dt))
     else:
-        qq = uu = math.exp(-dt / time) if time > 0.0 else 0.0
+        qq = uu = exp(-dt / time) if time > 0.0 else 0.0
         qu = uq = cross = 0.0
-        fresh = -math.expm1(-2.0 * dt / time) if time > 0.0 else 1.0
+        fresh = -expm1(-2.0 * dt / time) if time > 0.0 else 1.0
         var_q, var_u = fresh * place * place, fresh * pace * pace
     from_q = math.sqrt(var_q)
     across = cross / from_q if from_q > 0.0 else 0.0
@@ -204,37 +214,47 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
     return ErrorLaw(is_none, place, pace, qq, qu, uq, uu, from_q, across, from_u)
 
 
-def _spring(time: float, k: float, dt: float) -> Floats:
-    """The matrix exponential (2, 2) of (0, 1; -k, -1 / time) times `dt`."""
+def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, float]:
+    """The matrix exponential of (0, 1; -k, -1 / time) times `dt`, row by row."""
     rate = 0.5 / time
     square = rate * rate - k
     root = math.sqrt(abs(square))
     if square > 0.0:
-        slow, fast = math.exp(-k / (root + rate) * dt), math.exp(-(root + rate) * dt)
-        even, odd = 0.5 * (slow + fast), -0.5 * slow * math.expm1(-2 * root * dt) / root
+        slow, fast = exp(-k / (root + rate) * dt), exp(-(root + rate) * dt)
+        even, odd = 0.5 * (slow + fast), -0.5 * slow * expm1(-2 * root * dt) / root
     else:
-        even = odd = math.exp(-rate * dt)
-        even *= math.cos(root * dt)
-        odd *= math.sin(root * dt) / root if root > 0.0 else dt
-    return np.array([[even + rate * odd, odd], [-k * odd, even - rate * odd]])
+        even = odd = exp(-rate * dt)
+        even *= cos(root * dt)
+        odd *= sin(root * dt) / root if root > 0.0 else dt
+    return even + rate * odd, odd, -k * odd, even - rate * odd
 
 
-def _kicks(time: float, k: float, dt: float) -> Floats:
-    """The covariance (2, 2) that white noise of u adds in `dt`: the integral of the
-    outer product of what a kick of u becomes, the second column of `_spring`.
+def _kicks(time: float, k: float, dt: float) -> tuple[float, float, float]:
+    """The variance of q, the covariance and the variance of u that white noise of u
+    adds in `dt`: the integral of the outer product of what a kick of u becomes, the
+    second column of `_spring`.
 
     S - M S M' says the same, but loses nearly all digits where dt is short: there the
     part of q is of the order of dt^3. So the integral is computed over a part of dt in
     which the spring has hardly moved, and then doubled as often as needed, by sums
-    alone: that of 2 t is Q(t) + M(t) Q(t) M(t)'.
+    alone: that of 2 t is Q(t) + M(t) Q(t) M(t)'. There are sums of Python only, because
+    the order of NumPy's depends on the processor.
     """
     fastest = max(1.0 / time, math.sqrt(k))
-    doublings = max(0, math.ceil(math.log2(fastest * dt)))
-    part = dt / 2.0**doublings
-    at, weights = np.polynomial.legendre.leggauss(NODES)
-    kicked = [_spring(time, k, 0.5 * part * (1.0 + one))[:, 1] for one in at.tolist()]
-    added: Floats = 0.5 * part * np.einsum("m,mi,mj", weights, kicked, kicked)
+    doublings = max(0, math.frexp(fastest * dt)[1])
+    part = math.ldexp(dt, -doublings)
+    var_q, cross, var_u = 0.0, 0.0, 0.0
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        for at in (-node, node):
+            _, q, _, u = _spring(time, k, 0.5 * part * (1.0 + at))
+            share = 0.5 * part * weight
+            var_q += share * q * q
+            cross += share * q * u
+            var_u += share * u * u
     for n in range(doublings):
-        moved = _spring(time, k, part * 2.0**n)
-        added = added + moved @ added @ moved.T
-    return added
+        qq, qu, uq, uu = _spring(time, k, math.ldexp(part, n))
+        row_q, row_u = qq * var_q + qu * cross, qq * cross + qu * var_u
+        var_u += (uq * var_q + uu * cross) * uq + (uq * cross + uu * var_u) * uu
+        cross += row_q * uq + row_u * uu
+        var_q += row_q * qq + row_u * qu
+    return var_q, cross, var_u

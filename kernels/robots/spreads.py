@@ -1,6 +1,5 @@
 """Parameters of a model that differ from robot to robot, as robots of one make do."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey, normals
+from kernels.elementary import exp
 from kernels.jit import jit
 from kernels.robots.purposes import PARAMETER
 from kernels.settings import Spread
@@ -47,4 +47,4 @@ def _draw(key: ChanceKey, deviation: float, number: int, factors: Floats) -> Non
     """
     for i in range(factors.size):
         one, _ = normals(key, i, number, 0, PARAMETER)
-        factors[i] = math.exp(deviation * one)
+        factors[i] = exp(deviation * one)

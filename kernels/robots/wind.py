@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.chance import ChanceKey, normals
+from kernels.elementary import exp, expm1
 from kernels.jit import jit, jit_apart
 from kernels.neighbours import Grid, move_all
 from kernels.robots.purposes import FIRST_GUST, GUST
@@ -63,8 +64,8 @@ def build_wind(medium: Medium, key: ChanceKey, dt: float, world: World) -> Wind 
         x=medium.wind_x,
         y=medium.wind_y,
         gust=medium.gust,
-        kept=math.exp(-parts),
-        new=math.sqrt(-math.expm1(-2.0 * parts)),
+        kept=exp(-parts),
+        new=math.sqrt(-expm1(-2.0 * parts)),
         dt=dt,
         width=world.width,
         height=world.height,

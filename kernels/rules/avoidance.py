@@ -2,6 +2,7 @@
 
 import math
 
+from kernels.elementary import atan2, cos, sin
 from kernels.jit import jit
 from kernels.occupancy import Occupancy, is_taken
 
@@ -33,14 +34,14 @@ def steer_to_avoid(
     """
     if vx == 0.0 and vy == 0.0:
         return 0.0, 0.0, False
-    heading = math.atan2(vy, vx)
+    heading = atan2(vy, vx)
     if _is_free(occupancy, x, y, heading, look_ahead, path_step):
         return 0.0, 0.0, False
     for k in range(1, math.floor(math.pi / turn) + 1):
         for side in (1.0, -1.0):
             free = heading + side * (k * turn)
             if _is_free(occupancy, x, y, free, look_ahead, path_step):
-                return math.cos(free), math.sin(free), False
+                return cos(free), sin(free), False
     return 0.0, 0.0, True
 
 
@@ -51,7 +52,7 @@ def _is_free(
     """Whether the points of a path are free. There is a point every `step`; both ends
     are left out, as in Algorithm 8.
     """
-    along, across = length * math.cos(heading), length * math.sin(heading)
+    along, across = length * cos(heading), length * sin(heading)
     points = math.floor(length / step + ROUNDING)
     for k in range(1, points):
         share = k / points

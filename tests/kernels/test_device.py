@@ -16,18 +16,6 @@ from tests import builders
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
 device: Any = pytest.importorskip("kernels.device")
 
-REFUSED = {
-    "aziel_chen2025": r"fused operations.*trig_reduction",
-    "couzin2002": "Unknown attribute 'normal' of type Stream",
-    "cucker_smale2007": r"fused operations.*accurate_pow",
-    "dorsogna2006": "fused operations",
-    "rustamani2024": r"fused operations.*trig_reduction",
-    "vasarhelyi2018": "fused operations",
-}
-"""Why models do not have the same bits on a GPU: the cosine of a field of view, normal
-numbers of a Generator, powers, exponentials, angles, and the logarithm of normal
-numbers by address.
-"""
 FAST = {"vicsek1995", "dorsogna2006", "couzin2002"}
 """Others are compiled as slow tests; each takes 5 to 20 s."""
 
@@ -46,18 +34,10 @@ def compiled(model: str) -> Any:
         for model in MODELS
     ],
 )
-def test_a_model_has_only_exact_operations_or_is_refused(model: str) -> None:
-    """A new model is to be compiled and exact, unless it stands in REFUSED."""
-    if model in REFUSED:
-        try:
-            said = compiled(model).refusal
-        except device.NotForDeviceError as error:
-            said = str(error)
-        assert re.search(REFUSED[model], said)
-    else:
-        made = compiled(model)
-        assert made.refusal == ""
-        assert "sqrt.rn.f64" in made.ptx
+def test_a_model_has_only_exact_operations(model: str) -> None:
+    made = compiled(model)
+    assert made.refusal == ""
+    assert "sqrt.rn.f64" in made.ptx
 
 
 @pytest.mark.slow

@@ -115,11 +115,9 @@ SLOW = {model for model in MODELS if model not in ("vicsek1995", "strombom2014")
     [
         pytest.param(model, marks=pytest.mark.slow if model in SLOW else ())
         for model in MODELS
-        if model != "couzin2002"
     ],
 )
 def test_a_flight_with_a_stream_has_the_same_bits(model: str) -> None:
-    """Of every model whose kernels draw uniform numbers, or none."""
     assert flown(model, True) == flown(model, False)
 
 

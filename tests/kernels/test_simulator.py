@@ -10,7 +10,6 @@ import pytest
 
 from kernels.models import MODELS
 from tests.commands import python
-from tests.kernels.test_device import REFUSED
 
 BEGIN = """
 import hashlib
@@ -98,13 +97,10 @@ for trial in range(len(flights)):
     [
         pytest.param(model, marks=() if model == "vicsek1995" else pytest.mark.slow)
         for model in MODELS
-        if model not in REFUSED
     ],
 )
 def test_trials_side_by_side_have_the_bits_of_trials_alone(model: str) -> None:
-    """Of the models that are not refused; two blocks of two threads, of which one has
-    no trial.
-    """
+    """Two blocks of two threads, of which one has no trial."""
     alone = python(BEGIN + ALONE.replace("MODEL", repr(model)), NUMBA_DISABLE_JIT="0")
     together = python(
         BEGIN + TOGETHER.replace("MODEL", repr(model)),

@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,7 @@ def couzin2002(
         heading = math.atan2(*flock[i].velocity[::-1])
         wanted = desired(flock, i)
         angle = math.atan2(*wanted[::-1]) if wanted.any() else heading
-        angle += rng.normal(0.0, s["noise"])
+        angle += s["noise"] * NormalDist().inv_cdf(rng.random() + 2.0**-54)
         most = math.radians(s["max_turn"]) * s["dt"]
         turn = math.remainder(angle - heading, math.tau)
         new = cmath.rect(s["max_speed"], heading + max(-most, min(turn, most)))
