@@ -52,7 +52,7 @@ of kernels.fours.
 """
 Functions = tuple[Callable[..., Any], ...]
 MADE_OF: WeakKeyDictionary[Callable[..., Any], Functions] = WeakKeyDictionary()
-"""Of functions that are made of others, for lanes, threads or a device, these others."""
+"""Of functions that are made of others, as for lanes and threads, these others."""
 MAKERS = tuple(
     Path(__file__).parent / name for name in ("lanes", "threads", "device", "jit.py")
 )

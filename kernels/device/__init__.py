@@ -1,5 +1,5 @@
-"""Thousands of flights advanced at once, one in each thread of a GPU, each with the bits
-that it has alone.
+"""Thousands of flights advanced at once, one in each thread of a GPU, each with the
+bits that it has alone.
 
     views     parts of large arrays as arrays of their own, for kernels
     layout    the arrays of many flights side by side in a few large ones

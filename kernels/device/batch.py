@@ -24,11 +24,11 @@ from kernels.device.kernel import (
     Kernel,
     kernel_of,
 )
-from kernels.device.layout import Layout, Room, lay_out, leaves_of
+from kernels.device.layout import Room, lay_out, leaves_of
 from kernels.flight import Flight
 from kernels.generator import Stream
 from kernels.metrics import Metric
-from kernels.recording import FILLED
+from kernels.recording import FILLED, Frames
 
 FRAMES_THERE, FRAME_BYTES = 8, 2**18
 """So many frames of a flight are kept on a device until they are measured there; and so
@@ -77,7 +77,7 @@ class DeviceError(Exception):
     """A device has failed, and not a flight: what it has done so far is lost."""
 
 
-class Frames(NamedTuple):
+class Measured(NamedTuple):
     """The frames that a flight has kept on a device: their steps (F,) and what was
     measured in them (number of metrics, F).
     """
@@ -140,7 +140,7 @@ class Batch:
             return FRAMES_THERE
         states = len(flight.work.state)
         bytes_each = 8 * ((6 + states) * flight.record.frames.bodies.shape[2] + 24)
-        return max(2, FRAME_BYTES // bytes_each)
+        return int(max(2, FRAME_BYTES // bytes_each))
 
     @property
     def _most_frames(self) -> int:
@@ -162,7 +162,7 @@ class Batch:
             "facts": layout.facts.size,
             "numbers": layout.numbers.size,
         }
-        return sizes[name]
+        return int(sizes[name])
 
     @property
     def _n_pixels(self) -> int:
@@ -175,7 +175,7 @@ class Batch:
         alike = all(one.record.coverage.visits is first for one in self.flights)
         return 1 if alike else len(self.flights)
 
-    def fly(self, device: Device, maps: bool) -> Iterator[list[Frames]]:
+    def fly(self, device: Device, maps: bool) -> Iterator[list[Measured]]:
         """Take all steps. Yields what each flight has kept since before, once where it
         is measured there; else the flights' own frames are filled each time. After the
         last, flights are where they ended, and so are their visits if `maps` are
@@ -197,7 +197,7 @@ class _Aboard:
             stack.callback(device.give_back, room)
             self.rooms[name] = room
 
-    def fly(self, maps: bool) -> Iterator[list[Frames]]:
+    def fly(self, maps: bool) -> Iterator[list[Measured]]:
         batch, device = self.batch, self.device
         self._enter()
         left, n = batch._left, max(1, batch._n)
@@ -249,13 +249,13 @@ class _Aboard:
         self.batch.states = marks[STATE]
         return marks
 
-    def _bring_frames(self) -> list[Frames]:
+    def _bring_frames(self) -> list[Measured]:
         """Give each flight the frames that it has kept since the last call."""
         self.device.wait()
         brought = [self._bring_block(place) for place in self.batch._frames]
         kept = self._bring_marks()[KEPT]
         for k, flight in enumerate(self.batch.flights):
-            frames = flight.record.frames._make(one[k] for one in brought)
+            frames = Frames(*(one[k] for one in brought))
             flight.record = flight.record._replace(frames=frames)
             flight.record.progress[FILLED] = kept[k]
         return []
@@ -284,7 +284,7 @@ class _Aboard:
                 coverage = flight.record.coverage._replace(visits=visits[k])
                 flight.record = flight.record._replace(coverage=coverage)
 
-    def _measured(self) -> list[Frames]:
+    def _measured(self) -> list[Measured]:
         batch, count = self.batch, self.layout.count
         most, metrics = batch._most_frames, len(batch._metrics or ())
         steps = np.empty((count, most), np.int64)
@@ -293,7 +293,7 @@ class _Aboard:
         self.device.bring(self.rooms["values"], values)
         kept = self._bring_marks()[KEPT]
         return [
-            Frames(steps[k, : kept[k]], values[k, :, : kept[k]]) for k in range(count)
+            Measured(steps[k, : kept[k]], values[k, :, : kept[k]]) for k in range(count)
         ]
 
 

@@ -50,9 +50,11 @@ class Gpu:
         name: bytes = self._ask("cuDeviceGetName", NAME_LENGTH, device)
         self.name = name.rstrip(b"\0").decode()
         self.driver = int(self._ask("cuDriverGetVersion"))
-        self.capability = tuple(
-            int(self._ask("cuDeviceGetAttribute", one, device)) for one in (MAJOR, MINOR)
+        major, minor = (
+            int(self._ask("cuDeviceGetAttribute", one, device))
+            for one in (MAJOR, MINOR)
         )
+        self.capability = major, minor
         self._ask("cuCtxSetCurrent", self._ask("cuDevicePrimaryCtxRetain", device))
         self._programs = dict[str, Any]()
 

@@ -5,12 +5,11 @@ views of large arrays, and calls the `advance` of the model and the kernels of t
 metrics, which are those of processors.
 """
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
-
-import numba
 
 from kernels.caching import stamp_of_made
 from kernels.device.layout import ALIKE, GIVEN, Block, Layout
@@ -19,11 +18,10 @@ from kernels.jit import jit, jit_as
 from kernels.lanes.texts import function_of
 from kernels.model import Model
 from kernels.recording import FILLED, STEP, Record
-from kernels.state import Floats
 
 GOING, LOST, ASTRAY = range(3)
-"""The state of a flight: it goes on; its numbers are not finite; its model has not taken
-the steps that it was to take.
+"""The state of a flight: it goes on; its numbers are not finite; its model has not
+taken the steps that it was to take.
 """
 STATE, KEPT = range(2)
 N_MARKS = 2
@@ -58,13 +56,13 @@ def copy(source: Any, target: Any) -> None:
 def room_for(record: Record, steps: int) -> int:
     """How many of so many steps the frames have room for."""
     free = record.frames.step.size - record.progress[FILLED] - 1
-    return min(steps, free * record.every)
+    return int(min(steps, free * record.every))
 
 
 @jit
 def steps_done(record: Record) -> int:
     """The steps that a flight has taken."""
-    return record.progress[STEP]
+    return int(record.progress[STEP])
 
 
 @jit
@@ -84,7 +82,7 @@ def keep(record: Record, steps_of: Any, kept: int) -> int:
     for k in range(filled):
         steps_of[kept + k] = record.frames.step[k]
     record.progress[FILLED] = 0
-    return kept + filled
+    return int(kept + filled)
 
 
 @dataclass(frozen=True)
@@ -132,9 +130,10 @@ class Kernel:
     @cached_property
     def function(self) -> Callable[..., None]:
         """The function."""
+        plain = os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
         scope: dict[str, Any] = {
             "__name__": self.model.advance.__module__,
-            "view": view if numba.config.DISABLE_JIT else VIEW,
+            "view": view if plain else VIEW,
             "copy": copy,
             "room_for": room_for,
             "steps_done": steps_done,
@@ -144,8 +143,8 @@ class Kernel:
         }
         scope |= {f"Class{k}": one for k, one in enumerate(self.classes)}
         scope |= {f"measure{k}": one for k, one in enumerate(self.measures)}
-        plain = function_of(self.text, scope)
-        return jit_as(plain, self.model.advance, *self.measures)
+        made = function_of(self.text, scope)
+        return jit_as(made, self.model.advance, *self.measures)
 
 
 def kernel_of(
@@ -171,7 +170,9 @@ def _text(
     kinds = layout.kinds
     alike = [f"{ALIKE}{k}" for k in range(len(layout.alike))]
     given = [f"{GIVEN}{k}" for k in range(len(layout.given))]
-    names = ", ".join([*given, *alike, *kinds, *(f"{SENT}{one}" for one in kinds), SENT_MAPS, *TABLES])
+    names = ", ".join(
+        [*given, *alike, *kinds, *(f"{SENT}{one}" for one in kinds), SENT_MAPS, *TABLES]
+    )
     end = "kept = filled"
     if measures is not None:
         place = f"(trial * {len(measures)} + {{}}) * n_frames + kept, 1, (filled,)"

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-NUMBERS = tuple("f8 i8 u8 i4 u4 i2 u1 b1".split())
+NUMBERS = ("f8", "i8", "u8", "i4", "u4", "i2", "u1", "b1")
 """The types of numbers that arrays of flights may have."""
 GIVEN, ALIKE = "given", "alike"
 """The names of whole numbers and of others that are alike in all flights: given0,
@@ -120,8 +120,8 @@ class Room(NamedTuple):
 
 class Block(NamedTuple):
     """Where the arrays of all flights stand that a place of the tree has: from `first`
-    on in the large array of its `numbers`, in the `shape` (T, ...), one flight after the
-    other. `view` is how a kernel reads that of a flight.
+    on in the large array of its `numbers`, in the `shape` (T, ...), one flight after
+    the other. `view` is how a kernel reads that of a flight.
     """
 
     numbers: str
@@ -253,7 +253,9 @@ class _Made:
         test = " != 0" if kind == "bool" else ""
         is_float = kind == "float"
         if own or any(one != values[0] for one in values):
-            name, rows = ("number", self._numbers) if is_float else ("fact", self._facts)
+            name, rows = (
+                ("number", self._numbers) if is_float else ("fact", self._facts)
+            )
             self.words.append(f"{name}[{len(rows)}]{test}")
             rows.append(values)
         elif is_float:

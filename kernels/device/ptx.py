@@ -85,8 +85,7 @@ def _fetch(_array: Any, _place: Any) -> None:
     return
 
 
-@intrinsic
-def _view(_: Any, whole: Any, first: Any, stride: Any, shape: Any) -> Any:  # noqa: ARG001
+def _instructions(_: Any, whole: Any, first: Any, stride: Any, shape: Any) -> Any:  # noqa: ARG001
     return instructions(whole, shape, types, arrayobj)
 
 
@@ -192,7 +191,7 @@ def _answered() -> Iterator[None]:
     context = cuda_target.typing_context
     usual = context.resolve_value_type
     made = [(one, cuda.jit(device=True)(other)) for one, other in HERE]
-    made.append((VIEW, _view))
+    made.append((VIEW, intrinsic(_instructions)))
 
     def resolve(value: Any) -> Any:
         return usual(next((other for one, other in made if value is one), value))

@@ -20,9 +20,9 @@ LAYOUT = "A"
 
 
 def view(whole: Any, first: Any, stride: Any, shape: tuple[Any, ...]) -> Any:
-    """The array of this `shape` whose elements, row after row, are those of `whole` (E,)
-    at `first`, `first + stride`, `first + 2 stride` and so on. It is `whole` itself that
-    is read and written.
+    """The array of this `shape` whose elements, row after row, are those of `whole`
+    (E,) at `first`, `first + stride`, `first + 2 stride` and so on. It is `whole`
+    itself that is read and written.
     """
     steps, step = [], int(stride) * whole.itemsize
     for length in reversed(shape):

@@ -24,7 +24,7 @@ from kernels.device.batch import (
     Batch,
     Device,
     DeviceError,
-    Frames,
+    Measured,
     tree_of,
 )
 from kernels.device.host import Host
@@ -208,8 +208,8 @@ def _landed(
             alike[form_of(one.tree)].append(place)
     for places in alike.values():
         together = [one for place in places if (one := prepared[place])]
-        for place, one in zip(places, _flown(together, device), strict=True):
-            landed[place] = one
+        for place, flown in zip(places, _flown(together, device), strict=True):
+            landed[place] = flown
     return landed
 
 
@@ -250,7 +250,7 @@ def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
     ]
 
 
-def _taken(frames: Frames, simulation: Simulation) -> Taken:
+def _taken(frames: Measured, simulation: Simulation) -> Taken:
     """Frames that were measured on a device, of which no boid is wanted."""
     count, states = len(frames.steps), len(simulation.flight.work.state)
     bodies, state = np.zeros((count, 4, 0)), np.zeros((count, states, 0))
