@@ -31,7 +31,7 @@ def test_another_breaks_nothing_and_the_reason_is_said(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("sweep.testing.devices.refusal_of", lambda _job: "55 fused")
-    with pytest.raises(SkipTest, match="^processors alone fly it: 55 fused$"):
+    with pytest.raises(SkipTest, match="processors alone fly it: 55 fused"):
         assert_keeps(MODEL, "device")
 
 
@@ -44,7 +44,7 @@ def test_without_the_compiler_nobody_has_looked() -> None:
 
 @pytest.mark.slow
 def test_a_model_is_compiled_for_a_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its compiler, and no GPU, is needed: that of NumPy's normal numbers is refused."""
+    """No GPU is needed. A model with NumPy's normal numbers is refused."""
     pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
     monkeypatch.setattr("sweep.testing.devices.find_spec", find_spec)
     assert_keeps(MODEL, "device")
