@@ -3,8 +3,9 @@ processor.
 
 Trials fly together if they have the same model, boids, steps and record. Whatever else
 they differ in, each has numbers of its own. What cannot begin, and what a model does
-wrong, is flown once more on the processor, which says why. Where the device fails, all
-of its trials fly on the processor: nothing is lost but time.
+wrong, is flown once more on the processor, which says why. Where the device fails, that
+is raised as DeviceError: this process can use it no more, and whoever has sent the
+trials sends them to another one. So what a store says of a device has flown there.
 """
 
 import logging
@@ -14,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,6 +39,9 @@ from sweep.text import installing
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, metrics_of, run
 from sweep.trial.state import Taken
+
+if TYPE_CHECKING:
+    from kernels.device.gpu import Gpu
 
 LOG = logging.getLogger("sweep")
 AT_ONCE = 8192
@@ -76,7 +80,7 @@ def _host() -> Device:
 
 
 @cache
-def gpu() -> Device:
+def gpu() -> "Gpu":
     """The GPU of this process. Raises DeviceError where there is none, and
     ModuleNotFoundError without the extra `gpu`.
     """
@@ -226,17 +230,17 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | N
     except MemoryError:
         half = len(prepared) // 2
         if not half:
-            _say_once("has too little memory for one trial")
+            _say_once()
             return [None]
         return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
-    except DeviceError as error:
-        _say_once(f"failed: {error}")
-        return [None] * len(prepared)
 
 
 @cache
-def _say_once(what: str) -> None:
-    LOG.warning("the GPU %s; trials fly on the processor, with the same results", what)
+def _say_once() -> None:
+    LOG.warning(
+        "the GPU has too little memory for one trial; it flies on the processor, with"
+        " the same results"
+    )
 
 
 def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
