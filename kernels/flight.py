@@ -188,6 +188,7 @@ def begin(
             robots.sensing,
             schedule.n,
             params.dt,
+            scenery.world,
             keys.flown,
             layers.failing.silent_from(),
             layers.failing.blind_from(),
