@@ -12,8 +12,8 @@ BEYOND = 1.0 + 1e-9
 
 @jit
 def obstacles_within(senses: Senses, world: World, i: int, length2: float) -> int:
-    """Keep in `senses.hiding` all obstacles that can be between boid `i` and boids up to
-    the square root of `length2` away, in `senses.shift` how far each is shifted, and
+    """Keep in `senses.hiding` all obstacles that can be between boid `i` and boids up
+    to the square root of `length2` away, in `senses.shift` how far each is shifted, and
     return how many they are: none where obstacles do not hide. On a torus that is seen
     across its borders there are those beyond them too.
     """
@@ -29,9 +29,7 @@ def obstacles_within(senses: Senses, world: World, i: int, length2: float) -> in
                     senses.shift[0, found], senses.shift[1, found] = off_x, off_y
                     to_x = world.obstacle_x[m] + off_x - x
                     to_y = world.obstacle_y[m] + off_y - y
-                    found += int(
-                        _is_near(world.corners, world, m, to_x, to_y, length2)
-                    )
+                    found += int(_is_near(world.corners, world, m, to_x, to_y, length2))
     return found
 
 
@@ -98,8 +96,8 @@ def _meets(
 
 @jit
 def _is_beside(way: float, middle: float, half: float) -> bool:
-    """Whether along one axis all of a `way` from 0 is beside what reaches `half` to both
-    sides of its `middle`, by more than numbers are rounded.
+    """Whether along one axis all of a `way` from 0 is beside what reaches `half` to
+    both sides of its `middle`, by more than numbers are rounded.
     """
     return abs(middle - 0.5 * way) > (0.5 * abs(way) + half) * BEYOND
 
