@@ -2,7 +2,6 @@
 it has the large arrays and the kernel of a GPU, and runs one trial after the other.
 """
 
-import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -29,11 +28,6 @@ FAST = "vicsek1995"
 """Tests that are not slow compile this model alone."""
 MEASURED = "polarization", "coverage", "escapes", "fissions"
 """Metrics that a device measures: of bodies, pixels, events and flocks."""
-
-
-@pytest.fixture(autouse=True)
-def _quiet() -> None:
-    on_device._say_once.cache_clear()
 
 
 def some(count: int = 5, **changes: Any) -> list[Job]:
@@ -165,16 +159,12 @@ def test_batches_are_as_large_as_the_memory_that_is_free() -> None:
     assert device.counts[0] == 3
 
 
-def test_a_trial_that_fits_nowhere_flies_on_the_processor(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    jobs = some(3)
-    with caplog.at_level(logging.WARNING):
-        check(jobs, flown(jobs, Small(1000)))
-    assert [one.getMessage() for one in caplog.records] == [
-        "the GPU has too little memory for one trial; trials fly on the processor, with"
-        " the same results"
-    ]
+def test_a_trial_that_fits_nowhere_fails_with_what_it_needs() -> None:
+    jobs = some(2)
+    results = flown(jobs, Small(1000))
+    assert [one.status for one in results] == ["failed"] * 2
+    for one, mine in zip(jobs, results, strict=True):
+        assert f"which needs {bytes_of([one]):,} bytes" in mine.error
 
 
 class Failing(Host):
@@ -192,15 +182,11 @@ class Failing(Host):
 
 
 @pytest.mark.parametrize("at", [1, 2, 3])
-def test_trials_of_a_device_that_fails_are_flown_on_the_processor(
-    at: int, caplog: pytest.LogCaptureFixture
-) -> None:
-    """At the beginning, while it flies, and at the end; said once."""
-    jobs, device = some(3), Failing(at)
-    with caplog.at_level(logging.WARNING):
-        check(jobs, flown(jobs, device))
-    [record] = caplog.records
-    assert "the GPU failed: an illegal address; trials fly" in record.getMessage()
+def test_a_device_that_fails_is_named_by_an_error(at: int) -> None:
+    """At the beginning, while it flies, and at the end. Its memory is given back."""
+    device = Failing(at)
+    with pytest.raises(DeviceError, match="an illegal address"):
+        flown(some(3), device)
     assert device._held == 0
 
 
