@@ -278,12 +278,12 @@ def _batch(prepared: Sequence[_Prepared]) -> Batch:
         [one.simulation.flight for one in prepared],
     )
     metrics = metrics_of(job, job.record.metrics)
-    there = not job.record.trajectories and all(map(_is_there, metrics))
+    there = not job.record.trajectories and all(map(is_there, metrics))
     streams = [one.stream for one in prepared]
     return Batch(flights, streams, metrics if there else None)
 
 
-def _is_there(metric: Metric) -> bool:
+def is_there(metric: Metric) -> bool:
     """Whether a metric is measured on a device: those of parts of the flock, and those
     that need memory, are measured on processors.
     """
