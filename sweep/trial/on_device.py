@@ -8,7 +8,6 @@ is raised as DeviceError: this process can use it no more, and whoever has sent 
 trials sends them to another one. So what a store says of a device has flown there.
 """
 
-import logging
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -28,7 +27,7 @@ from kernels.device.batch import (
     tree_of,
 )
 from kernels.device.host import Host
-from kernels.device.kernel import ASTRAY, LOST
+from kernels.device.kernel import ASTRAY, LOST, Kernel
 from kernels.device.layout import form_of
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
@@ -36,14 +35,13 @@ from kernels.jit import allocates
 from kernels.metrics import Metric
 from sweep.design.jobs import Job
 from sweep.text import installing
-from sweep.trial.result import Result
+from sweep.trial.result import Result, failed
 from sweep.trial.simulation import Simulation, metrics_of, run
 from sweep.trial.state import Taken
 
 if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
 
-LOG = logging.getLogger("sweep")
 AT_ONCE = 8192
 """So many trials fly together at most: a GPU has room for a few times as many threads,
 and two workers share it.
@@ -119,13 +117,17 @@ def _refused(job: Job) -> str:
         return ""
     from kernels.device.ptx import NotForDeviceError, ptx_of
 
-    prepared = _prepared(job)
-    if prepared is None:
-        return ""
     try:
-        return ptx_of(_batch([prepared]).kernel).refusal
+        return ptx_of(kernel_of(job)).refusal
     except NotForDeviceError as error:
         return str(error)
+
+
+def kernel_of(job: Job) -> Kernel:
+    """The kernel with which a device flies a trial like this one; an error where it
+    cannot begin is raised.
+    """
+    return _batch([_begun(job)]).kernel
 
 
 def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
@@ -162,17 +164,23 @@ def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
         landed = _landed([_prepared(job) for job in some], device)
         seconds = (time.perf_counter() - began) / len(some)
         results += [
-            run(job) if one is None else _result(*one, seconds)
-            for job, one in zip(some, landed, strict=True)
+            _result(job, one, seconds) for job, one in zip(some, landed, strict=True)
         ]
     return results
 
 
-Landed = tuple[Simulation, int]
-"""A simulation after its last step on a device, and the state of its flight."""
+Landed = tuple[Simulation, int] | Result | None
+"""A simulation after its last step on a device, and the state of its flight; what has
+become of a trial that did not fly; None for one that is to be flown alone.
+"""
 
 
-def _result(simulation: Simulation, state: int, seconds: float) -> Result:
+def _result(job: Job, landed: Landed, seconds: float) -> Result:
+    if landed is None:
+        return run(job)
+    if isinstance(landed, Result):
+        return landed
+    simulation, state = landed
     return simulation.summary("diverged" if state == LOST else "done", seconds)
 
 
@@ -188,20 +196,22 @@ def _fitting(job: Job, device: Device) -> int:
 def _prepared(job: Job) -> _Prepared | None:
     """A job at its start; None where it cannot begin."""
     try:
-        simulation = Simulation(job, together=True, frames=FRAMES_THERE)
+        return _begun(job)
     except Exception:  # the trial is flown alone, and says why
         return None
+
+
+def _begun(job: Job) -> _Prepared:
+    simulation = Simulation(job, together=True, frames=FRAMES_THERE)
     simulation.taken.append(simulation.take_frames())
     with simulation.noise.lent() as rng:
         stream = stream_of(rng)
     return _Prepared(simulation, stream, calls_of(simulation.flight))
 
 
-def _landed(
-    prepared: Sequence[_Prepared | None], device: Device
-) -> list[Landed | None]:
-    """What has flown, in order; None for what is to be flown alone."""
-    landed: list[Landed | None] = [None] * len(prepared)
+def _landed(prepared: Sequence[_Prepared | None], device: Device) -> list[Landed]:
+    """What has flown, in order."""
+    landed: list[Landed] = [None] * len(prepared)
     alike = defaultdict[Any, list[int]](list)
     for place, one in enumerate(prepared):
         if one is not None:
@@ -213,7 +223,7 @@ def _landed(
     return landed
 
 
-def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | None]:
+def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
     """What has flown of simulations that are of one form; by halves, where the device
     has too little memory.
     """
@@ -222,20 +232,13 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | N
     except MemoryError:
         half = len(prepared) // 2
         if not half:
-            _say_once()
-            return [None]
+            needed = f"{_batch(prepared).bytes:,} bytes"
+            words = f"the GPU has too little memory for one trial, which needs {needed}"
+            return [failed(prepared[0].simulation.job, words)]
         return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
 
 
-@cache
-def _say_once() -> None:
-    LOG.warning(
-        "the GPU has too little memory for one trial; it flies on the processor, with"
-        " the same results"
-    )
-
-
-def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
+def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed]:
     batch, record = _batch(prepared), prepared[0].simulation.job.record
     for kept in batch.fly(device, maps=record.heatmaps):
         for place, one in enumerate(prepared):
@@ -257,7 +260,7 @@ def _taken(frames: Measured, simulation: Simulation) -> Taken:
     return Taken(frames.steps, frames.values, bodies, state)
 
 
-def _ended(one: _Prepared, state: int) -> Landed | None:
+def _ended(one: _Prepared, state: int) -> Landed:
     """None where the model has not done what it must in each step."""
     simulation = one.simulation
     with simulation.noise.lent() as rng:
