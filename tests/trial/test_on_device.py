@@ -21,6 +21,7 @@ from sweep.trial.on_device import DeviceTrials, flown
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
 from tests.builders import exact_jobs, job
+from tests.trial import test_all_layers
 from tests.trial.test_lanes import numbers
 from tests.trial.test_trial import OVERFLOWS
 
@@ -222,3 +223,12 @@ def test_what_the_clock_ends_or_keeps_its_last_state_is_refused() -> None:
     said = on_device.refusal_of(asked)
     for words in ("a time limit", "last states", "threads"):
         assert words in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_every_layer_has_its_bits(model: str) -> None:
+    """Senses, motors, wind, goals in turn, and obstacles that move, of any shape."""
+    base = test_all_layers.a_job(model)
+    jobs = [replace(base, seed=base.seed + k) for k in range(3)]
+    check(jobs, flown(jobs, Host()))
