@@ -23,7 +23,7 @@ from kernels.device.batch import (
     Batch,
     Device,
     DeviceError,
-    Measured,
+    KeptFrames,
     tree_of,
 )
 from kernels.device.host import Host
@@ -253,7 +253,7 @@ def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed]:
     ]
 
 
-def _taken(frames: Measured, simulation: Simulation) -> Taken:
+def _taken(frames: KeptFrames, simulation: Simulation) -> Taken:
     """Frames that were measured on a device, of which no boid is wanted."""
     count, states = len(frames.steps), len(simulation.flight.work.state)
     bodies, state = np.zeros((count, 4, 0)), np.zeros((count, states, 0))

@@ -106,7 +106,7 @@ def test_wide_maps_have_the_visits_of_narrow_ones(
     """A pixel of 16 bits holds fewer visits: it is taken where there cannot be more."""
     jobs = some(3, heatmaps=True)
     assert on_device.kernel_of(jobs[0]).maps == "i2"
-    monkeypatch.setattr(batch, "NARROW", "i4")
+    monkeypatch.setattr(batch, "NARROW", batch.WIDE)
     assert on_device.kernel_of(jobs[0]).maps == "i4"
     check(jobs, flown(jobs, Host()))
 
@@ -126,8 +126,8 @@ class Small(Host):
     def free_bytes(self) -> int:
         return 2**40  # it says more than it has, as where another process takes it
 
-    def take(self, size: int, numbers: str) -> Any:
-        room = np.empty(size, numbers)
+    def take(self, size: int, kind: Any) -> Any:
+        room = np.empty(size, kind)
         if self._held + room.nbytes > self.memory:
             raise MemoryError
         self._held += room.nbytes
