@@ -118,7 +118,11 @@ def _refused(job: Job) -> str:
     from kernels.device.ptx import NotForDeviceError, ptx_of
 
     try:
-        return ptx_of(kernel_of(job)).refusal
+        kernel = kernel_of(job)
+    except Exception:  # it cannot begin anywhere: the trial itself says why
+        return ""
+    try:
+        return ptx_of(kernel).refusal
     except NotForDeviceError as error:
         return str(error)
 
