@@ -50,9 +50,8 @@ OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand, and those
 of kernels.fours.
 """
-Functions = tuple[Callable[..., Any], ...]
-MADE_OF: WeakKeyDictionary[Callable[..., Any], Functions] = WeakKeyDictionary()
-"""Of functions that are made of others, as for lanes and threads, these others."""
+MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
+"""Of functions that are made of others, for lanes or threads, these others."""
 MAKERS = tuple(
     Path(__file__).parent / name for name in ("lanes", "threads", "device", "jit.py")
 )
@@ -72,8 +71,7 @@ class ByStamp(_CacheLocator):
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        for source in MADE_OF.get(function, (function,)):
-            note_sources(source)
+        note_sources(MADE_OF.get(function, function))
         if function in MADE_OF:
             _makers()
         self.function = function
@@ -111,7 +109,7 @@ def _stamp(function: Callable[..., Any]) -> str:
     """What decides whether a function must be compiled again."""
     if function not in MADE_OF:
         return _noted_stamp(function)
-    return stamp_of_made(*MADE_OF[function])
+    return stamp_of_made(MADE_OF[function])
 
 
 def stamp_of_made(*functions: Callable[..., Any]) -> str:

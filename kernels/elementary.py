@@ -10,7 +10,8 @@ The error of each result is below BOUND units in the last place (ulp) of the exa
 value, and nearly always it is the double next to this. The way is the same for all of
 them. The argument is brought near to an entry of a table; the function of what is left
 is a short polynomial; and the result is kept as the sum of two numbers, of which the
-second holds what the first one rounds away, until the very end.
+second holds what the first one rounds away, until the very end. Exponentials and powers
+are what models compute most, and keep less of that: BOUND_OF_EXP.
 
 Sources: P. T. P. Tang (1989), Table-driven implementation of the exponential function
 in IEEE floating-point arithmetic, ACM TOMS 15, 144-157, and (1990) of the logarithm
@@ -22,6 +23,7 @@ et al. (2018), Handbook of floating-point arithmetic.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -43,36 +45,68 @@ from kernels.elementary_tables import (
     SINE_LOW,
 )
 from kernels.jit import jit
+from kernels.state import Floats
 
-BOUND = 0.501
-"""Errors are below so many units in the last place."""
+BOUND, BOUND_OF_EXP, BOUND_OF_LEAST = 0.501, 0.51, 0.76
+"""Errors are below so many units in the last place: the others of `exp` and `power`,
+and of results of these that are too small to have all of their bits.
+"""
 MOST_ANGLE = 2.0**20
 """The largest angle, in radians, of which there is a sine or a cosine: a quarter of a
 turn is known to 152 bits, which are enough up to here.
 """
 SPLITTER = 2.0**27 + 1.0
 SHIFT = 1.5 * 2.0**52
-"""The doubles near it are whole numbers: adding it rounds to one."""
-SHIFT_22, SHIFT_35 = 1.5 * 2.0**30, 1.5 * 2.0**17
-"""Adding these rounds to multiples of 2^-22 and 2^-35."""
+"""The doubles near it are whole numbers: adding it rounds to one, whose bits then are
+the last ones of the sum.
+"""
+SHIFT_BITS = 0x4338000000000000
+SHIFT_22 = 1.5 * 2.0**30
+"""Adding it rounds to multiples of 2^-22."""
 EXP_PARTS, SINE_PARTS, ATAN_PARTS, LOG_PARTS = 128, 64.0, 128.0, 256.0
 FIRST_LOG = 181
 PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / (LN2[0] + LN2[1]), 2.0 / math.pi
-ROOT_HALF_BITS, EXPONENT = 0x3FE6A09E667F3BCD, 52
+ROOT_HALF_BITS, EXPONENT, BIAS = 0x3FE6A09E667F3BCD, 52, 1023
 """The bits of the square root of 1/2, and where those of the exponent begin."""
-LEAST_WITH_ALL_BITS, LIFT = 2.0**-1022, 2.0**64
+LEAST_WITH_ALL_BITS, LIFTED = 2.0**-1022, 64.0
+LIFT = 2.0**LIFTED
+EXP_ENTRY = EXP_HIGH + EXP_LOW
+EXP_REST = ((EXP_HIGH - EXP_ENTRY) + EXP_LOW) / EXP_ENTRY
+"""The doubles next to powers of 2, and by which share of itself each is too small."""
+LOG_FACTORS, LOGS, LOG_RESTS = (
+    np.concatenate([np.zeros(FIRST_LOG), one]) for one in (FACTOR, LOG_HIGH, LOG_LOW)
+)
+"""Tables from the place 0 on: compilers then see that no place is negative."""
 MOST_EXP, LEAST_EXP = 710.0, -746.0
 """Beyond these the exponential is infinite and zero."""
 LEAST_NORMAL, MOST_EXPONENT = -1022, 1023
 """The least and the largest exponent of numbers with all of their bits."""
 EIGHTH = 0.25 * math.pi
-"""An eighth of a turn. Of more, and of what is no number, a table would be read beyond
-its end: in lanes such arguments are computed too, and their results left out.
-"""
+"""An eighth of a turn."""
 FLAT = 2.0**-60
 """Below it the arctangent is the number itself."""
 MOST_POWER = 2.0**65
 """Any power beyond is 0, 1 or infinite."""
+
+
+@jit
+def bits_of(x: float) -> Any:
+    """The 64 bits of a number, as an integer."""
+    return np.float64(x).view(np.int64)
+
+
+@jit
+def number_of(bits: Any) -> float:
+    """The number of which these are the bits."""
+    return float(np.int64(bits).view(np.float64))
+
+
+@jit
+def entry_of(table: Floats, k: int) -> float:
+    """An entry of a table, at a place that is in it whatever the argument is: in lanes
+    such a place is computed too where a single trial needs none.
+    """
+    return float(table[k])
 
 
 @jit
@@ -113,31 +147,32 @@ def _steps(x: float) -> float:
 
 
 @jit
-def _exp(x: float, rest: float) -> tuple[float, float, int]:
-    """exp(x + rest) as (a + b) 2^c, where |b| < 2^-16. `x` is between LEAST_EXP and
-    MOST_EXP, and |rest| < 2^-15.
+def _exp(x: float, rest: float) -> float:
+    """exp(x + rest), where |rest| < 2^-15, without a branch.
 
-    What is left of x is in two parts, of which the first is a multiple of 2^-35. So
-    its product with the first part of a table's entry is exact, and of what is
-    rounded nothing is larger than 2^-16.
+    It is an entry a of a table, times a power of 2, times 1 + b, where |b| < 2^-8. So
+    what is rounded before the last sum is below 2^-7 units of this. One half of the
+    power of 2 is added to the bits of the entry, and the other one is a factor, so that
+    the result may be next to the least or the largest number.
     """
-    steps = _steps(x)
-    k, left, under = int(steps), x - steps * EXP_STEP[0], steps * EXP_STEP[1] - rest
-    high = ((left - under) + SHIFT_35) - SHIFT_35
-    low = (left - high) - under
-    r = high + low
+    x = MOST_EXP if x > MOST_EXP else LEAST_EXP if x < LEAST_EXP else x
+    shifted = x * PER_EXP_STEP + SHIFT
+    steps = shifted - SHIFT
+    bits = bits_of(shifted)  # of which the last ones are the steps
+    k, half = bits & 127, bits >> 8
+    r = (x - steps * EXP_STEP[0]) - (steps * EXP_STEP[1] - rest)
     square = r * r
-    more = 0.5 + r * (1 / 6) + square * ((1 / 24 + r * (1 / 120)) + square * (1 / 720))
-    low += square * more
-    entry, kept = float(EXP_HIGH[k & 127]), float(EXP_LOW[k & 127])
-    y, lost = _sum_to(entry, entry * high)
-    return y, lost + (kept + (entry * low + kept * (high + low))), k >> 7
+    more = 0.5 + r * (1 / 6) + square * (1 / 24 + r * (1 / 120) + square * (1 / 720))
+    b = r + (square * more + entry_of(EXP_REST, k))
+    a = number_of(bits_of(entry_of(EXP_ENTRY, k)) + (half << EXPONENT))
+    other = number_of(((bits >> 7) - half + BIAS) << EXPONENT)
+    return (a + a * b) * other
 
 
 @jit
 def _scaled(y: float, low: float, exponent: int) -> float:
     """(y + low) 2^exponent, rounded once. `y` is between 1/2 and 2, and |low| is below
-    2^-16.
+    2^-6.
     """
     if LEAST_NORMAL < exponent <= MOST_EXPONENT:
         return (y + low) * float(POWERS[exponent - LEAST_NORMAL])
@@ -153,10 +188,7 @@ def _scaled(y: float, low: float, exponent: int) -> float:
 @jit
 def exp(x: float) -> float:
     """The exponential of `x`."""
-    if not LEAST_EXP <= x <= MOST_EXP:
-        return math.inf if x > 0.0 else 0.0 if x < 0.0 else x
-    y, low, exponent = _exp(x, 0.0)
-    return _scaled(y, low, exponent)
+    return _exp(x, 0.0)
 
 
 @jit
@@ -197,39 +229,32 @@ def expm1(x: float) -> float:
 
 @jit
 def _log(x: float) -> tuple[float, float]:
-    """The natural logarithm of a positive, finite number that has all of its bits, in
-    two parts: the second is below 2^-16 times the first.
+    """The natural logarithm of a positive, finite number in two parts, of which the
+    second is below 2^-16 times the first.
 
     A number m near 1 times a power of 2 has the same logarithm but for a multiple of
     ln 2. An entry c of a table, of 11 bits, is next to 1 / m. The first part of m is a
     multiple of 2^-22. So both parts of r = c m - 1 are exact, the square of the first
     too, and the table's first parts have zeros where sums would round.
     """
-    bits = np.float64(x).view(np.int64)
+    has_all_bits = x >= LEAST_WITH_ALL_BITS
+    bits = bits_of(x if has_all_bits else x * LIFT)
     steps = (bits - ROOT_HALF_BITS) >> EXPONENT
-    m = np.int64(bits - (steps << EXPONENT)).view(np.float64)
-    k = int(m * LOG_PARTS + 0.5) - FIRST_LOG
-    c, e = float(FACTOR[k]), float(steps)
+    m = number_of(bits - (steps << EXPONENT))
+    e = number_of(steps + SHIFT_BITS) - SHIFT
+    e = e if has_all_bits else e - LIFTED
+    k = bits_of(m * LOG_PARTS + SHIFT) & 511
+    c = entry_of(LOG_FACTORS, k)
     top = (m + SHIFT_22) - SHIFT_22
     high, low = c * top - 1.0, c * (m - top)
     r, half = high + low, 0.5 * high
     square = r * r
     more = square * ((1 / 7 - r * (1 / 8)) * square + (1 / 5 - r * (1 / 6)))
     cubed = r * square * ((1 / 3 - r * (1 / 4)) + more)
-    y, lost = _sum_to((e * LN2[0] + float(LOG_HIGH[k])) + high, -(half * high))
+    y, lost = _sum_to((e * LN2[0] + entry_of(LOGS, k)) + high, -(half * high))
     y, left = _sum_to(y, low)
-    rest = (cubed - low * (high + 0.5 * low)) + (e * LN2[1] + float(LOG_LOW[k]))
+    rest = (cubed - low * (high + 0.5 * low)) + (e * LN2[1] + entry_of(LOG_RESTS, k))
     return y, rest + (lost + left)
-
-
-@jit
-def _log_of_any(x: float) -> tuple[float, float]:
-    """`_log` of a number that may have fewer bits."""
-    if x >= LEAST_WITH_ALL_BITS:
-        return _log(x)
-    y, low = _log(x * LIFT)
-    y, rest = _sum(y, -64.0 * LN2[0])
-    return y, low + (rest - 64.0 * LN2[1])
 
 
 @jit
@@ -237,32 +262,22 @@ def log(x: float) -> float:
     """The natural logarithm of `x`: -inf for 0, and no number (nan) below."""
     if not 0.0 < x < math.inf:
         return -math.inf if x == 0.0 else math.nan if x < 0.0 else x
-    y, low = _log_of_any(x)
+    y, low = _log(x)
     return y + low
 
 
 @jit
 def power(x: float, y: float) -> float:
     """`x` to the power `y`, for x >= 0; no number (nan) for x < 0."""
-    if not (0.0 < x < math.inf and abs(y) <= MOST_POWER):
-        return _odd_power(x, y)
-    a, b = _log_of_any(x)
-    (c, d), (e, f) = _halves(a), _halves(y)
-    p, rest = c * e, c * f + (d + b) * y
-    if not LEAST_EXP <= p <= MOST_EXP:
-        return math.inf if p > 0.0 else 0.0
-    high, low, exponent = _exp(p, rest)
-    return _scaled(high, low, exponent)
-
-
-@jit
-def _odd_power(x: float, y: float) -> float:
-    """`power` where `x` is no positive, finite number, or `y` is beyond MOST_POWER."""
-    if y == 0.0 or x == 1.0:
-        return 1.0
-    if x < 0.0 or x != x or y != y:
-        return math.nan
-    return math.inf if (x > 1.0) == (y > 0.0) else 0.0
+    a, b = _log(x)
+    by = MOST_POWER if y > MOST_POWER else -MOST_POWER if y < -MOST_POWER else y
+    (c, d), (e, f) = _halves(a), _halves(by)
+    p = c * e
+    rest = c * f + (d + b) * by if abs(p) < -LEAST_EXP else 0.0
+    at_end = math.inf if (x > 1.0) == (y > 0.0) else 0.0
+    result = at_end if x == 0.0 or x == math.inf else _exp(p, rest)
+    result = result if x >= 0.0 and y == y else math.nan
+    return 1.0 if x == 1.0 or y == 0.0 else result
 
 
 @jit
@@ -288,8 +303,8 @@ def _sine_cosine(high: float, low: float) -> tuple[float, float]:
     square = d * d
     cubed = d * square * (-1 / 6 + square * (1 / 120 - square * (1 / 5040)))
     fallen = square * (-0.5 + square * (1 / 24 - square * (1 / 720)))
-    s, s_low = float(SINE_HIGH[k]), float(SINE_LOW[k])
-    c, c_low = float(COSINE_HIGH[k]), float(COSINE_LOW[k])
+    s, s_low = entry_of(SINE_HIGH, k), entry_of(SINE_LOW, k)
+    c, c_low = entry_of(COSINE_HIGH, k), entry_of(COSINE_LOW, k)
     a, b = _product(c, d)
     y, f = _sum_to(s, a)
     sine = y + (f + (b + (s_low + c_low * d + c * rest + (s * fallen + c * cubed))))
@@ -346,8 +361,8 @@ def _slope(small: float, big: float) -> tuple[float, float]:
     left = (((over - r) - lost) + low - t * (rest + below)) / under
     square = t * t
     cubed = -1 / 3 + square * (1 / 5 - square * (1 / 7 - square * (1 / 9)))
-    high, kept = _sum_to(float(ATAN_HIGH[k]), t)
-    return _sum_to(high, kept + (float(ATAN_LOW[k]) + left + t * square * cubed))
+    high, kept = _sum_to(entry_of(ATAN_HIGH, k), t)
+    return _sum_to(high, kept + (entry_of(ATAN_LOW, k) + left + t * square * cubed))
 
 
 @jit

@@ -22,6 +22,7 @@ from kernels.moving import (
     Motion,
     build_motion,
     given_velocities,
+    move_obstacles,
     place_obstacles,
     velocities_of,
 )
@@ -45,7 +46,7 @@ from kernels.shapes import Obstacles
 from kernels.state import Floats, Flock, Kinds, World, laid_out
 from kernels.topology import topology_of
 from kernels.workspace import Workspace, build_workspace
-from kernels.worlds import Reach, build_reach, build_world
+from kernels.worlds import Reach, build_moving_reach, build_reach, build_world
 
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 """Of the frames that are kept until they are taken."""
@@ -60,7 +61,8 @@ class Scenery(NamedTuple):
     in their boids may share one.
 
     Where obstacles move, `velocities` (2, M) are as `given_velocities` has them,
-    `speed` is that of the others, and any obstacle may act at any place.
+    `speed` is that of the others, and any obstacle may act at any place: each flight
+    has a reach of its own.
     """
 
     world: World
@@ -175,21 +177,25 @@ def begin(
     where the model's kinds are not those of so many boids, this state is not finite, or
     pixels are to be visited where obstacles move.
     """
-    motion = _motion(scenery, memory, keys, params.dt)
-    if motion is not None:
-        scenery = scenery._replace(world=motion.world)
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
     flock = laid_out(flock)
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
-    dt, world = params.dt, scenery.world
-    layers = build_robots(robots, keys, schedule.n, dt, world, params)
+    dt = params.dt
+    layers = build_robots(robots, keys, schedule.n, dt, scenery.world, params)
+    margin = _margin(model, params, layers.rows)
+    motion = _motion(scenery, memory, keys, dt, margin)
+    if motion is not None:
+        moving = build_moving_reach(motion.world, margin)
+        scenery = scenery._replace(world=motion.world, contact=moving, reach=moving)
+    elif layers.rows:
+        scenery = scenery._replace(reach=build_reach(scenery.world, margin))
     work = build_workspace(
         flock,
         scenery.world,
         search_range(model, params, layers.rows),
         topology_of(robots.sensing, schedule.n, scenery.world),
-        _reach(model, scenery, layers.rows),
+        scenery.reach,
         scenery.occupancy,
         _begun(model, params, flock, kind, rng),
         kind,
@@ -198,6 +204,7 @@ def begin(
             robots.sensing,
             schedule.n,
             params.dt,
+            scenery.world,
             keys.flown,
             layers.failing.silent_from(),
             layers.failing.blind_from(),
@@ -236,26 +243,25 @@ def search_range(model: Model, params: Any, rows: Rows) -> float:
     return max(float(one.range) for one in seen)
 
 
-def _reach(model: Model, scenery: Scenery, rows: Rows) -> Reach:
-    """Where obstacles act on boids: as far as on the one on which they act farthest,
-    and everywhere if they move.
+def _margin(model: Model, params: Any, rows: Rows) -> float:
+    """How far beyond their surface obstacles act on boids: as far as on the one on
+    which they act farthest.
     """
-    if not rows or scenery.velocities is not None:
-        return scenery.reach
-    farthest = max(map(model.obstacle_reach, rows[0]))
-    return build_reach(scenery.world, float(farthest))
+    return float(max(map(model.obstacle_reach, rows[0] if rows else [params])))
 
 
 def _motion(
-    scenery: Scenery, memory: Memory, keys: ChanceKeys, dt: float
+    scenery: Scenery, memory: Memory, keys: ChanceKeys, dt: float, margin: float
 ) -> Motion | None:
-    """What moves the obstacles of a flight, None where none moves."""
+    """What moves the obstacles of a flight, None where none moves; they act up to
+    `margin` beyond their surface.
+    """
     if scenery.velocities is None:
         return None
     if memory.covering:
         raise RuntimeError(f"obstacles move, and {NO_PIXELS}")
     velocities = velocities_of(scenery.velocities, scenery.speed, keys.made)
-    return build_motion(scenery.world, velocities, dt)
+    return build_motion(scenery.world, velocities, dt, margin)
 
 
 def _begun(
@@ -469,7 +475,7 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     go_on_to(flight.work.goals, earlier.work.goals)
     go_on_blowing(flight.work.robots.wind, earlier.work.robots.wind)
     rebuild_grid(flight)
-    place_obstacles(flight.work.motion, flight.step)
+    move_obstacles(flight.work.motion, flight.work.reach, flight.step)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):
         coverage.visits[:], coverage.sums[:] = before.visits, before.sums

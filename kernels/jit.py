@@ -57,10 +57,10 @@ def jit_with_memory(function: Callable[P, R]) -> Callable[P, R]:
     return _compiled(function)
 
 
-def jit_as(function: Callable[P, R], *like: Callable[..., Any]) -> Callable[P, R]:
+def jit_as(function: Callable[P, R], like: Callable[..., Any]) -> Callable[P, R]:
     """Compile `function`, which is made of the text of `like` or calls what is, and
-    must not allocate either. What it is compiled to is kept as long as that of all
-    `like` is valid.
+    must not allocate either. What it is compiled to is kept as long as that of `like`
+    is valid.
     """
     MADE_OF[function] = like
     return _compiled(function, _nrt=False)

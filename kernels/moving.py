@@ -21,6 +21,7 @@ from kernels.robots.purposes import WAY
 from kernels.settings import TORUS
 from kernels.shapes import Obstacles, is_arena, velocity_of
 from kernels.state import Corners, Floats, World
+from kernels.worlds import Reach, enter_obstacles
 
 
 class Motion(NamedTuple):
@@ -28,6 +29,7 @@ class Motion(NamedTuple):
 
     `x`, `y` (M,) are their middles at the start, `corner_x`, `corner_y` (V,) the
     vertices of polygons, `vx`, `vy` (M,) velocities, and `dt` the time of a step.
+    Obstacles act up to `margin` beyond their surface.
     """
 
     world: World
@@ -38,6 +40,7 @@ class Motion(NamedTuple):
     vx: Floats
     vy: Floats
     dt: float
+    margin: float
 
 
 def given_velocities(obstacles: Obstacles, speed: float) -> Floats | None:
@@ -65,9 +68,12 @@ def velocities_of(given: Floats, speed: float, key: ChanceKey) -> Floats:
     return found
 
 
-def build_motion(world: World, velocities: Floats, dt: float) -> Motion:
+def build_motion(
+    world: World, velocities: Floats, dt: float, margin: float = 0.0
+) -> Motion:
     """What moves obstacles of `world` from where they are, with velocities (2, M) and
-    steps of `dt`. The world that it moves has arrays of its own.
+    steps of `dt`, which act up to `margin` beyond their surface. The world that it
+    moves has arrays of its own.
     """
     corners = world.corners
     own = world._replace(
@@ -85,6 +91,7 @@ def build_motion(world: World, velocities: Floats, dt: float) -> Motion:
         vx,
         vy,
         dt,
+        margin,
     )
 
 
@@ -93,6 +100,16 @@ def place_obstacles(motion: Motion | None, step: int) -> None:
     """Put the obstacles of a world where they are after so many steps."""
     if motion is not None:
         _place(motion.world.corners, motion, step)
+
+
+@jit
+def move_obstacles(motion: Motion | None, reach: Reach, step: int) -> None:
+    """Put the obstacles of a world where they are after so many steps, and enter them
+    there into `reach`.
+    """
+    if motion is not None:
+        _place(motion.world.corners, motion, step)
+        enter_obstacles(motion.world, motion.margin, reach)
 
 
 @jit

@@ -222,53 +222,108 @@ class Reach(NamedTuple):
 
 MOST_COLUMNS = 80
 """Cells along the longer side of the world."""
+CELLS_AN_OBSTACLE = 4
+"""At most, of a square world, where obstacles are entered anew in each step."""
 
 
 def build_reach(world: World, margin: float) -> Reach:
     """The Reach of obstacles that act up to `margin` beyond their larger half width (in
     the world's unit).
     """
-    n = world.obstacle_x.size
-    cell = max(world.width, world.height) / (
-        1 if math.isinf(margin) or n == 0 else MOST_COLUMNS
-    )
-    columns, rows = (
-        max(1, round(world.width / cell)),
-        max(1, round(world.height / cell)),
-    )
-    per_width, per_height = columns / world.width, rows / world.height
+    everywhere = math.isinf(margin) or world.obstacle_x.size == 0
+    reach = _empty_reach(world, 1 if everywhere else MOST_COLUMNS)
+    _count_entries(world, margin, reach)
+    return _filled(world, margin, reach, int(reach.first.sum()))
+
+
+def build_moving_reach(world: World, margin: float) -> Reach:
+    """The Reach of obstacles that move, with room for them wherever they are: it has
+    them where they are now, and `enter_obstacles` enters them anew. So cells are about
+    as large as that in which an obstacle acts, and not many more than obstacles.
+    """
+    n, longer = world.obstacle_x.size, max(world.width, world.height)
     extent = np.maximum(world.half_width, world.half_height) + margin
-    count, nowhere = np.zeros(columns * rows + 1, np.int64), np.empty(0, np.int64)
-    _enter(world, extent, Reach(columns, rows, per_width, per_height, count, nowhere))
-    count[-1] = n
-    first = np.concatenate([[0], np.cumsum(count)])
-    obstacle = np.empty(first[-1], np.int64)
-    obstacle[first[-2] :] = np.arange(n)
-    _enter(
-        world,
-        extent,
-        Reach(columns, rows, per_width, per_height, first[:-1].copy(), obstacle),
+    most = math.sqrt(CELLS_AN_OBSTACLE * n)
+    side = max(2.0 * float(extent.mean()), longer / most)
+    reach = _empty_reach(world, max(1, round(longer / side)))
+    across, along = (
+        np.minimum(np.ceil(2.0 * extent * per_length) + 2.0, cells).sum()
+        for per_length, cells in (
+            (reach.columns_per_length, reach.columns),
+            (reach.rows_per_length, reach.rows),
+        )
     )
+    return _filled(world, margin, reach, n + int(across * along))
+
+
+def _empty_reach(world: World, most: int) -> Reach:
+    """A Reach of no obstacle, with so many cells along the longer side."""
+    cell = max(world.width, world.height) / most
+    columns = max(1, round(world.width / cell))
+    rows = max(1, round(world.height / cell))
+    first, obstacle = np.zeros(columns * rows + 2, np.int64), np.zeros(0, np.int64)
+    per_width, per_height = columns / world.width, rows / world.height
     return Reach(columns, rows, per_width, per_height, first, obstacle)
 
 
-@jit
-def _enter(world: World, extent: Floats, reach: Reach) -> None:
-    """Enter every obstacle into the cells within its `extent` (M,). Each entry is
-    written at the cell's `first`, which then moves on by one.
+def _filled(world: World, margin: float, reach: Reach, room: int) -> Reach:
+    """The Reach with all obstacles, and with room for so many entries."""
+    reach = reach._replace(obstacle=np.zeros(room, np.int64))
+    enter_obstacles(world, margin, reach)
+    return reach
 
-    With an empty `obstacle` the entries are only counted.
+
+@jit
+def enter_obstacles(world: World, margin: float, reach: Reach) -> None:
+    """Enter all obstacles into `reach` where they are now, each within `margin` of its
+    larger half width. Lists are filled from their ends.
     """
-    for m in range(extent.size):
-        x, y, r = world.obstacle_x[m], world.obstacle_y[m], extent[m] * (1 + 1e-9)
-        for row in range(*_cells(y - r, y + r, reach.rows_per_length, reach.rows)):
-            for column in range(
-                *_cells(x - r, x + r, reach.columns_per_length, reach.columns)
-            ):
-                cell = row * reach.columns + column
-                if reach.obstacle.size > 0:
-                    reach.obstacle[reach.first[cell]] = m
-                reach.first[cell] += 1
+    cells = reach.first.size - 1
+    for cell in range(cells):
+        reach.first[cell] = 0
+    _count_entries(world, margin, reach)
+    end = 0
+    for cell in range(cells):
+        end += reach.first[cell]
+        reach.first[cell] = end
+    reach.first[cells] = end
+    for m in range(world.obstacle_x.size - 1, -1, -1):
+        left, right, low, high = _touched(world, margin, reach, m)
+        for row in range(low, high):
+            for column in range(left, right):
+                _enter(reach, row * reach.columns + column, m)
+        _enter(reach, cells - 1, m)
+
+
+@jit
+def _enter(reach: Reach, cell: int, m: int) -> None:
+    reach.first[cell] -= 1
+    reach.obstacle[reach.first[cell]] = m
+
+
+@jit
+def _count_entries(world: World, margin: float, reach: Reach) -> None:
+    """Add to the `first` of each cell how many obstacles are entered into it."""
+    for m in range(world.obstacle_x.size):
+        left, right, low, high = _touched(world, margin, reach, m)
+        for row in range(low, high):
+            for column in range(left, right):
+                reach.first[row * reach.columns + column] += 1
+        reach.first[reach.first.size - 2] += 1
+
+
+@jit
+def _touched(
+    world: World, margin: float, reach: Reach, m: int
+) -> tuple[int, int, int, int]:
+    """The cells in which obstacle `m` acts: the first column and the one after the
+    last, and such rows.
+    """
+    x, y = world.obstacle_x[m], world.obstacle_y[m]
+    r = (max(world.half_width[m], world.half_height[m]) + margin) * (1 + 1e-9)
+    left, right = _cells(x - r, x + r, reach.columns_per_length, reach.columns)
+    low, high = _cells(y - r, y + r, reach.rows_per_length, reach.rows)
+    return left, right, low, high
 
 
 @jit

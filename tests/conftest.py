@@ -20,7 +20,7 @@ from hypothesis import settings
 from kernels.models import MODELS
 from sweep.store import provenance
 from sweep.trial.simulation import run
-from sweep.workers import attempts
+from sweep.workers import flying
 from tests.builders import every_metric, job
 
 settings.register_profile("kernels", deadline=None, derandomize=True)
@@ -56,7 +56,17 @@ def alone() -> Iterator[None]:
     does only where a test says so.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(attempts, "worth_flying_together", lambda *_: False)
+        patch.setattr(flying, "worth_flying_together", lambda *_: False)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_compiler_for_gpus() -> Iterator[None]:
+    """To compile a model for a GPU takes 5 to 20 s. A check of a model does it only
+    where a test says so.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sweep.testing.devices.find_spec", lambda _name: None)
         yield
 
 

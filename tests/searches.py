@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.workers.attempts as attempts_module
+import sweep.workers.flying as flying_module
 from sweep.campaigns.launch import search
 from sweep.campaigns.progress import SearchProgress
 from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
@@ -135,12 +135,12 @@ def replace_trials(
         given.append(job)
         return run(job)
 
-    monkeypatch.setattr(attempts_module, "run", noting)
+    monkeypatch.setattr(flying_module, "run", noting)
     # Eight that fly together would be real ones.
     monkeypatch.setattr(
-        attempts_module, "worth_flying_together", lambda _jobs, _seconds: False
+        flying_module, "worth_flying_together", lambda _jobs, _seconds: False
     )
-    monkeypatch.setattr(attempts_module, "warm", lambda _job: None)
+    monkeypatch.setattr(flying_module, "warm", lambda _job: None)
     return given
 
 

@@ -5,16 +5,16 @@ views of large arrays, and calls the `advance` of the model and the kernels of t
 metrics, which are those of processors.
 """
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from textwrap import dedent, indent
 from typing import Any
 
 from kernels.caching import stamp_of_made
 from kernels.device.layout import ALIKE, GIVEN, Block, Layout
-from kernels.device.views import VIEW, view
-from kernels.jit import jit, jit_as
+from kernels.device.views import view
+from kernels.jit import jit
 from kernels.lanes.texts import function_of
 from kernels.model import Model
 from kernels.recording import FILLED, STEP, Record
@@ -87,12 +87,12 @@ def keep(record: Record, steps_of: Any, kept: int) -> int:
 
 @dataclass(frozen=True)
 class Kernel:
-    """What a device is to run: a function made of a `text`, of flights of a `model`
-    that are of one form, and the kernels that measure them. The pixels of their `maps`
-    are numbers of that type.
+    """What a device is to run: the `text` of a function, of flights of a `model` that
+    are of one form, and the kernels that measure them. The pixels of their `maps` are
+    numbers of that type.
 
-    The arguments of the function are `trial`, `numbers`, among them so many `given` and
-    `alike` ones of the layout, and `arrays`, each of them whole, that is of one axis.
+    The function gets `numbers`, among them so many `given` and `alike` ones of the
+    layout, and `arrays`, each of them whole, that is of one axis.
     """
 
     model: Model
@@ -106,9 +106,7 @@ class Kernel:
 
     @property
     def numbers(self) -> dict[str, type]:
-        """The numbers that are given to the function after `trial`, in order, and
-        whether they are whole.
-        """
+        """The numbers that are given to the function, in order, and their types."""
         given = (f"{GIVEN}{k}" for k in range(self.given))
         whole = dict.fromkeys(("task", "steps", *LENGTHS, *given), int)
         return whole | {f"{ALIKE}{k}": float for k in range(self.alike)}
@@ -127,13 +125,13 @@ class Kernel:
         """What decides whether the function must be compiled again."""
         return stamp_of_made(self.model.advance, *self.measures)
 
-    @cached_property
-    def function(self) -> Callable[..., None]:
-        """The function."""
-        plain = os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
+    def function(self, begin: str, **known: Any) -> Callable[..., None]:
+        """The function that begins with these lines, which name it and its arguments
+        and know also what is `known`.
+        """
         scope: dict[str, Any] = {
             "__name__": self.model.advance.__module__,
-            "view": view if plain else VIEW,
+            "view": view,
             "copy": copy,
             "room_for": room_for,
             "steps_done": steps_done,
@@ -143,8 +141,27 @@ class Kernel:
         }
         scope |= {f"Class{k}": one for k, one in enumerate(self.classes)}
         scope |= {f"measure{k}": one for k, one in enumerate(self.measures)}
-        made = function_of(self.text, scope)
-        return jit_as(made, self.model.advance, *self.measures)
+        made: Callable[..., None] = function_of(f"{begin}{self.text}", scope | known)
+        return made
+
+    @cached_property
+    def of_trial(self) -> Callable[..., None]:
+        """The function of a trial: of its number, `numbers` and `arrays`."""
+        return self.function(f"def fly(trial, {self._given}):")
+
+    def of_thread(self, cuda: Any) -> Callable[..., None]:
+        """The function of a thread of a GPU, by numba's module `cuda`: of `numbers` and
+        `arrays`. It takes the trial that has the number of the thread.
+        """
+        begin = f"""def fly({self._given}):
+    trial = cuda.grid(1)
+    if trial >= count:
+        return"""
+        return self.function(begin, cuda=cuda)
+
+    @property
+    def _given(self) -> str:
+        return ", ".join([*self.numbers, *self.arrays])
 
 
 def kernel_of(
@@ -167,12 +184,6 @@ def kernel_of(
 def _text(
     layout: Layout, measures: tuple[Callable[..., None], ...] | None, maps: Block
 ) -> str:
-    kinds = layout.kinds
-    alike = [f"{ALIKE}{k}" for k in range(len(layout.alike))]
-    given = [f"{GIVEN}{k}" for k in range(len(layout.given))]
-    names = ", ".join(
-        [*given, *alike, *kinds, *(f"{SENT}{one}" for one in kinds), SENT_MAPS, *TABLES]
-    )
     end = "kept = filled"
     if measures is not None:
         place = f"(trial * {len(measures)} + {{}}) * n_frames + kept, 1, (filled,)"
@@ -182,8 +193,7 @@ def _text(
             for k in range(len(measures))
         ]
         end = "; ".join([*calls, "kept = keep(record, steps_of_flight, kept)"])
-    return f"""
-    def fly(trial, task, steps, {", ".join(LENGTHS)}, {names}):
+    text = f"""
         mark = view(marks, trial, count, ({N_MARKS},))
         fact = view(facts, trial, count, ({len(layout.facts)},))
         number = view(numbers, trial, count, ({len(layout.numbers)},))
@@ -214,6 +224,7 @@ def _text(
                 {end}
             mark[{STATE}], mark[{KEPT}] = state, kept
     """
+    return indent(dedent(text), " " * 4)
 
 
 def _turned(layout: Layout, copying: str) -> str:

@@ -37,8 +37,7 @@ from kernels import fetching, fours, generator, indices
 from kernels.caching import kept
 from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
-from kernels.device.views import VIEW, instructions
-from kernels.lanes.texts import function_of
+from kernels.device.views import instructions, view
 
 VERSION = version("numba-cuda")
 CAPABILITY = (9, 0)
@@ -189,7 +188,7 @@ def _answered() -> Iterator[None]:
     context = cuda_target.typing_context
     usual = context.resolve_value_type
     made = [(one, cuda.jit(device=True)(other)) for one, other in HERE]
-    made.append((VIEW, intrinsic(_instructions)))
+    made.append((view, intrinsic(_instructions)))
 
     def resolve(value: Any) -> Any:
         return usual(next((other for one, other in made if value is one), value))
@@ -219,16 +218,9 @@ def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
 
 
 def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:
-    given = ", ".join([*kernel.numbers, *kernel.arrays])
-    text = f"""
-        def entry({given}):
-            trial = grid(1)
-            if trial < count:
-                fly(trial, {given})
-    """
     addresses = [types.CPointer(KINDS[kind]) for kind in kernel.arrays.values()]
     kinds = [KINDS["f8" if one is float else "i8"] for one in kernel.numbers.values()]
-    entry = function_of(text, {"grid": cuda.grid, "fly": kernel.function})
+    entry = kernel.of_thread(cuda)
     try:
         with _answered():
             made = compiler.compile_cuda(

@@ -8,10 +8,7 @@ large array, so that nothing is copied, allocated or counted.
 from typing import Any
 
 from llvmlite import ir
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
-from numba.np import arrayobj
 from numpy.lib.stride_tricks import as_strided
 
 BUILD: Any = cgutils
@@ -32,16 +29,13 @@ def view(whole: Any, first: Any, stride: Any, shape: tuple[Any, ...]) -> Any:
 
 
 def instructions(whole: Any, shape: Any, kinds: Any, made: Any) -> Any:
-    """The type of a view of `whole`, an array or the address of one, and what it is
-    compiled to, for a compiler whose types are `kinds` and which makes arrays by
-    `made`.
+    """The type of a view of the array at the address `whole`, and what it is compiled
+    to, for a compiler whose types are `kinds` and which makes arrays by `made`.
     """
     found = kinds.Array(whole.dtype, len(shape), LAYOUT)
 
     def code(context: Any, builder: Any, _signature: Any, given: Any) -> Any:
         address, first, stride, lengths = given
-        if isinstance(whole, kinds.Array):
-            address = made.make_array(whole)(context, builder, address).data
         size = context.get_abi_sizeof(context.get_data_type(whole.dtype))
         element = context.get_constant(kinds.intp, size)
         step, steps = builder.mul(stride, element), []
@@ -62,11 +56,3 @@ def instructions(whole: Any, shape: Any, kinds: Any, made: Any) -> Any:
 
     whole_numbers = kinds.UniTuple(kinds.intp, len(shape))
     return found(whole, kinds.intp, kinds.intp, whole_numbers), code
-
-
-def _instructions(_: Any, whole: Any, first: Any, stride: Any, shape: Any) -> Any:  # noqa: ARG001
-    return instructions(whole, shape, types, arrayobj)
-
-
-VIEW: Any = intrinsic(_instructions)
-"""What `view` is for kernels that are compiled for processors."""

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels import goals, indices, neighbours, recording
+from kernels import elementary, goals, indices, neighbours, recording
 from kernels.events import N_EVENTS
 from kernels.jit import jit_as
 from kernels.lanes.calls import plain_of
@@ -18,7 +18,15 @@ from kernels.lanes.facts import LIKE_FIRST, SAME_IN_ALL
 from kernels.lanes.rows import rows, stack_all, write_turned
 from kernels.lanes.search import move, move_all, search
 from kernels.lanes.texts import function_of
-from kernels.lanes.vectors import OPTIONS, WIDTH, bits_of, spread
+from kernels.lanes.vectors import (
+    OPTIONS,
+    WIDTH,
+    bits_number,
+    bits_of,
+    looked_up,
+    number_bits,
+    spread,
+)
 from kernels.model import Model
 from kernels.near import Near
 from kernels.robots import actuation, differing, sensing
@@ -126,8 +134,26 @@ def _is_measured(_work: Any) -> bool:
     return False
 
 
+@piece
+def _bits_of(x: Any) -> Any:
+    return number_bits(x)
+
+
+@piece
+def _number_of(bits: Any) -> Any:
+    return bits_number(bits)
+
+
+@piece
+def _entry_of(table: Any, k: Any) -> Any:
+    return looked_up(table, k)
+
+
 SUBSTITUTES.update(
     {
+        elementary.bits_of: _bits_of,
+        elementary.number_of: _number_of,
+        elementary.entry_of: _entry_of,
         indices.whole: _whole,
         actuation.drive: _follow,
         differing.params_of: _params_of,

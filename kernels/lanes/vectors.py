@@ -279,6 +279,14 @@ for _operators, _name in (
         )
 
 
+for _operators, _name in (
+    ((operator.lshift, operator.ilshift), "shl"),
+    ((operator.rshift, operator.irshift), "ashr"),
+):
+    for _operator in _operators:
+        _defines(_operator, _same, {WHOLE: _instruction(_name)})
+
+
 @intrinsic
 def spread(_context: Any, value: Any) -> Any:
     """The vector of a number, the same in all lanes; a vector stays what it is."""
@@ -350,6 +358,46 @@ def put(_context: Any, vector: Any, at: Any, number: Any) -> Any:
         return builder.insert_element(arguments[0], value, index)
 
     return signature(vector, vector, at, number), code
+
+
+def _read_as(of_vectors: Vector, of_numbers: Any) -> Any:
+    """The intrinsic that reads the bits of a number, or of several, as another kind."""
+
+    def read(_context: Any, value: Any) -> Any:
+        kind = of_vectors if varies(value) else of_numbers
+        before = LANES if of_vectors is WHOLE else WHOLE
+        plain = before if varies(value) else before.number
+
+        def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
+            number = context.cast(builder, arguments[0], given.args[0], plain)
+            return builder.bitcast(number, context.get_value_type(kind))
+
+        return signature(kind, value), code
+
+    return intrinsic(read)
+
+
+number_bits, bits_number = _read_as(WHOLE, types.int64), _read_as(LANES, types.float64)
+"""The bits of floats as integers, and the other way round."""
+
+
+def looked_up(table: Any, k: Any) -> Any:
+    """The entry of a table, for each lane its own."""
+    return table[k]
+
+
+@overload(looked_up, jit_options=OPTIONS, strict=False)
+def _looked_up(_table: Any, k: Any) -> Any:
+    if not varies(k):
+        return lambda _table, k: _table[k]
+
+    def each(_table: Any, k: Any) -> Any:
+        found = spread(_table[lane(k, 0)])
+        for at in range(1, WIDTH):
+            found = put(found, at, _table[lane(k, at)])
+        return found
+
+    return each
 
 
 @intrinsic

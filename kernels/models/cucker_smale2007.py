@@ -10,6 +10,7 @@ from typing import Annotated, NamedTuple
 from numpy.random import Generator
 
 from kernels.elementary import power
+from kernels.indices import whole
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
@@ -116,12 +117,13 @@ def _pull(
     """The sum of a_ij (v_j - v_i) over the `found` neighbours of boid `i`, Eq. (1), or
     with weights `mean` this sum by the number of boids.
     """
-    sigma2 = params.decay_length * params.decay_length
+    sigma2, near = params.decay_length * params.decay_length, work.near
+    for k in range(whole(found)):  # a loop without sums: several at once
+        near.factor[k] = power(sigma2 + near.distance2[k], -params.exponent)
     x, y = 0.0, 0.0
     for k in range(found):
-        weight = power(sigma2 + work.near.distance2[k], -params.exponent)
-        x += weight * (others.vx[work.near.boid[k]] - own.vx[i])
-        y += weight * (others.vy[work.near.boid[k]] - own.vy[i])
+        x += near.factor[k] * (others.vx[near.boid[k]] - own.vx[i])
+        y += near.factor[k] * (others.vy[near.boid[k]] - own.vy[i])
     share = 1.0 / others.x.size if params.weights == MEAN else 1.0
     return params.strength * share * x, params.strength * share * y
 

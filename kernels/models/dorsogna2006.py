@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 from numpy.random import Generator
 
 from kernels.elementary import exp, expm1
+from kernels.indices import whole
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.near import Near
@@ -136,14 +137,15 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
     pull = params.attraction_strength / params.attraction_length
     push_rate = -1.0 / params.repulsion_length
     pull_rate = -1.0 / params.attraction_length
-    x, y = 0.0, 0.0
-    for k in range(found):
+    for k in range(whole(found)):  # a loop without sums: several at once
         distance = math.sqrt(near.distance2[k])
         slope = pull * exp(pull_rate * distance)
         slope -= push * exp(push_rate * distance)
-        share = slope / distance if distance > 0.0 else 0.0
-        x += share * near.dx[k]
-        y += share * near.dy[k]
+        near.factor[k] = slope / distance if distance > 0.0 else 0.0
+    x, y = 0.0, 0.0
+    for k in range(found):
+        x += near.factor[k] * near.dx[k]
+        y += near.factor[k] * near.dy[k]
     return x, y
 
 

@@ -11,6 +11,7 @@ from kernels.robots.occlusion import (
     bodies_within,
     is_behind_body,
     is_behind_obstacle,
+    obstacles_within,
     way_between,
 )
 from kernels.robots.purposes import LOSS
@@ -34,7 +35,7 @@ def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -
 @jit_apart
 def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) -> int:
     """`heard` for boids with senses: first whose packets arrive, then who of them is
-    hidden by bodies, which costs more.
+    hidden, which costs more.
     """
     kept, furthest2 = 0, 0.0
     for k in range(found):
@@ -42,14 +43,15 @@ def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) ->
         arrives, distance2 = _arrives(senses, world, i, int(near.boid[k]))
         kept += int(arrives)
         furthest2 = max(furthest2, distance2 if arrives else 0.0)
-    if not senses.boids_hide:
+    obstacles = obstacles_within(senses, world, i, furthest2)
+    bodies = bodies_within(senses, world, i, furthest2)
+    if obstacles == bodies == 0:
         return kept
     found, kept = kept, 0
-    bodies = bodies_within(senses, world, i, furthest2)
     for k in range(found):
         _keep(near, k, kept)
-        dx, dy = way_between(senses, world, i, int(near.boid[k]))
-        kept += int(not is_behind_body(senses, bodies, dx, dy))
+        j = int(near.boid[k])
+        kept += int(not _is_hidden(senses, world, i, j, obstacles, bodies))
     return kept
 
 
@@ -79,14 +81,27 @@ def hears(senses: Senses, world: World, i: int, j: int) -> bool:
     arrives, distance2 = _arrives(senses, world, i, j)
     if not arrives:
         return False
+    obstacles = obstacles_within(senses, world, i, distance2)
     bodies = bodies_within(senses, world, i, distance2)
+    return not _is_hidden(senses, world, i, j, obstacles, bodies)
+
+
+@jit
+def _is_hidden(
+    senses: Senses, world: World, i: int, j: int, obstacles: int, bodies: int
+) -> bool:
+    """Whether boid `j` is hidden from boid `i` by one of so many obstacles and bodies
+    that can be between them.
+    """
     dx, dy = way_between(senses, world, i, j)
-    return not is_behind_body(senses, bodies, dx, dy)
+    if is_behind_obstacle(senses, world, i, obstacles, dx, dy):
+        return True
+    return is_behind_body(senses, bodies, dx, dy)
 
 
 @jit
 def _arrives(senses: Senses, world: World, i: int, j: int) -> tuple[bool, float]:
-    """Whether a packet of boid `j` arrives at boid `i` if no body is between them, and
+    """Whether a packet of boid `j` arrives at boid `i` if nothing is between them, and
     the square of their distance.
 
     A packet is lost with the probability packet_loss (d / packet_loss_range)^2, at most
@@ -103,7 +118,7 @@ def _arrives(senses: Senses, world: World, i: int, j: int) -> tuple[bool, float]
         return False, distance2
     if senses.packet_loss > 0.0 and _is_lost(senses, i, j, distance2):
         return False, distance2
-    return not is_behind_obstacle(senses, world, i, dx, dy), distance2
+    return True, distance2
 
 
 @jit

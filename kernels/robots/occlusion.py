@@ -7,32 +7,63 @@ from kernels.state import Corners, World
 from kernels.torus import nearest_image
 
 BEYOND = 1.0 + 1e-9
-"""A factor of squared lengths, by far more than their rounding."""
+"""A factor of lengths and of their squares, by far more than their rounding."""
+
+
+@jit
+def obstacles_within(senses: Senses, world: World, i: int, length2: float) -> int:
+    """Keep in `senses.hiding` all obstacles that can be between boid `i` and boids up
+    to the square root of `length2` away, in `senses.shift` how far each is shifted, and
+    return how many they are: none where obstacles do not hide. On a torus that is seen
+    across its borders there are those beyond them too.
+    """
+    found = 0
+    if senses.obstacles_hide:
+        x, y = senses.place[0, i], senses.place[1, i]
+        around = 1 if world.minimum_image else 0
+        for m in range(world.obstacle_x.size):
+            for column in range(-around, around + 1):
+                for row in range(-around, around + 1):
+                    off_x, off_y = column * world.width, row * world.height
+                    senses.hiding[found] = m
+                    senses.shift[0, found], senses.shift[1, found] = off_x, off_y
+                    to_x = world.obstacle_x[m] + off_x - x
+                    to_y = world.obstacle_y[m] + off_y - y
+                    found += int(_is_near(world.corners, world, m, to_x, to_y, length2))
+    return found
+
+
+@jit
+def _is_near(
+    corners: Corners | None,
+    world: World,
+    m: int,
+    to_x: float,
+    to_y: float,
+    length2: float,
+) -> bool:
+    """Whether the rectangle about obstacle `m` with its middle at (to_x, to_y) comes as
+    near to 0 as the square root of `length2`. What is outside an arena is everywhere.
+    """
+    if corners is not None and corners.is_arena[m]:
+        return True
+    across = max(abs(to_x) - world.half_width[m] * BEYOND, 0.0)
+    along = max(abs(to_y) - world.half_height[m] * BEYOND, 0.0)
+    return across * across + along * along <= length2 * BEYOND
 
 
 @jit
 def is_behind_obstacle(
-    senses: Senses, world: World, i: int, dx: float, dy: float
+    senses: Senses, world: World, i: int, count: int, dx: float, dy: float
 ) -> bool:
-    """Whether an obstacle that hides is on the way (dx, dy) from the middle of boid
-    `i`.
+    """Whether one of the first `count` obstacles of `obstacles_within` is on the way
+    (dx, dy) from the middle of boid `i`.
     """
     x, y = senses.place[0, i], senses.place[1, i]
-    return senses.obstacles_hide and _is_behind_obstacle(world, x, y, dx, dy)
-
-
-@jit
-def _is_behind_obstacle(world: World, x: float, y: float, dx: float, dy: float) -> bool:
-    """Whether the way (dx, dy) from (x, y) leads through an obstacle; on a torus that
-    is seen across its borders, through one of those beyond them too.
-    """
-    around = 1 if world.minimum_image else 0
-    for m in range(world.obstacle_x.size):
-        for column in range(-around, around + 1):
-            for row in range(-around, around + 1):
-                off = column * world.width, row * world.height
-                if _meets(world.corners, world, m, off, x, y, dx, dy):
-                    return True
+    for k in range(count):
+        off = senses.shift[0, k], senses.shift[1, k]
+        if _meets(world.corners, world, senses.hiding[k], off, x, y, dx, dy):
+            return True
     return False
 
 
@@ -50,15 +81,25 @@ def _meets(
     """Whether the way (dx, dy) from (x, y) leads through obstacle `m` at a place that
     is `off` its own.
     """
-    if corners is not None and is_polygon(corners, m):
-        return meets_polygon(corners, m, x - off[0], y - off[1], dx, dy)
     to_x = world.obstacle_x[m] + off[0] - x
     to_y = world.obstacle_y[m] + off[1] - y
+    half_width, half_height = world.half_width[m], world.half_height[m]
+    if corners is not None and is_polygon(corners, m):
+        beside = _is_beside(dx, to_x, half_width) or _is_beside(dy, to_y, half_height)
+        if beside and not corners.is_arena[m]:
+            return False
+        return meets_polygon(corners, m, x - off[0], y - off[1], dx, dy)
     if world.is_round[m]:
-        return meets_disc(dx, dy, to_x, to_y, world.half_width[m])
-    return meets_rectangle(
-        dx, dy, to_x, to_y, world.half_width[m], world.half_height[m]
-    )
+        return meets_disc(dx, dy, to_x, to_y, half_width)
+    return meets_rectangle(dx, dy, to_x, to_y, half_width, half_height)
+
+
+@jit
+def _is_beside(way: float, middle: float, half: float) -> bool:
+    """Whether along one axis all of a `way` from 0 is beside what reaches `half` to
+    both sides of its `middle`, by more than numbers are rounded.
+    """
+    return abs(middle - 0.5 * way) > (0.5 * abs(way) + half) * BEYOND
 
 
 @jit

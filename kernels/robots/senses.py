@@ -18,7 +18,7 @@ from kernels.settings import (
     OWN_SHARED,
     Sensing,
 )
-from kernels.state import Floats, Flock, empty_flock, laid_out
+from kernels.state import Floats, Flock, World, empty_flock, laid_out
 
 NEVER = np.iinfo(np.int64).max
 """The step in which what does not happen happens."""
@@ -67,7 +67,8 @@ class Senses(NamedTuple):
     are those of x, y, vx and vy that others see, `own_errors` (4, N) those that the
     boid has itself. `place` (2, N) is where all were when others were last sampled,
     which is done every `period` steps. `bodies` (2, N) is room for the ways to those
-    that may hide others from one boid; it is (2, 0) where bodies hide nobody.
+    that may hide others from one boid; it is (2, 0) where bodies hide nobody. `hiding`
+    (R,) and `shift` (2, R) are such room for obstacles, R for all that can be.
 
     `times` (4,) are steps, counted from 0: in which these senses begin, NOT_BEGUN
     before; the step that is taken; that of the last sample; and that in which was sent
@@ -83,6 +84,8 @@ class Senses(NamedTuple):
     own_errors: Floats
     place: Floats
     bodies: Floats
+    hiding: NDArray[np.int64]
+    shift: Floats
     times: NDArray[np.int64]
     silent_from: NDArray[np.int64]
     blind_from: NDArray[np.int64]
@@ -127,6 +130,7 @@ def build_senses(
     sensing: Sensing,
     n: int,
     dt: float,
+    world: World,
     key: ChanceKey,
     silent_from: NDArray[np.int64],
     blind_from: NDArray[np.int64],
@@ -140,6 +144,9 @@ def build_senses(
         return None
     delay = steps_of(sensing.sensing_delay, dt)
     boids_hide = sensing.occlusion in (HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH)
+    obstacles_hide = sensing.occlusion in (HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOTH)
+    images = 9 if world.minimum_image else 1
+    hiding = images * world.obstacle_x.size if obstacles_hide else 0
     return Senses(
         laid_out(empty_flock(n)),
         np.zeros((delay + 1, 4, n)),
@@ -147,6 +154,8 @@ def build_senses(
         np.zeros((4, n)),
         np.zeros((2, n)),
         np.zeros((2, n if boids_hide else 0)),
+        np.zeros(hiding, np.int64),
+        np.zeros((2, hiding)),
         np.full(4, NOT_BEGUN),
         silent_from,
         blind_from,
@@ -159,7 +168,7 @@ def build_senses(
         sensing.radio_range,
         sensing.packet_loss,
         sensing.packet_loss_range,
-        sensing.occlusion in (HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOTH),
+        obstacles_hide,
         boids_hide,
         sensing.body_radius,
     )

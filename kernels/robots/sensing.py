@@ -12,7 +12,7 @@ it. The flock itself is where boids truly are: the model moves them from there.
 
 from kernels.chance import normals
 from kernels.jit import jit, jit_apart
-from kernels.moving import place_obstacles
+from kernels.moving import move_obstacles
 from kernels.neighbours import Grid, move_published
 from kernels.robots.purposes import OWN_ERROR, SENT_ERROR
 from kernels.robots.senses import NOT_BEGUN, NOW, SAMPLED, SENT, SINCE, Senses
@@ -60,7 +60,7 @@ def publish(flock: Flock, others: Flock, work: Workspace) -> None:
     blow(robots.wind, flock, work.grid, robots.keys.flown, robots.clock)
     _publish(work.near.senses, flock, others, work)
     work.robots.clock[0] += 1
-    place_obstacles(work.motion, work.robots.clock[0])
+    move_obstacles(work.motion, work.reach, work.robots.clock[0])
 
 
 @jit

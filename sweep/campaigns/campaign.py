@@ -62,9 +62,9 @@ def run_campaign(
     run, whenever results have come back, and at the end. It is also called at the
     beginning, if it is known then how many trials there can be. Raises StoreError where
     another process is launching the study and where the store cannot be read or
-    written; FailedTrialsError where more trials have failed than the spec allows, and
-    KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all finished trials
-    stored.
+    written; ChoiceError where the engine cannot fly the trials; FailedTrialsError where
+    more trials have failed than the spec allows, and KeyboardInterrupt after Ctrl-C,
+    SIGTERM or SIGHUP, both with all finished trials stored.
     """
     store = Store(results / strategy.study.name, results)
     with custody(store, share) as lock:
@@ -88,7 +88,7 @@ class _Campaign(Generic[P]):
         self.strategy, self.study, self.store = strategy, strategy.study, store
         self.executor, self.lock, self.report = executor, lock, report
         self.share, self.progress = share, strategy.progress
-        self.origin = provenance(self.study)
+        self.origin = provenance(self.study, executor.flying.device)
         self.tables = Tables(self.study, self.origin)
         self.failures = Failures(self.study, store, self.progress.most)
         self.checkpoints = Checkpoints.of(store.folder, share)
@@ -112,6 +112,7 @@ class _Campaign(Generic[P]):
             unpublished = asked.plan
             jobs = self._missing(asked, retry=retry)
             if jobs:
+                self.executor.flying.check(self.study, jobs)
                 if not self.spec_is_written:
                     # The plan of code that cannot run would hide what is stored.
                     check_runs(self.study, asked.some(MOST_TRIALS))

@@ -12,6 +12,9 @@ from sweep.campaigns.search.asked_trials import stored_repetitions
 from sweep.campaigns.search.strategy import SearchStrategy
 from sweep.campaigns.strategy import Strategy
 from sweep.campaigns.until import UntilStrategy
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.errors import ChoiceError
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 from sweep.store.locations import Location
@@ -27,6 +30,23 @@ def check_launches(studies: Sequence[Study], share: Share | None = None) -> None
     for study in studies:
         mistakes.read(_strategy, study, share)
     mistakes.check()
+
+
+def check_flights(studies: Sequence[Study], executor: ExecutorFactory) -> None:
+    """Raise one ChoiceError with all reasons why trials of these studies cannot fly
+    where the engine flies them. Of a study where a rule adds points, only its first
+    points are known now.
+    """
+    if executor.flying.device is None:  # a processor flies every trial
+        return
+    said = []
+    for study in studies:
+        try:
+            executor.flying.check(study, Jobs(study, expand(study)))
+        except ChoiceError as error:
+            said.append(str(error))
+    if said:
+        raise ChoiceError("\n".join(said))
 
 
 def launch(

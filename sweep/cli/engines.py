@@ -1,5 +1,6 @@
 """The options that say where trials run, and the engine that they choose."""
 
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,11 +26,25 @@ class EngineKind(StrEnum):
 
     local = "local"
     dask = "dask"
+    cuda = "cuda"
+
+
+class Again(StrEnum):
+    """Where stored trials fly again."""
+
+    cpu = "cpu"
+    cuda = "cuda"
 
 
 Engine = Annotated[
     EngineKind,
-    typer.Option("--executor", help="Processes on this machine, or a dask cluster."),
+    typer.Option(
+        "--executor",
+        help=(
+            "Processes on this machine, a dask cluster, or processes that share the GPU"
+            " of this machine."
+        ),
+    ),
 ]
 Address = Annotated[
     str | None,
@@ -60,7 +75,7 @@ def engine(
 ) -> "Iterator[ExecutorFactory]":
     """The engine that the options ask for. It is stopped at the end of the context.
 
-        kind            processes on this machine, or a dask cluster
+        kind            processes on this machine, a dask cluster, or a GPU
         workers         worker processes; 0 for as many as cores have room for
         address         the address of the scheduler, only for dask
         scheduler_file  the file in which the scheduler has written its address, instead
@@ -69,26 +84,58 @@ def engine(
     The command ends if options do not go together, a package is missing, or the
     scheduler does not answer.
     """
-    made = (
-        _local(workers, address, scheduler_file, threads)
-        if kind is EngineKind.local
-        else _dask(workers, address, scheduler_file)
-    )
+    if kind is EngineKind.dask:
+        made = _dask(workers, address, scheduler_file)
+    else:
+        _check_no_cluster(kind, address, scheduler_file)
+        made = _cuda(workers) if kind is EngineKind.cuda else _local(workers, threads)
     try:
         yield made
     finally:
         made.stop()
 
 
-def _local(
-    workers: int, address: str | None, scheduler_file: Path | None, threads: int
-) -> "ExecutorFactory":
-    from sweep.workers.executors import Loky, worker_count
+@contextmanager
+def engine_again(kind: Again | None, workers: int) -> "Iterator[ExecutorFactory]":
+    """The engine by which stored trials fly again: processors, if not a GPU. It is
+    stopped at the end of the context. The command ends where there is no GPU.
+    """
+    made = _cuda(workers) if kind is Again.cuda else _local(workers, threads=1)
+    try:
+        yield made
+    finally:
+        made.stop()
 
+
+def _check_no_cluster(
+    kind: EngineKind, address: str | None, scheduler_file: Path | None
+) -> None:
+    """End the command where options are given that only a dask cluster has."""
     for option, value in (("--address", address), ("--scheduler-file", scheduler_file)):
         if value is not None:
-            stop(f"{option}: only a dask cluster has one; add --executor dask")
+            way = "add" if kind is EngineKind.local else "give"
+            stop(f"{option}: only a dask cluster has one; {way} --executor dask")
+
+
+def _local(workers: int, threads: int) -> "ExecutorFactory":
+    from sweep.workers.executors import Loky, worker_count
+
     return Loky(worker_count(workers, threads))
+
+
+def _cuda(workers: int) -> "ExecutorFactory":
+    if find_spec("numba_cuda") is None:
+        stop(f"--executor cuda: needs numba-cuda: {installing('gpu')}")
+    if os.environ.get("CUDA_VISIBLE_DEVICES") == "":
+        stop(
+            "--executor cuda: CUDA_VISIBLE_DEVICES is empty, which hides every GPU;"
+            " give it the number of one, as CUDA_VISIBLE_DEVICES=0, or unset it"
+        )
+    from sweep.workers.gpu import Cuda, gpu_problem, gpu_workers
+
+    if problem := gpu_problem():
+        stop(f"--executor cuda: {problem}")
+    return Cuda(gpu_workers(workers))
 
 
 def _dask(

@@ -21,6 +21,7 @@ from sweep.cli.app import (
     app,
     stop,
 )
+from sweep.cli.engines import Again, engine_again
 from sweep.cli.reading import Where
 from sweep.text import so_many
 
@@ -114,6 +115,16 @@ def verify(
     most: Annotated[int, typer.Option(min=1, help="At most so many trials.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
     workers: Workers = 0,
+    executor: Annotated[
+        Again | None,
+        typer.Option(
+            help=(
+                "Where they fly again; the sample is then of trials that flew"
+                " elsewhere, where there are such. By default on processors, and of all"
+                " trials."
+            )
+        ),
+    ] = None,
     results: Results = Path("results"),
     trust: Trust = False,
 ) -> None:
@@ -123,20 +134,17 @@ def verify(
     from sweep.cli.progress_line import ProgressLine
     from sweep.replays.verify import verify as check
     from sweep.tables.stored_study import StoredStudy
-    from sweep.workers.executors import Loky, worker_count
 
-    engine = Loky(worker_count(workers))
-    try:
+    with engine_again(executor, workers) as engine:
         found = check(
             StoredStudy(study, results, trust=trust),
             engine,
             fraction=fraction,
             most=most,
             seed=seed,
+            elsewhere=executor is not None,
             report=ProgressLine(study, "trials compared").show,
         )
-    finally:
-        engine.stop()
     print(found.as_text())
     if not found.same:
         raise SystemExit(1)

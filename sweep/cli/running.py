@@ -77,7 +77,7 @@ def launch(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.campaigns.launch import check_launches
+    from sweep.campaigns.launch import check_flights, check_launches
     from sweep.campaigns.launch import launch as run_study
     from sweep.cli.progress import ProgressBar, launch_json
     from sweep.cli.spec_files import check_spec_file
@@ -104,6 +104,8 @@ def launch(
             words += ["--code-from", str(code_from)] if code_from else []
         page = page_beside(words)
     with page, engine(executor, workers, address, scheduler_file, threads) as made:
+        if len(studies) > 1:
+            check_flights(studies, made)
         for study in studies:
             name = f"{study.name}, share {share}" if share else study.name
             with ProgressBar(name, quiet=quiet) as bar:

@@ -13,6 +13,7 @@ from sweep.explorer.watching import Watched
 from sweep.figures.marks import MOST_MARKS
 from sweep.store.locations import local_folder
 from sweep.store.lock import Lock
+from sweep.store.origin import device_said
 from sweep.tables.causes import causes_of
 from sweep.tables.json_rows import json_rows
 from sweep.tables.overview import studies as overview
@@ -79,7 +80,7 @@ def _about(study: StoredStudy) -> dict[str, str]:
         "folder": str(study.store.folder),
         "kernels": str(origin["kernels_sha"])[:16],
         "commit": commit + modified,
-        "processor": str(origin.get("cpu", "")),
+        "processor": device_said(origin) or str(origin.get("cpu", "")),
         "spec": study.spec,
     }
 

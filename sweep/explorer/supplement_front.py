@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from sweep.explorer.publication import PaperTexts
-from sweep.replays.verify import origin_said
 from sweep.sharing.citing import cite
+from sweep.store.origin import machine_said
 from sweep.store.provenance import machine
 from sweep.tables.search_phases import PHASE
 from sweep.tables.stored_study import StoredStudy
@@ -50,8 +50,8 @@ def _origin(study: StoredStudy) -> list[tuple[str, str]]:
         ("Study", f"{study.name}: {so_many(counts.total(), 'trial')} ({trials})"),
         ("Model", f"{then['model']}, preset {then['preset']}"),
         ("Kernels", str(then["kernels_sha"])),
-        ("Launched on", origin_said(then)),
-        ("Run again on", f"{origin_said(now)}, {datetime.now(UTC):%d %B %Y}"),
+        ("Launched on", machine_said(then)),
+        ("Run again on", f"{machine_said(now)}, {datetime.now(UTC):%d %B %Y}"),
     ]
 
 

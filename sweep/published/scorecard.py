@@ -27,6 +27,7 @@ from sweep.published.verdicts import (
     Within,
     brief,
 )
+from sweep.store.origin import device_said
 from sweep.tables.scaling import Scaling
 
 TITLE = "What of the published results could be reproduced"
@@ -416,6 +417,7 @@ def origin_lines(page: Page) -> list[tuple[str, str]]:
             ", ".join(f"{name} {number}" for name, number in origin["versions"].items())
             for origin in origins
         ],
+        "device": [device_said(one) for one in origins if "device" in one],
         "processor": [origin["cpu"] for origin in origins],
         "system": [origin["platform"] for origin in origins],
     }

@@ -1,4 +1,6 @@
-"""Runs a random sample of stored trials again and compares every bit.
+"""Runs a random sample of stored trials again and compares every bit. Trials that a
+device has flown have those of a processor, and the other way round: so a sample of them
+may be flown where they were not.
 
 On one machine, with the same versions, a job always gives the same bits. Between
 machines nobody can promise that: sin, cos, exp and log come from the mathematics
@@ -19,12 +21,17 @@ from sweep.design.cost import job_seconds
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, StoreError
 from sweep.replays.bits import BitDifference, differences, values_compared
+from sweep.store.origin import machine_said
 from sweep.store.provenance import machine
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import StoredTrial, by_part, stored_trials
+from sweep.tables.stored_trials import (
+    StoredTrial,
+    by_origin,
+    by_part,
+    stored_trials,
+)
 from sweep.text import so_many
 from sweep.trial.result import failed
-from sweep.trial.simulation import run, warm
 from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
@@ -59,7 +66,9 @@ class Verification:
     by their reason. `checked` counts compared trials by status, `values` the compared
     values by table, and `origins` the trials by the processor and versions with which
     they were computed. `other_now` are the files beside the spec that are no longer the
-    code by which trials ran, then and now.
+    code by which trials ran, then and now. `among` says what the trials of which it is
+    a sample have in common, and `device` on what they are flown again, if not on a
+    processor.
     """
 
     study: str
@@ -73,6 +82,8 @@ class Verification:
         default_factory=dict
     )
     other_now: set[Path] = field(default_factory=set)
+    among: str = ""
+    device: dict[str, str] | None = None
 
     @property
     def same(self) -> bool:
@@ -83,7 +94,7 @@ class Verification:
         """Count a trial that has been run again."""
         self.checked[stored.row["status"]] += 1
         self.values.update(values_compared(stored))
-        self.origins[origin_said(stored.provenance)] += 1
+        self.origins[machine_said(stored.provenance)] += 1
         if found:
             self.differing[stored.row["trial_id"]] = found
 
@@ -106,7 +117,7 @@ class Verification:
             f"study      {self.study}",
             (
                 f"checked    {checked:,} of {so_many(self.stored, 'stored trial')}"
-                f" (seed {self.seed}): {_words(self.checked)}"
+                f"{self.among} (seed {self.seed}): {_words(self.checked)}"
             ),
             f"compared   {compared}",
         ]
@@ -116,7 +127,7 @@ class Verification:
             for origin, count in self.origins.most_common()
         ]
         lines += [
-            f"now        {origin_said(machine())}",
+            f"now        {machine_said(self._now())}",
             *(f"code       {path}: {OTHER_NOW}" for path in sorted(self.other_now)),
             f"result     {checked - differing:,} of {checked:,} the same",
         ]
@@ -129,6 +140,9 @@ class Verification:
                 f" {', '.join(self.differing)}"
             )
         return "\n".join([*lines, NOT_PROMISED])
+
+    def _now(self) -> dict[str, Any]:
+        return machine() | ({"device": self.device} if self.device else {})
 
     def _bound(self) -> str:
         checked, differing = self.checked.total(), len(self.differing)
@@ -150,25 +164,32 @@ def verify(
     fraction: float = 0.01,
     most: int = 1000,
     seed: int = 0,
+    elsewhere: bool = False,
     report: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Verification:
     """Run a random sample of the stored trials of the spec again, and compare every
     bit.
 
-        study     the stored study
-        executor  runs the trials
-        fraction  how much of all trials, from 0 to 1; at least one trial is drawn
-        most      the largest sample
-        seed      the sample is drawn from it, without replacement
-        report    is told how many of how many trials have been compared
+        study      the stored study
+        executor   runs the trials
+        fraction   how much of all trials, from 0 to 1; at least one trial is drawn
+        most       the largest sample
+        seed       the sample is drawn from it, without replacement
+        elsewhere  whether the sample is drawn from trials that flew elsewhere than the
+                   executor flies them, on a device or not, where there are such
+        report     is told how many of how many trials have been compared
 
-    A trial that no launch can have written counts as one that differs. Raises
+    A trial that no launch can have written counts as one that differs; one that cannot
+    fly where the executor flies it is left out. Raises
     ChoiceError for another fraction; StoreError if the trials were computed by other
     kernels, if there are none, and for a damaged part.
     """
     if not 0 <= fraction <= 1:
         raise ChoiceError(f"fraction: {fraction:g}; allowed: from 0 to 1, as 0.01")
-    sample, verification = _drawn(study, fraction, most, seed)
+    device = executor.flying.device
+    among = _flown_elsewhere(study, device) if elsewhere else None
+    sample, verification = _drawn(study, fraction, most, seed, among)
+    verification.device = device
     report(0, len(sample))
     for trial_ids in by_part(study.store, sample):
         found = stored_trials(study.store, trial_ids)
@@ -191,13 +212,43 @@ def verify(
     return verification
 
 
+class Among(NamedTuple):
+    """Some of the stored trials, and what they have in common, in words."""
+
+    trial_ids: set[str]
+    words: str
+
+
+def _flown_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among | None:
+    """The stored trials that flew on a device if those now do not, and the other way
+    round; None where there are none.
+    """
+    stored = by_origin(study.store, [*study.store.trial_ids()])
+    found = {
+        trial
+        for about, trial_ids in stored
+        for trial in trial_ids
+        if ("device" in about) != bool(device)
+    }
+    words = " that a processor flew" if device else " that a device flew"
+    return Among(found, words) if found else None
+
+
 def _drawn(
-    study: StoredStudy, fraction: float, most: int, seed: int
+    study: StoredStudy,
+    fraction: float,
+    most: int,
+    seed: int,
+    among: Among | None = None,
 ) -> tuple[list[str], Verification]:
     """The sample, and a verification with no comparison yet."""
     check_code(study)
     stored, plan = study.store.trial_ids(), study.plan["trial_id"].to_pylist()
     comparable = [trial for trial in plan if stored.get(trial) in REPEATABLE]
+    if among and (some := [one for one in comparable if one in among.trial_ids]):
+        comparable = some
+    else:
+        among = None
     left_out = Counter(
         stored[trial]
         for trial in plan
@@ -210,7 +261,11 @@ def _drawn(
     size = max(1, min(most, math.ceil(fraction * len(comparable))))
     chosen = np.random.default_rng(seed).choice(len(comparable), size, replace=False)
     return [comparable[index] for index in sorted(chosen)], Verification(
-        study.name, len(comparable), seed, left_out
+        study.name,
+        len(comparable),
+        seed,
+        left_out,
+        among=among.words if among else "",
     )
 
 
@@ -254,15 +309,26 @@ def _check(
     for trial in trials:
         verification.other_now.update(study.other_now(trial))
         try:
-            jobs.append(study.job(trial))
+            job = study.job(trial)
         except StoreError as error:
             verification.refuse(trial, error)
+            continue
+        if why := executor.flying.refusal(job):
+            verification.left_out[f"cannot fly on a GPU ({why})"] += 1
+            verification.stored -= 1
+        else:
+            jobs.append(job)
     if not jobs:
         return
-    # Compile here once. Otherwise each worker would compile the same.
-    warm(jobs[0])
+    executor.flying.prepare(jobs[0])
+    sent = executor.flying.sent_again(jobs)
     for results in drive(
-        jobs, run, executor=executor, costs=job_seconds, failed=failed
+        jobs,
+        sent.trial,
+        executor=executor,
+        costs=job_seconds,
+        failed=failed,
+        deal=sent.deal,
     ):
         for result in results:
             trial = stored[result.job.trial_id]
@@ -283,18 +349,6 @@ def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) ->
         float(beta.ppf(confidence, differing + 1, checked - differing))
         if differing < checked
         else 1.0
-    )
-
-
-def origin_said(provenance: dict[str, Any]) -> str:
-    """The machine and the versions on which bits depend, in one line."""
-    versions = provenance["versions"]
-    named = ", ".join(
-        f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite")
-    )
-    return (
-        f"{provenance['cpu'] or 'an unknown processor'},"
-        f" {provenance['platform']}, {named}"
     )
 
 

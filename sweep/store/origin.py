@@ -3,7 +3,7 @@
 Each table has it in its metadata, as JSON. An entry that is missing, or of another kind
 than we write, raises a StoreError that names the file. Further entries are left alone.
 Some came with later versions: those of LATER together, those of COMPUTED and of ALONE
-one by one.
+one by one. Only trials that no processor has flown have a `device`.
 """
 
 from collections.abc import Mapping
@@ -43,8 +43,11 @@ COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
     "packages": {kind: {} for kind in Code._fields[1:]},
+    "device": {"name": str, "driver": str, "numba_cuda": str},
 }
-"""By which code: its stamps, which of the user's own, and entries of packages."""
+"""By which code: its stamps, which of the user's own, and entries of packages; and on
+which device.
+"""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "designs": [[str]],
@@ -97,6 +100,31 @@ def stamps(origin: Mapping[str, Any]) -> Code | None:
     """The stamps of what computes the trials of an origin; None for one before 0.7."""
     stored = origin.get("code")
     return Code(*(stored[name] for name in Code._fields)) if stored else None
+
+
+def machine_said(origin: Mapping[str, Any]) -> str:
+    """The machine and the versions on which bits depend, in one line: first the device
+    that has flown, where one has.
+    """
+    versions = origin["versions"]
+    named = ", ".join(
+        f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite")
+    )
+    device = f"{device_said(origin)}, " if "device" in origin else ""
+    return (
+        f"{device}{origin['cpu'] or 'an unknown processor'},"
+        f" {origin['platform']}, {named}"
+    )
+
+
+def device_said(origin: Mapping[str, Any]) -> str:
+    """The device that has flown, and what compiled for it; "" for a processor."""
+    if "device" not in origin:
+        return ""
+    device = origin["device"]
+    return (
+        f"{device['name']} (CUDA {device['driver']}, numba-cuda {device['numba_cuda']})"
+    )
 
 
 def same_code(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

@@ -32,8 +32,10 @@ PACKAGES = (
 HERE = Path(__file__).parent.parent
 
 
-def provenance(study: Study) -> dict[str, Any]:
-    """All that is recorded with every part of a launch, ready for JSON."""
+def provenance(study: Study, device: dict[str, str] | None = None) -> dict[str, Any]:
+    """All that is recorded with every part of a launch, ready for JSON. `device` is
+    what its trials fly on, if not on the processor.
+    """
     code, kept = study_code(study), study_state(study.path, study.text)
     return {
         "format": 1,
@@ -49,6 +51,7 @@ def provenance(study: Study) -> dict[str, Any]:
         **({"study_git": kept} if kept else {}),
         "lock": list(installed()),
         **machine(),
+        **({"device": device} if device else {}),
     }
 
 

@@ -112,8 +112,10 @@ def origins_of(study: StoredStudy, trial_ids: list[str]) -> list[dict[str, Any]]
 
 def _origins(study: StoredStudy, trial_ids: list[str]) -> Iterator[dict[str, Any]]:
     for about, count in origins(study.store, trial_ids):
-        machine = {
-            name: about[name] for name in ("kernels_sha", "versions", "platform", "cpu")
+        machine: dict[str, Any] = {
+            name: about[name]
+            for name in ("kernels_sha", "versions", "platform", "cpu", "device")
+            if name in about
         }
         git = {
             "commit": about["git"].get("commit", ""),

@@ -2,7 +2,7 @@
 it stands in.
 """
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -85,15 +85,27 @@ def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any]
 
     Raises StoreError for a damaged part.
     """
+    return [(about, len(own)) for about, own in by_origin(store, trial_ids)]
 
-    def read(parts: list[Location]) -> list[tuple[dict[str, Any], int]]:
-        counts, said = Counter[bytes](), dict[bytes, dict[str, Any]]()
+
+def by_origin(
+    store: Store, trial_ids: Sequence[str]
+) -> list[tuple[dict[str, Any], list[str]]]:
+    """The provenances of the trials, oldest part first, each with those of the trials
+    that have it.
+
+    Raises StoreError for a damaged part.
+    """
+
+    def read(parts: list[Location]) -> list[tuple[dict[str, Any], list[str]]]:
+        found, said = defaultdict[bytes, list[str]](list), dict[bytes, dict[str, Any]]()
         for part, own in _holders(parts, trial_ids).items():
             schema = stored_schema(part / "trials.parquet")
             about = part_provenance(schema, part / "trials.parquet")
             key = schema.metadata[PROVENANCE]
-            counts[key], said[key] = counts[key] + len(own), about
-        return [(said[key], count) for key, count in counts.items()]
+            found[key] += own
+            said[key] = about
+        return [(said[key], own) for key, own in found.items()]
 
     return store.steadily(read)
 

@@ -27,6 +27,7 @@ grids        any grid
 restarts     from any step
 driven       each boid, once in each step
 divided      any number of threads
+devices      the same bits on a GPU
 elsewhere    programs in processes of their own
 processes    one process or two
 symmetries   what is declared of a moved flock

@@ -16,6 +16,7 @@ from sweep.testing.calls import calls
 from sweep.testing.compiled import allocation, interpreter
 from sweep.testing.described import presets, settings
 from sweep.testing.divided import threads
+from sweep.testing.devices import device
 from sweep.testing.driven import motors
 from sweep.testing.entrants import Entrant, entrants, has_model
 from sweep.testing.grids import grid
@@ -50,6 +51,7 @@ ALL: dict[str, Promise] = {
     "workers": Promise(workers, "two workers give the bits of one process"),
     "symmetries": Promise(symmetries, "the declared symmetries hold"),
     "reach": Promise(reach, "nothing beyond the declared reach changes a step"),
+    "device": Promise(device, "it can fly on a GPU with the same bits"),
 }
 """In the order in which they are best mended."""
 PROMISES = tuple(ALL)

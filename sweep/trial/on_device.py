@@ -3,8 +3,9 @@ processor.
 
 Trials fly together if they have the same model, boids, steps and record. Whatever else
 they differ in, each has numbers of its own. What cannot begin, and what a model does
-wrong, is flown once more on the processor, which says why. Where the device fails, all
-of its trials fly on the processor: nothing is lost but time.
+wrong, is flown once more on the processor, which says why. Where the device fails, that
+is raised as DeviceError: this process can use it no more, and whoever has sent the
+trials sends them to another one. So what a store says of a device has flown there.
 """
 
 import logging
@@ -14,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from kernels.device.batch import (
     tree_of,
 )
 from kernels.device.host import Host
-from kernels.device.kernel import ASTRAY, LOST
+from kernels.device.kernel import ASTRAY, LOST, Kernel
 from kernels.device.layout import form_of
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
@@ -38,6 +39,9 @@ from sweep.text import installing
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, metrics_of, run
 from sweep.trial.state import Taken
+
+if TYPE_CHECKING:
+    from kernels.device.gpu import Gpu
 
 LOG = logging.getLogger("sweep")
 AT_ONCE = 8192
@@ -76,7 +80,7 @@ def _host() -> Device:
 
 
 @cache
-def gpu() -> Device:
+def gpu() -> "Gpu":
     """The GPU of this process. Raises DeviceError where there is none, and
     ModuleNotFoundError without the extra `gpu`.
     """
@@ -115,13 +119,17 @@ def _refused(job: Job) -> str:
         return ""
     from kernels.device.ptx import NotForDeviceError, ptx_of
 
-    prepared = _prepared(job)
-    if prepared is None:
-        return ""
     try:
-        return ptx_of(_batch([prepared]).kernel).refusal
+        return ptx_of(kernel_of(job)).refusal
     except NotForDeviceError as error:
         return str(error)
+
+
+def kernel_of(job: Job) -> Kernel:
+    """The kernel with which a device flies a trial like this one; an error where it
+    cannot begin is raised.
+    """
+    return _batch([_begun(job)]).kernel
 
 
 def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
@@ -184,9 +192,13 @@ def _fitting(job: Job, device: Device) -> int:
 def _prepared(job: Job) -> _Prepared | None:
     """A job at its start; None where it cannot begin."""
     try:
-        simulation = Simulation(job, together=True, frames=FRAMES_THERE)
+        return _begun(job)
     except Exception:  # the trial is flown alone, and says why
         return None
+
+
+def _begun(job: Job) -> _Prepared:
+    simulation = Simulation(job, together=True, frames=FRAMES_THERE)
     simulation.taken.append(simulation.take_frames())
     with simulation.noise.lent() as rng:
         stream = stream_of(rng)
@@ -218,17 +230,17 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | N
     except MemoryError:
         half = len(prepared) // 2
         if not half:
-            _say_once("has too little memory for one trial")
+            _say_once()
             return [None]
         return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
-    except DeviceError as error:
-        _say_once(f"failed: {error}")
-        return [None] * len(prepared)
 
 
 @cache
-def _say_once(what: str) -> None:
-    LOG.warning("the GPU %s; trials fly on the processor, with the same results", what)
+def _say_once() -> None:
+    LOG.warning(
+        "the GPU has too little memory for one trial; it flies on the processor, with"
+        " the same results"
+    )
 
 
 def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:

@@ -30,7 +30,7 @@ from kernels.flight import (
 from kernels.goals import Goals
 from kernels.layers import is_compiled as is_compiled_for
 from kernels.metrics import Metric
-from kernels.moving import Motion, place_obstacles
+from kernels.moving import Motion, move_obstacles
 from kernels.neighbours import all_pairs
 from kernels.recording import FIRST_STATE
 from kernels.settings import (
@@ -221,7 +221,8 @@ class Simulation:
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
         rebuild_grid(self.flight, room)
-        place_obstacles(self.flight.work.motion, self.flight.step)
+        work = self.flight.work
+        move_obstacles(work.motion, work.reach, self.flight.step)
         self._find_among_all()
 
     def _find_among_all(self) -> None:

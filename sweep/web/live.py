@@ -3,11 +3,13 @@ the Session into messages.
 """
 
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
 from sweep.errors import SpecError
 from sweep.spec.derived_metrics import needed
+from sweep.spec.settings import Value, in_a_line, places_of
 from sweep.trial import looking
 from sweep.web import encoding, messages
 from sweep.web.compiling import small, waiting
@@ -106,7 +108,8 @@ class Live(Session):
             return
         before = self.moment()
         do(self, message)
-        subject = f"{type(message).__name__} {getattr(message, 'name', '')}"
+        what = getattr(message, "name", getattr(message, "index", ""))
+        subject = f"{type(message).__name__} {what}"
         part = getattr(message, "part", False)
         self.edits.add(before, self.moment(), subject, part=part)
 
@@ -295,8 +298,8 @@ def do(session: Session, message: Message) -> None:
     match message:
         case messages.Set(name, value):
             session.change({name: value})
-        case messages.Goal(x, y):
-            session.change({"goal_x": x, "goal_y": y})
+        case messages.Goal(x, y, index):
+            session.change(_aimed(session.state.settings, (x, y), index))
         case messages.Shapes(shapes):
             session.place(shapes)
         case messages.ChooseModel(model, preset):
@@ -319,6 +322,21 @@ def do(session: Session, message: Message) -> None:
             session.take_steps(count)
         case _:
             _steer(session, message)
+
+
+def _aimed(
+    settings: Mapping[str, Value], place: tuple[float, float], index: int
+) -> dict[str, Value]:
+    """The settings by which the goal of this index is at a place. Raises SpecError
+    where there are not so many goals.
+    """
+    if index == 0:
+        return dict(zip(("goal_x", "goal_y"), place, strict=True))
+    later = list(places_of(settings["next_goals"]) or ())
+    if index > len(later):
+        raise SpecError(f"goal: index must be at most {len(later)}, not {index}")
+    later[index - 1] = place
+    return {"next_goals": in_a_line(tuple(later))}
 
 
 def _steer(session: Session, message: Message) -> None:

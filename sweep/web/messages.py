@@ -130,10 +130,13 @@ class Shapes(Request):
 
 @dataclass(frozen=True)
 class Goal(Request):
-    """Where the goal is. `part`: more of the same gesture comes."""
+    """Where a goal is: the first one, or that of this index among several. `part`: more
+    of the same gesture comes.
+    """
 
     x: float
     y: float
+    index: Whole = 0
     part: bool = False
 
 

@@ -24,7 +24,8 @@ it is about, 0 or 1. What is said of the second one has side 1.
     speed steps_per_second       0 is as fast as it goes
     shapes shapes part           replaces all obstacles, as a spec writes them; [] is an
                                  empty world
-    goal x y part                part: more of the same gesture comes
+    goal x y index part          index: which of several, from 0; part: more of the same
+                                 gesture comes
     select boid                  null for none
     overlays names               of flocks, coverage, accelerations
     metrics names                which are plotted

@@ -3,8 +3,10 @@ none is stored twice.
 
     attempts           runs trials and stores them; failed ones are tried again
     runner             the loop that hands jobs out and takes results back
-    chunks             divides jobs into portions of about equal work
+    chunks             divides jobs into portions of about equal work or number
     executors          engines on this machine: a pool of processes, or none
+    flying             how the workers of an engine fly trials; on processors
+    gpu                the engine of a GPU, which a pool of processes shares
     worker             runs a chunk of jobs in a worker
     watch              ends a worker whose job is beyond a limit
     failures           how many failed trials a study may have

@@ -5,7 +5,6 @@ Long trials go on from their checkpoints, if there are any. A checkpoint is dele
 when its trial is stored, and when its trial took too long and is tried again.
 """
 
-import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from functools import partial
@@ -16,20 +15,13 @@ from sweep.spec.study import Study
 from sweep.store.rows import Tables
 from sweep.store.store import Store
 from sweep.store.writer import Writer
-from sweep.trial.lanes import AT_ONCE, Trials, worth_flying_together
 from sweep.trial.result import Result, after, failed, overdue, result_bytes
-from sweep.trial.simulation import is_brief, run, warm
-from sweep.workers.checkpoint import Checkpointed
+from sweep.trial.simulation import is_brief
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures
+from sweep.workers.flying import NewTrials
 from sweep.workers.runner import drive
-from sweep.workers.watch import NO_LIMITS, Limits
-
-GRACE_SECONDS = 10.0
-"""How much longer than its time limit a trial may take before it is ended from outside.
-A trial looks at the clock itself between kernel calls, unless it hangs in one.
-"""
 
 
 def run_jobs(
@@ -57,8 +49,7 @@ def run_jobs(
     and KeyboardInterrupt after Ctrl-C. In both cases all finished trials are stored.
     """
     failures.check()
-    # Compile here once. Otherwise each worker would compile the same.
-    warm(jobs[0])
+    executor.flying.prepare(jobs[0])
     checkpoints = Checkpoints.of(store.folder)
 
     def stored(results: list[Result]) -> None:
@@ -120,31 +111,19 @@ def _driven(
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[Result]]:
     """The outcome of one attempt at each job, from its checkpoint if there is one."""
-    every = study.checkpoint
-    folder = checkpoints.folder if every else None
-    limit = study.time_limit
-    limits = Limits(
-        None if limit is None else limit + GRACE_SECONDS, study.policy.memory
-    )
     seconds = job_seconds(jobs)
-    together = (
-        limits == NO_LIMITS
-        and not study.record.last_states
-        and worth_flying_together(jobs, seconds.sum() / max(1, executor.workers))
+    sent = executor.flying.sent(
+        NewTrials(study, jobs, seconds, executor.workers, checkpoints.folder)
     )
-    trial: Callable[[Job], Result] = Trials(together)
-    if folder or study.record.last_states:
-        trial = Checkpointed(run, folder, every or math.inf, together=together)
     return drive(
         jobs,
-        trial,
+        sent.trial,
         executor=executor,
         costs=lambda _jobs: seconds,
         failed=failed,
         overdue=overdue,
-        limits=limits,
-        in_order=study.order == "coarse",
-        at_once=AT_ONCE if together else 1,
+        limits=sent.limits,
+        deal=partial(sent.deal, in_order=study.order == "coarse"),
         ended=ended,
         goes_on=partial(_goes_on, jobs),
     )

@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 
 from sweep.errors import WorkersError
 from sweep.workers.connection import Connection, ConnectionImpossibleError, exposed
-from sweep.workers.executors import NotYetError
+from sweep.workers.executors import FliesOnProcessors, NotYetError
 from sweep.workers.remote import Post
 from sweep.workers.tasks import Tasks
 from sweep.workers.watch import NO_LIMITS, JobNote, LimitKeeper, Limits, Watching
@@ -46,7 +46,7 @@ LOG = logging.getLogger("sweep")
 
 
 @dataclass
-class Dask:
+class Dask(FliesOnProcessors):
     """Runs jobs on the cluster of the scheduler at `address`, or of the one that
     `scheduler_file` describes.
 

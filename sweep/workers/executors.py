@@ -21,6 +21,7 @@ from sweep.trial.interrupts import SIGNALS, deaf
 from sweep.workers.surroundings import SAFE_PATH, ignore_settings, safe_path
 
 if TYPE_CHECKING:
+    from sweep.workers.flying import Flying
     from sweep.workers.watch import Limits, Overrun, Watching
 
 LOG = logging.getLogger("sweep")
@@ -56,6 +57,12 @@ class WorkerDiedError(Exception):
         self.times = times
 
 
+class SpoiltWorkerError(Exception):
+    """One chunk is lost, and its worker cannot run another one, nor say which job was
+    to blame: all workers are to be replaced. No other chunk is to blame.
+    """
+
+
 class JobEndedError(Exception):
     """One chunk is lost, and no other: its worker was ended because one of its jobs was
     beyond a limit.
@@ -78,6 +85,8 @@ class ExecutorFactory(Protocol):
 
     A future fails with a BrokenExecutor if its executor and everything in flight are
     lost, and with any other error if only its chunk is lost.
+
+    `flying` says how its workers fly trials; the drive loop knows nothing of that.
     """
 
     @property
@@ -91,6 +100,20 @@ class ExecutorFactory(Protocol):
 
     def watch(self, limits: "Limits") -> "Watching": ...
 
+    @property
+    def flying(self) -> "Flying": ...
+
+
+class FliesOnProcessors:
+    """An engine whose workers fly trials on processors."""
+
+    @property
+    def flying(self) -> "Flying":
+        """How they fly."""
+        from sweep.workers.flying import OnProcessors
+
+        return OnProcessors()
+
 
 class _InProcess(Executor):
     def submit(
@@ -102,7 +125,7 @@ class _InProcess(Executor):
 
 
 @dataclass(frozen=True)
-class Serial:
+class Serial(FliesOnProcessors):
     """Runs jobs in this process, for debugging and tests; a crashing job ends it."""
 
     workers: int = 1
@@ -124,7 +147,7 @@ class Serial:
 
 
 @dataclass
-class Loky:
+class Loky(FliesOnProcessors):
     """Runs jobs in `workers` processes on this machine, each with one thread per
     numerical library.
 

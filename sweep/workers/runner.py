@@ -11,7 +11,8 @@ itself, and all others are delivered. On a cluster only a chunk is lost, and its
 goes on: the jobs of the chunk are sent one by one among all others, and a job that is
 lost again and again convicts itself. There are no suspects if a worker was ended
 because its job is beyond a limit (`watch.py`), because that job is known; and none if a
-connection was cut.
+connection was cut. If a worker says that it is spoilt, its chunk is known, and all
+workers are replaced: the others' chunks are sent again as they were.
 
 The order of the results depends on timing; no caller may rely on it. Each chunk carries
 the fingerprint of this process: a worker with other code or other libraries refuses it.
@@ -28,12 +29,13 @@ from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 from sweep.errors import WorkersError
 from sweep.trial.interrupts import HeldInterrupt
 from sweep.workers import fingerprint
-from sweep.workers.chunks import Chunks
+from sweep.workers.chunks import Chunks, Dealing
 from sweep.workers.executors import (
     ConnectionLostError,
     ExecutorFactory,
     JobEndedError,
     NotYetError,
+    SpoiltWorkerError,
     WorkerDiedError,
 )
 from sweep.workers.watch import NO_LIMITS, JobNote, Limits, Overrun, Watching
@@ -59,9 +61,7 @@ def drive(
     failed: Callable[[J, str], R],
     overdue: Callable[[J, str], R] | None = None,
     limits: Limits = NO_LIMITS,
-    chunk_seconds: float = 1.0,
-    in_order: bool = False,
-    at_once: int = 1,
+    deal: "Callable[[ArrayLike], Dealing]" = Chunks,
     ended: Callable[[], bool] = lambda: False,
     goes_on: Callable[[int, R], bool] = lambda _index, _result: False,
 ) -> Iterator[list[R]]:
@@ -77,9 +77,7 @@ def drive(
                        that ended its worker MAX_ATTEMPTS times while it ran alone
         overdue        makes the result of a job that took too long; by default `failed`
         limits         hold for each job, as far as the engine can keep them
-        chunk_seconds  the work in a chunk
-        in_order       whether jobs are sent in their order, not the longest first
-        at_once        how many jobs `run` runs together, if it can
+        deal           divides jobs with such costs among workers
         ended          is asked again and again; when it says so, the workers are ended,
                        and only what had finished is yielded
         goes_on        is told of each result, with the index of its job; when it says
@@ -98,9 +96,7 @@ def drive(
     Raises WorkersError if no worker can be given a job, or if a worker has other code
     than this process. Finished results are yielded before.
     """
-    chunks = Chunks(
-        costs(jobs), seconds=chunk_seconds, in_order=in_order, at_once=at_once
-    )
+    chunks = deal(costs(jobs))
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
         loop = _DriveLoop(
             jobs,
@@ -149,14 +145,14 @@ class _DriveLoop(Generic[J, R]):
     failed: Callable[[J, str], R]
     overdue: Callable[[J, str], R]
     goes_on: Callable[[int, R], bool]
-    chunks: Chunks
+    chunks: Dealing
     watch: Watching
     interrupt: HeldInterrupt
     pool: Executor | None = None
     in_flight: dict[Future[Outcomes[R]], _Chunk] = field(default_factory=dict)
     back: SimpleQueue[Future[Outcomes[R]]] = field(default_factory=SimpleQueue)
     again: deque[list[int]] = field(default_factory=deque)
-    suspects: deque[int] = field(default_factory=deque)
+    suspects: deque[list[int]] = field(default_factory=deque)
     attempts: Counter[int] = field(default_factory=Counter)
 
     def refill(self) -> bool:
@@ -167,7 +163,7 @@ class _DriveLoop(Generic[J, R]):
             time.sleep(POLL_SECONDS)
             return True
         if self.suspects and not self.in_flight:
-            self._submit([self.suspects[0]], alone=True)
+            self._submit([*self.suspects[0]], alone=True)
         workers = max(1, self.executor.workers)
         while (
             self.pool is not None
@@ -188,17 +184,19 @@ class _DriveLoop(Generic[J, R]):
         done = [future for future in self._arrived() if future in self.in_flight]
         if not done:
             self.executor.check()
-        if any(isinstance(_error(future), BrokenExecutor) for future in done):
+        spoilt = any(isinstance(_error(future), SpoiltWorkerError) for future in done)
+        if spoilt or any(isinstance(_error(one), BrokenExecutor) for one in done):
             self._drop_pool()  # with it all chunks in flight are over
             done = [future for future in self.in_flight if future.done()]
         for future in done:
             chunk = self.in_flight.pop(future)
             verdict, error = self.watch.leave(chunk.place), _error(future)
-            results = (
-                self._results(chunk, future)
-                if error is None
-                else self._judged(chunk, error, verdict)
-            )
+            if error is None:
+                results = self._results(chunk, future)
+            elif spoilt and not isinstance(error, SpoiltWorkerError):
+                results = self._innocent(chunk)  # we have ended their workers
+            else:
+                results = self._judged(chunk, error, verdict)
             if results:
                 yield results
 
@@ -289,12 +287,17 @@ class _DriveLoop(Generic[J, R]):
         ):
             return self._innocent(chunk)
         if not chunk.alone and isinstance(error, BrokenExecutor):
-            self.suspects.extend(chunk.indices)
+            self.suspects.extend(self.chunks.split(chunk.indices))
             return []
-        if len(chunk.indices) > 1:
-            self.again.extend([index] for index in chunk.indices)
-            return []
-        return self._tried(chunk, error)
+        if len(chunk.indices) == 1:
+            return self._tried(chunk, error)
+        parts = self.chunks.split(chunk.indices)
+        if chunk.alone:
+            self.suspects.popleft()
+            self.suspects.extendleft(reversed(parts))
+        else:
+            self.again.extend(parts)
+        return []
 
     def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
         """The result of a job that was lost MAX_ATTEMPTS times in its own chunk."""
@@ -311,13 +314,13 @@ class _DriveLoop(Generic[J, R]):
         worker may have filled the memory.
         """
         if chunk.alone:
-            index = self.suspects.popleft()
+            [index] = self.suspects.popleft()
         else:
             index = chunk.indices.pop(verdict.position)
             self._innocent(chunk)
             self.attempts[index] += others_go_on
             if not verdict.late and not others_go_on:
-                self.suspects.append(index)
+                self.suspects.append([index])
                 return []
             if not verdict.late and self.attempts[index] == 1:
                 self.again.append([index])

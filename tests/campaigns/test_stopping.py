@@ -11,7 +11,7 @@ import pytest
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
-import sweep.workers.attempts as attempts_module
+import sweep.workers.flying as flying_module
 from kernels.metrics import METRICS
 from sweep.analysis import by_point, mean_interval
 from sweep.analysis.sequential import (
@@ -116,7 +116,7 @@ def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(attempts_module, "run", interrupting_after(stop_after))
+        patch.setattr(flying_module, "run", interrupting_after(stop_after))
         with pytest.raises(KeyboardInterrupt):
             relaunch(GROWING, tmp_path)
     assert "not yet" in set(StoredStudy("small", tmp_path).stopping["why"])
@@ -195,7 +195,7 @@ def test_trials_that_failed_are_no_values_and_a_retry_makes_up_for_them(
         )
 
     with monkeypatch.context() as patch:
-        patch.setattr(attempts_module, "run", failing)
+        patch.setattr(flying_module, "run", failing)
         relaunch(GROWING, tmp_path)
     stopping = StoredStudy("small", tmp_path).stopping.set_index("point")
     assert tuple(stopping.loc[first, ["n", "values", "why"]]) == (

@@ -18,7 +18,7 @@ import pytest
 from sweep.cli import app, main
 from sweep.cli.output import check_output_stream, flush_output, spelled
 from sweep.tables.means_text import INTERVALS
-from sweep.workers import attempts
+from sweep.workers import flying
 from sweep.workers.executors import Loky, Serial
 from tests import ROOT
 from tests.commands import SWEEP, sweep
@@ -415,7 +415,7 @@ def test_a_worker_that_is_killed_loses_no_trial(
     """The whole study is there, after one launch."""
     quiet, engine = launched(SMALL, tmp_path / "quiet"), Loky(1)
     with monkeypatch.context() as patch:
-        patch.setattr(attempts, "run", partial(run_or_die, str(tmp_path / "died")))
+        patch.setattr(flying, "run", partial(run_or_die, str(tmp_path / "died")))
         troubled = launched(SMALL, tmp_path / "troubled", engine)
     engine.stop()
     assert (tmp_path / "died").exists()

@@ -8,6 +8,7 @@ import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import pytest
 from sweep.campaigns.launch import launch
 from sweep.errors import WorkersError
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers.chunks import Chunks
 from sweep.workers.cluster import Dask
 from sweep.workers.runner import Failure, drive
 from sweep.workers.watch import Limits
@@ -115,7 +117,7 @@ def test_late_joiners_get_work_and_no_kill_or_restart_loses_any(
             jobs.staged,
             engines[0],
             costs=lambda jobs: [24.0 - job.number for job in jobs],
-            chunk_seconds=1e-6,
+            deal=partial(Chunks, seconds=1e-6),
         )
         disturbing.join()
     assert sorted(results) == list(range(24))
@@ -229,7 +231,7 @@ def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(
             executor=engines[0],
             costs=earlier_first,
             failed=runner_jobs.failed,
-            chunk_seconds=1e-6,
+            deal=partial(Chunks, seconds=1e-6),
         )
         while len(kept) < 5:
             kept += next(batches)
@@ -268,7 +270,9 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
             else r"tcp://\S+ has another .* sweep/trial/simulation.py"
         )
         with pytest.raises(WorkersError, match=words):
-            runner_jobs.run_all(work, jobs.staged, engines[-1], chunk_seconds=1e-6)
+            runner_jobs.run_all(
+                work, jobs.staged, engines[-1], deal=partial(Chunks, seconds=1e-6)
+            )
         joining.join()
 
 

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
@@ -22,7 +22,6 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-import sweep.workers.attempts as attempts_module
 from sweep.campaigns.launch import launch, search
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table
@@ -31,8 +30,8 @@ from sweep.store.writer import Writer
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial import simulation
 from sweep.workers import checkpoint
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Serial
-from sweep.workers.runner import drive
 from tests.faults.crash_disk import Disk, File, Recorder, Step, Tree, held, now, put
 from tests.own_models import SPEC as OWN_SPEC
 from tests.searches import TINY
@@ -99,7 +98,7 @@ def small_world() -> Iterator[None]:
     """Many parts, mergers and checkpoints of few short trials, and no waiting."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(Writer.__init__.__kwdefaults__, "seconds", 0.0)
-        patch.setattr(attempts_module, "drive", partial(drive, chunk_seconds=1e-9))
+        patch.setitem(Chunks.__init__.__kwdefaults__, "seconds", 1e-9)
         patch.setattr(merging, "MOST_GATHERED", 3)
         patch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 4)
         patch.setattr(checkpoint, "TIMES_LONGER", 0.0)

@@ -17,9 +17,11 @@ from tests.runner_jobs import said_by_us, started
 
 DRIVEN = """
 import os, sys
+from functools import partial
 sys.path[:0] = [{root!r}]
 from tests import runner_jobs
 from tests.faults import jobs
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Loky
 from sweep.trial.interrupts import ended_like_ctrl_c
 from sweep.workers.runner import drive
@@ -30,7 +32,8 @@ with ended_like_ctrl_c():
     try:
         for batch in drive([0.05] * 40 + [60.0] * 4, jobs.{job}, executor=executor,
                            costs=runner_jobs.shortest_first,
-                           failed=runner_jobs.failed, chunk_seconds=0.1):
+                           failed=runner_jobs.failed,
+                           deal=partial(Chunks, seconds=0.1)):
             kept += batch
             os.write(1, b"batch\\n")  # at once, as workers write there too
     except KeyboardInterrupt:

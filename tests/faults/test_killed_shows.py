@@ -14,8 +14,8 @@ from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
 from sweep.store.writer import Writer
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Serial
-from sweep.workers.runner import drive
 from tests.faults.shows import nursery
 from tests.studies import SMALL, launched, read, same
 
@@ -92,7 +92,7 @@ def test_explorers_that_are_killed_change_no_bit(
 ) -> None:
     spec = SMALL.replace("replicates: 3", f"replicates: {5 * kills}")
     alone = launched(spec, tmp_path / "alone")
-    monkeypatch.setitem(drive.__kwdefaults__, "chunk_seconds", 1e-9)
+    monkeypatch.setitem(Chunks.__init__.__kwdefaults__, "seconds", 1e-9)
     monkeypatch.setitem(Writer.__init__.__kwdefaults__, "rows", 2)
 
     def report(_progress: Progress) -> None:

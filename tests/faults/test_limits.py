@@ -11,10 +11,11 @@ from typing import Any
 
 import pytest
 
-import sweep.workers.attempts as attempts_module
+import sweep.workers.flying as flying_module
 from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Loky, Serial
 from sweep.workers.runner import Failure
 from sweep.workers.watch import Limits
@@ -53,7 +54,7 @@ def test_jobs_that_hang_are_ended_and_no_other_is_touched(loky: Loky) -> None:
         loky,
         overdue=late,
         limits=Limits(deadline=3.0),
-        chunk_seconds=0.5,
+        deal=partial(Chunks, seconds=0.5),
     )
     assert len(results) == 40
     ended = {job: value for job, value in results if job in (7, 11)}
@@ -100,7 +101,11 @@ def test_a_job_that_takes_more_and_more_memory_is_ended_near_its_limit(
 def test_a_job_is_not_blamed_for_the_memory_that_others_left(loky: Loky) -> None:
     limits = Limits(memory=600 * jobs.MEGABYTE)
     results = runner_jobs.run_all(
-        range(8), jobs.square_and_leave, loky, limits=limits, chunk_seconds=10.0
+        range(8),
+        jobs.square_and_leave,
+        loky,
+        limits=limits,
+        deal=partial(Chunks, seconds=10.0),
     )
     assert sorted(results) == [(job, job * job) for job in range(8)]
 
@@ -108,7 +113,7 @@ def test_a_job_is_not_blamed_for_the_memory_that_others_left(loky: Loky) -> None
 def test_jobs_within_their_limits_come_back_as_without(loky: Loky) -> None:
     limits = Limits(deadline=60.0, memory=2**40)
     results = runner_jobs.run_all(
-        range(40), jobs.square, loky, limits=limits, chunk_seconds=0.001
+        range(40), jobs.square, loky, limits=limits, deal=partial(Chunks, seconds=0.001)
     )
     assert len(results) == 40
     assert set(results) == SQUARES
@@ -124,8 +129,8 @@ def test_this_process_is_not_ended_for_its_own_jobs() -> None:
 def test_a_trial_that_hangs_is_a_row_with_status_timeout(
     tmp_path: Path, one_worker: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(attempts_module, "run", jobs.trial_or_hang)
-    monkeypatch.setattr(attempts_module, "GRACE_SECONDS", 2.5)
+    monkeypatch.setattr(flying_module, "run", jobs.trial_or_hang)
+    monkeypatch.setattr(flying_module, "GRACE_SECONDS", 2.5)
     launch(parse_spec(SMALL + "time_limit: 0.5\n"), tmp_path, one_worker)
     trials = StoredStudy("small", tmp_path).trials
     assert list(trials["status"]) == ["timeout"] + ["diverged"] * 5
@@ -144,7 +149,7 @@ def test_a_trial_beyond_its_memory_is_tried_again_and_no_other_is_touched(
     counts = tmp_path / "runs"
     counts.mkdir()
     monkeypatch.setattr(
-        attempts_module, "run", partial(troubled.fails_at_first, str(counts))
+        flying_module, "run", partial(troubled.fails_at_first, str(counts))
     )
     launch(
         parse_spec(SMALL + "on_error: retry\nretries: 1\nmemory_limit: 600 MiB\n"),
@@ -166,8 +171,8 @@ def test_a_trial_beyond_its_memory_is_tried_again_and_no_other_is_touched(
 def test_trials_that_hang_or_kill_their_worker_are_tried_again(
     tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(attempts_module, "run", troubled.hangs_or_dies)
-    monkeypatch.setattr(attempts_module, "GRACE_SECONDS", 2.5)
+    monkeypatch.setattr(flying_module, "run", troubled.hangs_or_dies)
+    monkeypatch.setattr(flying_module, "GRACE_SECONDS", 2.5)
     launch(
         parse_spec(SMALL + "on_error: retry\nretries: 1\ntime_limit: 0.5\n"),
         tmp_path,

@@ -11,13 +11,19 @@ from kernels.chance import ChanceKey
 from kernels.moving import (
     build_motion,
     given_velocities,
+    move_obstacles,
     place_along,
     place_obstacles,
     velocities_of,
 )
 from kernels.settings import BOUNDED, INTEGER, TORUS, WorldSettings
 from kernels.shapes import Obstacle, Polygon
-from kernels.worlds import build_world, obstacle_distance
+from kernels.worlds import (
+    build_moving_reach,
+    build_world,
+    obstacle_distance,
+    reach_cell,
+)
 from tests import naive
 
 TRIANGLE = (10.0, 10.0), (30.0, 10.0), (20.0, 40.0)
@@ -95,6 +101,43 @@ def test_a_world_that_obstacles_move_in_is_nobody_elses() -> None:
     assert all((one == two).all() for one, two in zip(before, now, strict=True))
     assert (corners.x == vertices).all()
     assert (motion.world.obstacle_x != world.obstacle_x).any()
+
+
+@pytest.mark.parametrize("borders", [BOUNDED, TORUS])
+@pytest.mark.parametrize("margin", [0.0, 6.0, 60.0, math.inf])
+@pytest.mark.parametrize("n", [1, 5, 60])
+def test_obstacles_are_found_where_they_have_moved_to(
+    borders: int, margin: float, n: int
+) -> None:
+    """The reach lists at any place, ascending, all that can act there, and hardly any
+    others; what is outside of the world lists all. There is room for whatever comes.
+    """
+    rng = np.random.default_rng(n)
+    x, y = rng.uniform(0, 100, n), rng.uniform(0, 80, n)
+    size = rng.uniform(0, 4, (2, n)) + (rng.random(n) < 0.1) * 20.0
+    boxes = np.column_stack([x, y, *size, np.zeros(n)])
+    world = build_world(SETTINGS._replace(borders=borders), boxes)
+    motion = build_motion(world, rng.normal(0, 5, (2, n)), 0.5, margin)
+    world, reach = motion.world, build_moving_reach(motion.world, margin)
+    far = np.hypot(1.0 / reach.columns_per_length, 1.0 / reach.rows_per_length)
+    most = np.maximum(world.half_width, world.half_height) + margin
+    looked: list[int] = []
+    for step in (0, 1, 2, 30, 500, 7):
+        move_obstacles(motion, reach, step)
+        assert reach.first[-1] <= reach.obstacle.size
+        for place in rng.uniform(-20, 120, (50, 2)):
+            cell = reach_cell(reach, *place)
+            listed = reach.obstacle[reach.first[cell] : reach.first[cell + 1]].tolist()
+            away = np.abs([world.obstacle_x - place[0], world.obstacle_y - place[1]])
+            assert set(np.flatnonzero((away < most).all(axis=0))) <= set(listed)
+            assert listed == sorted(set(listed))
+            if cell == reach.columns * reach.rows:
+                assert listed == list(range(n))
+            else:
+                looked.append(len(listed))
+                assert (away[:, listed] <= most[listed] + far).all()
+    if n == 60 and margin <= 6.0:
+        assert np.mean(looked) < n / 3
 
 
 def test_nothing_moves_where_no_obstacle_has_a_velocity() -> None:

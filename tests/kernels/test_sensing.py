@@ -18,6 +18,7 @@ from kernels.chance import ChanceKey
 from kernels.near import EVERYBODY, build_near
 from kernels.neighbours import ALL_ROUND, all_pairs, search
 from kernels.occupancy import no_occupancy
+from kernels.polygons import is_polygon, meets_polygon
 from kernels.robots.hearing import hears
 from kernels.robots.occlusion import meets_disc, meets_rectangle, way_between
 from kernels.robots.robots import NO_KEYS, build_robots
@@ -31,6 +32,7 @@ from kernels.robots.senses import (
 )
 from kernels.robots.sensing import others_of, own_of, publish
 from kernels.settings import OPEN, TORUS
+from kernels.shapes import Obstacle, Polygon, boxes_of, corners_of
 from kernels.state import Flock, World, laid_out
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import build_reach
@@ -63,7 +65,8 @@ def aware(
     for array, failing in zip(steps, (silent, blind), strict=True):
         for boid, step in (failing or {}).items():
             array[boid] = step
-    senses = build_senses(builders.a_sensing(**changes), n, DT, KEY, *steps)
+    sensing = builders.a_sensing(**changes)
+    senses = build_senses(sensing, n, DT, world, KEY, *steps)
     return build_workspace(
         flock,
         world,
@@ -376,6 +379,7 @@ def test_ideal_boids_have_no_senses() -> None:
     """And a step of them costs nothing: kernels are compiled without senses. What has
     no effect alone makes none either.
     """
+    world = builders.a_world()
     for changes in (
         {},
         {"body_radius": 5.0},
@@ -384,10 +388,11 @@ def test_ideal_boids_have_no_senses() -> None:
     ):
         ideal = builders.a_sensing(**changes)
         assert is_ideal(ideal, DT)
-        assert build_senses(ideal, 5, DT, KEY, never(5), never(5)) is None
+        assert build_senses(ideal, 5, DT, world, KEY, never(5), never(5)) is None
     some = never(5)
     some[2] = 0
-    assert build_senses(builders.a_sensing(), 5, DT, KEY, some, never(5)) is not None
+    sensing = builders.a_sensing()
+    assert build_senses(sensing, 5, DT, world, KEY, some, never(5)) is not None
     assert NEVER > 10**9
 
 
@@ -453,6 +458,83 @@ def test_bodies_hide_as_if_each_were_looked_at(
         assert [j for j in range(60) if j != i and hears(senses, world, i, j)] == seen
         hidden += 59 - len(seen)
     assert hidden > 100
+
+
+HOOK = (0.0, 0.0), (80.0, 0.0), (80.0, 80.0), (60.0, 80.0), (60.0, 20.0), (0.0, 20.0)
+
+
+def obstacles_of_all_kinds(arena: bool) -> tuple[Obstacle, ...]:
+    """Discs, rectangles and hooks at random places in the world, which they leave in
+    parts, and an arena in the middle of it.
+    """
+    rng = np.random.default_rng(8)
+    found: list[Obstacle] = []
+    for k in range(12):
+        x, y = rng.uniform(0, 800), rng.uniform(0, 600)
+        if k % 3 == 2:
+            found.append(Polygon(tuple((x + a, y + b) for a, b in HOOK)))
+        else:
+            found.append((x, y, *rng.uniform(5, 40, 2), float(k % 3)))
+    corners = (30.0, 20.0), (780.0, 30.0), (770.0, 580.0), (20.0, 560.0)
+    return (*found, Polygon(corners, is_arena=True)) if arena else tuple(found)
+
+
+def is_met(world: World, m: int, way: tuple[float, float, float, float]) -> bool:
+    """Whether the way (dx, dy) from (x, y) leads through obstacle `m`."""
+    x, y, dx, dy = way
+    if world.corners is not None and is_polygon(world.corners, m):
+        return meets_polygon(world.corners, m, x, y, dx, dy)
+    to_x, to_y = world.obstacle_x[m] - x, world.obstacle_y[m] - y
+    width, height = world.half_width[m], world.half_height[m]
+    if world.is_round[m]:
+        return meets_disc(dx, dy, to_x, to_y, width)
+    return meets_rectangle(dx, dy, to_x, to_y, width, height)
+
+
+@pytest.mark.parametrize(
+    ("minimum_image", "arena"), [(False, False), (False, True), (True, False)]
+)
+def test_obstacles_hide_as_if_each_were_looked_at(
+    minimum_image: bool, arena: bool
+) -> None:
+    """A search looks only at obstacles within reach, and at polygons only whose
+    rectangle is on the way: it finds those that a look at all obstacles leaves, and at
+    all that are beyond the borders of a torus. Some boids are in obstacles, and some
+    are outside of the arena and of the world.
+    """
+    borders = TORUS if minimum_image else OPEN
+    shapes = obstacles_of_all_kinds(arena)
+    world = builders.a_world(
+        borders=borders,
+        minimum_image=minimum_image,
+        obstacles=boxes_of(shapes, 800.0, 600.0),
+    )._replace(corners=corners_of(shapes))
+    flock = someone(40, seed=4)
+    if arena:
+        flock.x[:], flock.y[:] = 1.2 * flock.x - 80.0, 1.2 * flock.y - 60.0
+    work = aware(flock, world, occlusion="obstacles")
+    step(flock, work)
+    senses, hidden = senses_of(work), 0
+    images = [
+        (across, along)
+        for across in ((-800.0, 0.0, 800.0) if minimum_image else (0.0,))
+        for along in ((-600.0, 0.0, 600.0) if minimum_image else (0.0,))
+    ]
+    for i in range(40):
+        x, y = flock.x[i], flock.y[i]
+        seen = [
+            j
+            for j in set(range(40)) - {i}
+            if not any(
+                is_met(world, m, (x - a, y - b, *way_between(senses, world, i, j)))
+                for m in range(len(shapes))
+                for a, b in images
+            )
+        ]
+        assert found_by(flock, world, work, i) == seen
+        assert [j for j in range(40) if j != i and hears(senses, world, i, j)] == seen
+        hidden += 39 - len(seen)
+    assert 300 < hidden < 39 * 40 - 100
 
 
 def test_an_obstacle_hides_those_behind_it() -> None:

@@ -21,7 +21,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import stored_trials
 from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
-from tests import builders, oscillators
+from tests import builders, devices, oscillators
 from tests.commands import sweep
 from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched
 
@@ -368,3 +368,73 @@ def test_the_command_says_it_and_its_exit_code_too(tmp_path: Path) -> None:
     done = sweep(tmp_path, *command)
     assert done.returncode == 1
     assert "trials.speed" in done.stdout
+
+
+@pytest.fixture
+def mixed(tmp_path: Path) -> StoredStudy:
+    """Two trials that a processor has flown, and four of a device that rounds once."""
+    one = FLOWN.replace("[0.5, 1]", "[0.5]").replace("replicates: 3", "replicates: 2")
+    launched(one, tmp_path)
+    return launched(FLOWN, tmp_path, devices.InThisProcess(device=devices.Rounds()))
+
+
+def test_what_a_device_flew_is_flown_on_a_processor_and_compared(
+    mixed: StoredStudy,
+) -> None:
+    found = checked(mixed, elsewhere=True)
+    assert found.checked == {"done": 4}
+    assert list(found.origins.values()) == [4]
+    assert len(found.differing) == 1
+    text = found.as_text()
+    assert re.search(r"trials\.speed: stored .* \(1 ulp\)$", text, re.MULTILINE)
+    assert "4 of 4 stored trials that a device flew (seed 0): 4 done" in text
+    assert "then       Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4), " in text
+    assert "now        Test GPU 9" not in text
+    assert "1 of all 4 trials differ" in text
+
+
+def test_without_that_the_sample_is_of_all_trials(mixed: StoredStudy) -> None:
+    found = checked(mixed)
+    assert (found.checked, found.among) == ({"done": 6}, "")
+    assert sorted(found.origins.values()) == [2, 4]
+
+
+def test_what_a_processor_flew_is_flown_on_a_device(mixed: StoredStudy) -> None:
+    engine = devices.InThisProcess()
+    found = verify(mixed, engine, fraction=1.0, elsewhere=True)
+    assert (found.checked, found.same) == ({"done": 2}, True)
+    text = found.as_text()
+    assert "2 of 2 stored trials that a processor flew" in text
+    assert "now        Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4), " in text
+
+
+def test_where_all_flew_there_the_sample_is_of_all_trials(clean: StoredStudy) -> None:
+    found = checked(clean, elsewhere=True)
+    assert (found.checked, found.among, found.same) == ({"done": 6}, "", True)
+
+
+def test_a_trial_that_a_device_cannot_fly_is_left_out(mixed: StoredStudy) -> None:
+    def refusal(job: Any) -> str:
+        return "it is too heavy" if job.replicate == 1 else ""
+
+    engine = devices.InThisProcess(refusal=refusal)
+    found = verify(mixed, engine, fraction=1.0, elsewhere=True)
+    assert found.checked == {"done": 1}
+    assert found.left_out == {"cannot fly on a GPU (it is too heavy)": 1}
+    assert "1 of 1 stored trial that a processor flew" in found.as_text()
+    nowhere = devices.InThisProcess(refusal=lambda _job: "it is too heavy")
+    with pytest.raises(StoreError, match="no trial can be compared; left out are 2"):
+        verify(mixed, nowhere, elsewhere=True, fraction=1.0)
+
+
+def test_the_command_says_where_trials_flew_and_fly(
+    mixed: StoredStudy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = mixed.store.folder.parent.parent
+    names = "verify", mixed.name, "--results", str(mixed.store.folder.parent)
+    there = sweep(folder, *names, "--fraction", "1", "--executor", "cpu")
+    assert (there.returncode, "that a device flew" in there.stdout) == (1, True)
+    with devices.there(monkeypatch):
+        monkeypatch.setattr("sweep.workers.gpu.Cuda", devices.InThisProcess)
+        here = sweep(folder, *names, "--fraction", "1", "--executor", "cuda")
+    assert (here.returncode, "that a processor flew" in here.stdout) == (0, True)

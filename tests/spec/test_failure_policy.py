@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-import sweep.workers.attempts as attempts_module
+import sweep.workers.flying as flying_module
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.design.design import expand
@@ -309,8 +309,8 @@ class Trials:
         self.attempts: Counter[str] = Counter()
         self.order: list[str] = []
         self.fate = fate
-        patch.setattr(attempts_module, "run", self)
-        patch.setattr(attempts_module, "warm", lambda _job: None)
+        patch.setattr(flying_module, "run", self)
+        patch.setattr(flying_module, "warm", lambda _job: None)
 
     def __call__(self, job: Job) -> Result:
         self.attempts[job.trial_id] += 1

@@ -1,5 +1,6 @@
 """Trials among polygons, and among obstacles that move."""
 
+import math
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any
@@ -7,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kernels.events import COLLISIONS
 from kernels.inspection import velocities_after
 from kernels.lanes.vectors import WIDTH
 from kernels.models import MODELS
 from kernels.moving import place_obstacles
 from kernels.shapes import Obstacle, Polygon
-from kernels.worlds import MAPS, Map, inside_any
+from kernels.worlds import MAPS, Map, build_reach, inside_any
 from sweep.design.jobs import Job, stream
 from sweep.trial.lanes import fly, in_groups
 from sweep.trial.simulation import Simulation, run
@@ -205,14 +207,60 @@ def test_events_and_metrics_of_a_frame_see_obstacles_where_they_are_then() -> No
     assert depth[1:].tolist() == np.maximum(-away, 0)[1:].tolist()
 
 
+@pytest.mark.parametrize("borders", ["torus", "bounded"])
+def test_no_bit_depends_on_which_obstacles_are_looked_at(borders: str) -> None:
+    """Of a flight that finds obstacles by the cells they are in, and of one that looks
+    at all of them in each step; and of one that goes on from the first.
+    """
+    rng = np.random.default_rng(3)
+    places = rng.uniform(0, 300, (40, 2)).tolist()
+    job = builders.job(
+        "nguyen2024",
+        metrics=("collisions",),
+        **{"n": 30, "steps": 120, "width": 300, "height": 300, "start_radius": 0},
+        **{"borders": borders, "obstacle_range": 8.0},
+    )
+    shapes = [
+        (x, y, 4.0, 4.0, 1.0)
+        if k % 2
+        else Polygon(((x, y), (x + 9.0, y), (x + 9.0, y + 7.0)))
+        for k, (x, y) in enumerate(places)
+    ]
+    moving = job.settings | {"obstacle_speed": 1.5}
+    job = replace(job, settings=moving, obstacles=tuple(shapes))
+    found, part, again, looking = (Simulation(job) for _ in range(4))
+    flight = looking.flight
+    motion = flight.work.motion
+    assert motion is not None
+    everywhere = build_reach(flight.world, math.inf)
+    flight.work = flight.work._replace(
+        motion=motion._replace(margin=math.inf), reach=everywhere
+    )
+    watch = flight.record.watch._replace(contact=everywhere)
+    flight.record = flight.record._replace(watch=watch)
+    assert found.flight.work.reach.obstacle.size > everywhere.obstacle.size
+    flown(part, 50)
+    again.restore(part.state().copied())
+    wanted = flown(looking, 120)
+    assert (flown(found, 120) == wanted).all()
+    assert (flown(again, 70) == wanted).all()
+    events = [one.flight.record.watch.events for one in (found, again, looking)]
+    assert (events[0] == events[2]).all()
+    assert (events[1] == events[2]).all()
+    assert events[0][COLLISIONS] > 0
+
+
 def test_what_is_only_looked_at_moves_nothing() -> None:
     job = among("nguyen2024", 1.0)
     one, other = Simulation(job), Simulation(job)
     flown(one, 4), flown(other, 4)
     before = one.world.obstacle_x.copy()
+    reach = [part.copy() for part in one.flight.work.reach[-2:]]
     with one.noise.lent() as rng:
         velocities_after(one.flight, one.flight.params, rng)
     assert (one.world.obstacle_x == before).all()
+    for now, then in zip(one.flight.work.reach[-2:], reach, strict=True):
+        assert (now == then).all()
 
 
 def test_a_flight_takes_the_place_of_another_among_obstacles_that_move() -> None:

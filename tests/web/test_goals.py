@@ -7,6 +7,8 @@ from string import Template
 import pytest
 
 from sweep.errors import SpecError
+from sweep.web import messages
+from sweep.web.live import Live
 from sweep.web.scene import scene_of
 from sweep.web.state import begin
 from tests import ROOT, builders
@@ -77,6 +79,20 @@ def test_the_field_of_goals_takes_the_text_that_tables_have() -> None:
     assert "next_goals: 40 50; 60 70" in later.as_text()
     with pytest.raises(SpecError, match="is not allowed for next_goals: it is a list"):
         state.with_settings({"next_goals": "40 50 60"})
+
+
+def test_a_goal_that_is_put_is_one_of_those_that_there_are() -> None:
+    show = Live(begin("aziel_chen2025", "as_run"))
+    show.handle(messages.Set("next_goals", "40 50;60 70"))
+    for index, (x, y) in enumerate(((1.5, 2), (3, 4), (5, 6))):
+        show.handle(messages.Goal(x, y, index))
+    settings = show.state.settings
+    assert (settings["goal_x"], settings["goal_y"]) == (1.5, 2)
+    assert settings["next_goals"] == "3 4; 5 6"
+    assert show.scene()["next_goals"] == [[3, 4], [5, 6]]
+    with pytest.raises(SpecError, match="goal: index must be at most 2, not 3"):
+        show.handle(messages.Goal(7, 8, 3))
+    assert show.state.settings == settings
 
 
 def test_a_model_that_knows_one_goal_is_refused_on_the_page_too() -> None:

@@ -17,7 +17,7 @@ from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.errors import SpecError
-from sweep.spec.settings import preset_settings, settings_of
+from sweep.spec.settings import in_a_line, places_of, preset_settings, settings_of
 from sweep.spec.study import parse_spec
 from sweep.trial.simulation import simulate
 from sweep.web.live import Live
@@ -386,6 +386,81 @@ def test_the_goal_is_set_by_mouse(opened: Open) -> None:
     page.drag((100, 500), (700, 100))
     page.until("boidsweep.view.state.settings.goal_x > 699")
     assert round(live(page).simulation.world.goal_y) == 100
+
+
+SECOND, THIRD = (300.0, 40.0), (650.0, 560.0)
+
+
+def goals(page: Opened) -> list[list[float]]:
+    """The places of all goals of the run, in lengths of the world."""
+    settings = live(page).state.settings
+    later = places_of(settings["next_goals"]) or ()
+    return [[settings["goal_x"], settings["goal_y"]], *map(list, later)]
+
+
+def with_three_goals(opened: Open) -> Opened:
+    """A page whose boids are not near the second and the third goal."""
+    page = opened()
+    page.send(type="set", name="next_goals", value=in_a_line((SECOND, THIRD)))
+    page.until("boidsweep.view.stage.scene.next_goals.length === 2")
+    for goal in (SECOND, THIRD):
+        away = np.hypot(*(live(page).bodies[:2].T - goal).T)
+        assert away.min() > 30
+    return page
+
+
+def test_each_of_several_goals_is_dragged(opened: Open) -> None:
+    """Once it was clicked. A drag is one edit, and other goals stay where they are."""
+    page = with_three_goals(opened)
+    first = goals(page)[0]
+    for index, start, end in ((2, THIRD, (500.0, 30.0)), (1, SECOND, (250.0, 570.0))):
+        page.page.mouse.click(*page.place(*start))
+        page.until(f"boidsweep.view.stage.goalMarked === {index}")
+        before = goals(page)
+        page.drag(start, end)
+        page.until(
+            f"Math.abs(boidsweep.view.stage.scene.next_goals[{index - 1}][1] -"
+            f" {end[1]}) < 2 && !boidsweep.view.asked"
+        )
+        after = goals(page)
+        assert after[index] == pytest.approx(end, abs=2)
+        assert after[:index] + after[index + 1 :] == (
+            before[:index] + before[index + 1 :]
+        )
+        page.page.keyboard.press("Control+z")
+        page.until(
+            f"boidsweep.view.stage.scene.next_goals[{index - 1}][1] === {start[1]}"
+        )
+        assert goals(page) == [first, list(SECOND), list(THIRD)]
+        page.page.keyboard.press("Control+Shift+z")
+        page.until(
+            f"boidsweep.view.stage.scene.next_goals[{index - 1}][1] !== {start[1]}"
+        )
+        page.page.keyboard.press("Control+z")
+        page.until(
+            f"boidsweep.view.stage.scene.next_goals[{index - 1}][1] === {start[1]}"
+        )
+
+
+def test_several_goals_are_moved_without_a_mouse(opened: Open) -> None:
+    """G selects one after the other, and arrow keys move it by a hundredth of the
+    world. The first comes after the last one again.
+    """
+    page = with_three_goals(opened)
+    first = goals(page)[0]
+    page.page.get_by_label("the swarm in a world").focus()
+    met = []
+    for _ in range(4):
+        page.page.keyboard.press("g")
+        met.append(page.ask("boidsweep.view.stage.goalMarked"))
+    assert met == [0, 1, 2, 0]
+    page.page.keyboard.press("g")
+    page.page.keyboard.press("g")
+    page.page.keyboard.press("ArrowLeft")
+    page.until("boidsweep.view.state.settings.next_goals.includes('642 ')")
+    assert goals(page) == [first, list(SECOND), [642.0, THIRD[1]]]
+    page.page.keyboard.press("Escape")
+    page.until("boidsweep.view.stage.goalMarked === null")
 
 
 def test_a_boid_that_is_clicked_shows_whom_it_sees(opened: Open) -> None:

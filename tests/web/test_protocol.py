@@ -42,6 +42,7 @@ RIGHT: list[tuple[dict[str, Any], Message]] = [
     ({"type": "speed", "steps_per_second": 0}, messages.Speed(0.0)),
     ({"type": "shapes", "shapes": [DISC]}, messages.Shapes([DISC])),
     ({"type": "goal", "x": 1, "y": 2.5}, messages.Goal(1.0, 2.5)),
+    ({"type": "goal", "x": 1, "y": 2, "index": 3}, messages.Goal(1.0, 2.0, 3)),
     ({"type": "select", "boid": 3}, messages.Select(3)),
     ({"type": "select", "boid": None}, messages.Select(None)),
     ({"type": "overlays", "names": ["flocks"]}, messages.Overlays(("flocks",))),

@@ -16,17 +16,19 @@ from tests import ROOT
 
 LAUNCH = """
 import os, signal, sys, time
+from functools import partial
 from pathlib import Path
 import sweep.trial.simulation
 import naps
 from sweep.errors import WorkersError
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Loky
 from sweep.workers.runner import drive
 
 assert Path(sweep.trial.simulation.__file__).is_relative_to(os.getcwd())
 engine, kept = Loky(2), []
 batches = drive(range(60), naps.nap, executor=engine, costs=naps.a_second,
-                failed=naps.failed, chunk_seconds=1e-6)
+                failed=naps.failed, deal=partial(Chunks, seconds=1e-6))
 try:
     for batch in batches:
         kept += batch

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 from sweep.errors import WorkersError
 from sweep.workers import fingerprint
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import (
     ConnectionLostError,
     JobEndedError,
@@ -158,7 +160,7 @@ def test_workers_that_come_get_work_and_smaller_chunks() -> None:
         executor=engine,
         costs=runner_jobs.a_millisecond,
         failed=runner_jobs.failed,
-        chunk_seconds=1e9,
+        deal=partial(Chunks, seconds=1e9),
     )
     for batch in batches:
         sizes.append(len(batch))
@@ -177,7 +179,7 @@ def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(
         executor=engine,
         costs=runner_jobs.a_millisecond,
         failed=runner_jobs.failed,
-        chunk_seconds=1e-6,
+        deal=partial(Chunks, seconds=1e-6),
     )
     kept += next(batches)
     monkeypatch.setattr(

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,10 @@ def test_serial_and_parallel_deliver_the_same_for_any_chunk_size(warm: Loky) -> 
     for executor in (Serial(), warm):
         for seconds in (0.001, 1.0, 1000.0):
             results = runner_jobs.run_all(
-                range(40), runner_jobs.square, executor, chunk_seconds=seconds
+                range(40),
+                runner_jobs.square,
+                executor,
+                deal=partial(Chunks, seconds=seconds),
             )
             assert len(results) == 40
             assert set(results) == SQUARES
@@ -101,7 +105,10 @@ def test_a_job_that_raises_fails_alone(warm: Loky, parallel: bool) -> None:
 def test_a_result_that_cannot_be_pickled_fails_alone(warm: Loky) -> None:
     results = dict(
         runner_jobs.run_all(
-            range(6), runner_jobs.unpicklable_for_two, warm, chunk_seconds=0.01
+            range(6),
+            runner_jobs.unpicklable_for_two,
+            warm,
+            deal=partial(Chunks, seconds=0.01),
         )
     )
     assert "no result came back" in results[2].error
@@ -190,8 +197,10 @@ def test_closing_the_iterator_ends_the_workers_at_once() -> None:
 
 INTERRUPTED = """
 import os, sys
+from functools import partial
 sys.path[:0] = [{root!r}]
 from tests import runner_jobs
+from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Loky
 from sweep.workers.runner import drive
 
@@ -200,7 +209,7 @@ executor = Loky(2)
 try:
     for batch in drive([0.05] * 400 + [60.0] * 4, runner_jobs.nap, executor=executor,
                        costs=runner_jobs.shortest_first, failed=runner_jobs.failed,
-                       chunk_seconds=0.1):
+                       deal=partial(Chunks, seconds=0.1)):
         kept += batch
         print("batch", flush=True)
 except KeyboardInterrupt:

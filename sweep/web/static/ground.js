@@ -106,16 +106,22 @@ export function drawObstacles(stage, scene) {
   }
 }
 
+// The places of all goals, in their turn.
+/** @param {Scene} scene @returns {[x: number, y: number][]} */
+export function goalsOf(scene) {
+  if (!scene.goal) return [];
+  const [x, y] = scene.goal;
+  // (0, 0) stands for no goal
+  if (x === 0 && y === 0 && scene.next_goals.length === 0) return [];
+  return [[x, y], ...scene.next_goals];
+}
+
 // All goals, with numbers where there are several.
 /** @param {Stage} stage @param {Scene} scene */
 export function drawGoals(stage, scene) {
-  const [x, y, radius] = scene.goal ?? [0, 0, 0];
-  const later = scene.next_goals;
-  // (0, 0) stands for no goal
-  if (x === 0 && y === 0 && later.length === 0) return;
-  const places = [/** @type {[x: number, y: number]} */ ([x, y]), ...later];
+  const [places, radius] = [goalsOf(scene), scene.goal?.[2] ?? 0];
   for (const [index, place] of places.entries()) {
-    drawGoal(stage, place, radius, later.length ? String(index + 1) : "");
+    drawGoal(stage, place, radius, places.length > 1 ? String(index + 1) : "");
   }
 }
 
@@ -147,7 +153,7 @@ function drawGoal(stage, [x, y], radius, label) {
 }
 
 // A ring about a goal that is selected: a drag moves it.
-/** @param {Stage} stage @param {[x: number, y: number, radius: number]} goal */
+/** @param {Stage} stage @param {[x: number, y: number]} goal */
 function markGoal(stage, [x, y]) {
   const { context } = stage;
   const at = stage.toScreen({ x, y });
@@ -161,7 +167,8 @@ function markGoal(stage, [x, y]) {
 /** @param {Stage} stage */
 export function drawHandles(stage) {
   const { chosen, context } = stage;
-  if (stage.goalMarked && stage.scene?.goal) markGoal(stage, stage.scene.goal);
+  const goal = stage.scene && goalsOf(stage.scene)[stage.goalMarked ?? -1];
+  if (goal) markGoal(stage, goal);
   if (!chosen) return;
   context.strokeStyle = stage.colours.chosen;
   context.fillStyle = stage.colours.ground;

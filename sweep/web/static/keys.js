@@ -11,7 +11,7 @@ export const KEYS = [
   [".", "one step"],
   ["R", "reset: the same seed from step 0"],
   ["1 to 9, then + or −", "choose a weight and change it"],
-  ["V, D, B, G", "tools: select, disc, box, goal"],
+  ["V, D, B, G", "tools: select, disc, box, goal; G again: the next of several goals"],
   ["Click, [ or ]", "select a boid, or the one before or after"],
   [
     "Arrow keys",

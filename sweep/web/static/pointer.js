@@ -1,8 +1,9 @@
-// The hand: with pointer or keyboard it places, moves and resizes obstacles, sets the
-// goal, and selects boids. A click selects what a drag may change then: a drag over
+// The hand: with pointer or keyboard it places, moves and resizes obstacles, sets
+// goals, and selects boids. A click selects what a drag may change then: a drag over
 // something else moves the view.
 
 import { paced } from "./dom.js";
+import { goalsOf } from "./ground.js";
 import { isSolid, shifted } from "./obstacles.js";
 
 /** @import { Kind, Message, Obstacle, Scene, Shape } from "./protocol.d.ts" */
@@ -11,7 +12,8 @@ import { isSolid, shifted } from "./obstacles.js";
 /** @typedef {"select" | "goal" | Kind} Tool */
 
 /**
- * What the pointer has taken hold of; `boid` or `thing` is what a click selects.
+ * What the pointer has taken hold of; a click selects the `boid`, the `shape` or the
+ * `goal` with that index.
  *
  * @typedef {{ kind: Kind, boid: null }} Drawing
  * @typedef {{
@@ -27,8 +29,8 @@ import { isSolid, shifted } from "./obstacles.js";
  *   row: Obstacle,
  *   signs: number[],
  * }} Sizing
- * @typedef {{ kind: "goal", boid: number | null }} Aiming
- * @typedef {{ kind: "pan", boid: number | null, thing?: number | "goal" }} Panning
+ * @typedef {{ kind: "goal", boid: number | null, index: number }} Aiming
+ * @typedef {{ kind: "pan", boid: number | null, shape?: number, goal?: number }} Panning
  */
 
 /** @typedef {{ place: Place, at: Place, moved: boolean, base?: Obstacle[] }} Way */
@@ -98,8 +100,8 @@ export class Hand {
     this.fingers = new Map();
     this.waiting = 0;
     this.sendPaced = paced(() => this.drag && this.sendShapes(true), DRAG_SEND_EVERY);
-    this.goalPaced = paced((/** @type {Place} */ at) => {
-      if (this.drag) this.sendGoal(at, true);
+    this.goalPaced = paced((/** @type {Message} */ message) => {
+      if (this.drag?.kind === "goal" && this.drag.moved) this.send(message);
     }, DRAG_SEND_EVERY);
     const { canvas } = stage;
     canvas.addEventListener("pointerdown", (event) => this.down(event));
@@ -115,11 +117,23 @@ export class Hand {
     return this.frozen || Boolean(this.stage.scene?.paths);
   }
 
+  // The tool for goals sets the one that is selected: the first of several, and where
+  // it is in the hand already, the next one.
   /** @param {Tool} tool */
   use(tool) {
+    const before = this.tool;
     this.tool = (tool === "goal" ? this.frozen : this.fixed) ? "select" : tool;
+    if (this.tool === "goal" && this.goals.length > 0) {
+      const { goalMarked } = this.stage;
+      const next = before === "goal" && goalMarked !== null ? goalMarked + 1 : 0;
+      this.mark(null, next % this.goals.length);
+    }
     this.stage.canvas.dataset.tool = this.tool;
     this.changed();
+  }
+
+  get goals() {
+    return this.stage.scene ? goalsOf(this.stage.scene) : [];
   }
 
   // A scene has come. Once the world is as it was edited here, the edit is forgotten.
@@ -133,6 +147,9 @@ export class Hand {
     if (stage.marked !== null && stage.marked >= stage.obstacles.length) {
       stage.marked = null;
     }
+    if (stage.goalMarked !== null && stage.goalMarked >= goalsOf(scene).length) {
+      stage.goalMarked = null;
+    }
   }
 
   refuse() {
@@ -141,8 +158,9 @@ export class Hand {
     this.stage.redraw();
   }
 
-  /** @param {number | null} index */
-  mark(index, goal = false) {
+  // Selects an obstacle, a goal, or nothing.
+  /** @param {number | null} index @param {number | null} goal */
+  mark(index, goal = null) {
     this.stage.marked = index;
     this.stage.goalMarked = goal;
     this.stage.redraw();
@@ -234,6 +252,9 @@ export class Hand {
   /** @param {Place} place @param {number} near @returns {Grip} */
   grip(place, near) {
     const { stage, tool } = this;
+    if (tool === "goal") {
+      return { kind: tool, boid: null, index: stage.goalMarked ?? 0 };
+    }
     if (tool !== "select") return { kind: tool, boid: null };
     const { chosen: row, marked: index } = stage;
     if (!this.fixed && row && index !== null) {
@@ -244,13 +265,10 @@ export class Hand {
     }
     const boid = stage.boidAt(place, near);
     if (this.frozen) return { kind: "pan", boid };
-    const [x, y] = stage.scene?.goal ?? [0, 0];
-    const far = x || y ? apart(stage.toScreen({ x, y }), place) : Infinity;
-    if (far <= near + 3) {
-      if (stage.goalMarked) return { kind: "goal", boid };
-      return { kind: "pan", boid, thing: "goal" };
-    }
-    return this.gripWorld(place, boid);
+    const goal = this.goalAt(place, near + 3);
+    if (goal < 0) return this.gripWorld(place, boid);
+    if (goal === stage.goalMarked) return { kind: "goal", boid, index: goal };
+    return { kind: "pan", boid, goal };
   }
 
   /** @param {Place} place @param {number | null} boid @returns {Grip} */
@@ -259,9 +277,17 @@ export class Hand {
     const index = this.shapeAt(stage.toWorld(place));
     if (index < 0) return { kind: "pan", boid };
     if (this.fixed || index !== stage.marked) {
-      return { kind: "pan", boid, thing: index };
+      return { kind: "pan", boid, shape: index };
     }
     return { kind: "shape", boid, index, row: stage.obstacles[index] };
+  }
+
+  // The goal whose flag is nearest, of those within reach; -1 for none.
+  /** @param {Place} place @param {number} near */
+  goalAt(place, near) {
+    const far = this.goals.map(([x, y]) => apart(this.stage.toScreen({ x, y }), place));
+    const least = Math.min(...far);
+    return least <= near ? far.indexOf(least) : -1;
   }
 
   /** @param {Place} place */
@@ -285,7 +311,7 @@ export class Hand {
     if (!drag.moved) return;
     const at = stage.toWorld(place);
     if (drag.kind === "pan") stage.pan(drag.at.x - at.x, drag.at.y - at.y);
-    else if (drag.kind === "goal") this.setGoal(at);
+    else if (drag.kind === "goal") this.setGoal(drag.index, at, true);
     else this.stretch(drag, at);
   }
 
@@ -294,7 +320,7 @@ export class Hand {
     const { canvas } = this.stage;
     if (!this.stage.scene || !this.stage.frame) return;
     const { boid, kind, ...grip } = this.grip(place, NEAR.mouse);
-    const clicked = boid !== null || ("thing" in grip && grip.thing !== undefined);
+    const clicked = boid !== null || "shape" in grip || "goal" in grip;
     canvas.dataset.over = clicked ? "boid" : kind;
   }
 
@@ -384,25 +410,18 @@ export class Hand {
     return this.rectangle({ x: x - a * halfWidth, y: y - b * halfHeight }, to);
   }
 
-  /** @param {Place} place */
-  setGoal(place) {
+  /** @param {number} index @param {Place} place @param {boolean} part of a drag */
+  setGoal(index, place, part) {
     const { scene } = this.stage;
-    if (!scene?.goal) return;
+    if (!scene?.goal || index > scene.next_goals.length) return;
     const [x, y] = [this.tidy(place.x), this.tidy(place.y)];
-    scene.goal = [x, y, scene.goal[2]];
+    if (index === 0) scene.goal = [x, y, scene.goal[2]];
+    else scene.next_goals[index - 1] = [x, y];
     this.stage.redraw();
-    this.goalPaced({ x, y });
-  }
-
-  /** @param {Place} at @param {boolean} part of a drag that goes on */
-  sendGoal({ x, y }, part) {
-    this.send({ type: "goal", x, y, part });
-  }
-
-  // The last place of a goal that was dragged or put.
-  putGoal() {
-    const [x, y] = this.stage.scene?.goal ?? [0, 0];
-    this.sendGoal({ x, y }, false);
+    /** @type {Message} */
+    const message = { type: "goal", x, y, index, part };
+    if (part) this.goalPaced(message);
+    else this.send(message);
   }
 
   /** @param {PointerEvent} event */
@@ -414,8 +433,9 @@ export class Hand {
     if (drag.kind === "pinch") return;
     if (event.type === "pointercancel") return this.refuse();
     if (drag.base) this.sendShapes(false);
-    else if (drag.kind === "goal" && drag.moved) this.putGoal();
-    else if (!drag.moved) this.click(drag);
+    else if (drag.kind === "goal" && drag.moved) {
+      this.setGoal(drag.index, stage.toWorld(this.where(event)), false);
+    } else if (!drag.moved) this.click(drag);
     if (this.tool !== "select") this.use("select");
     this.changed();
     stage.redraw();
@@ -426,18 +446,16 @@ export class Hand {
     const { x, y } = this.within(drag.at);
     if (drag.kind === "disc" || drag.kind === "rectangle") this.add(drag.kind, x, y);
     else if (drag.kind === "goal" && this.tool === "goal") {
-      this.setGoal(drag.at);
-      this.putGoal();
-      this.mark(null, true);
+      this.setGoal(drag.index, drag.at, false);
+      this.mark(null, drag.index);
     } else if (drag.boid !== null) this.send({ type: "select", boid: drag.boid });
-    else if (drag.kind === "pan") this.clickThing(drag.thing);
+    else if (drag.kind === "pan") this.clickThing(drag);
   }
 
-  /** @param {number | "goal" | undefined} thing */
-  clickThing(thing) {
-    if (thing === undefined) this.release();
-    else if (thing === "goal") this.mark(null, true);
-    else this.mark(thing);
+  /** @param {Panning} drag */
+  clickThing({ shape, goal }) {
+    if (shape === undefined && goal === undefined) this.release();
+    else this.mark(shape ?? null, goal);
   }
 
   release() {
@@ -475,11 +493,12 @@ export class Hand {
   arrow([across, along], sizing) {
     const { stage } = this;
     const step = Math.max(stage.world.width, stage.world.height) / 100;
-    const { chosen, marked, scene } = stage;
-    if (stage.goalMarked && scene?.goal && !this.frozen) {
-      const [x, y] = scene.goal;
-      this.setGoal({ x: x + step * across, y: y + step * along * stage.upright });
-      return this.putGoal();
+    const { chosen, goalMarked, marked } = stage;
+    const goal = this.goals[goalMarked ?? -1];
+    if (goal && goalMarked !== null && !this.frozen) {
+      const [x, y] = goal;
+      const aim = { x: x + step * across, y: y + step * along * stage.upright };
+      return this.setGoal(goalMarked, aim, false);
     }
     if (!chosen || marked === null || this.fixed) {
       return stage.pan(5 * step * across, 5 * step * along * stage.upright);

@@ -54,7 +54,7 @@ export type Message =
     | { type: "step"; count?: number }
     | { type: "speed"; steps_per_second: number }
     | { type: "shapes"; shapes: Shape[]; part?: boolean }
-    | { type: "goal"; x: number; y: number; part?: boolean }
+    | { type: "goal"; x: number; y: number; index?: number; part?: boolean }
     | { type: "select"; boid: number | null }
     | { type: "overlays" | "metrics"; names: string[] }
     | { type: "sweep"; name: string; low: number; high: number; points: number }

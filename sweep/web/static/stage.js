@@ -128,7 +128,8 @@ export class Stage {
     this.edited = null;
     /** @type {number | null} */
     this.marked = null;
-    this.goalMarked = false;
+    /** @type {number | null} */
+    this.goalMarked = null;
     this.arrowScale = 0;
     /** @type {Fit} */
     this.fit = "world";
