@@ -59,6 +59,8 @@ MAKERS = tuple(
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
 STAMP_DIGITS = 64
+ENTRIES = ".nbi", ".ptx", ".cubin", ".alone", ".stamp"
+"""How the names of files end that are entries of the cache."""
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
@@ -286,6 +288,26 @@ def is_kept(
     return file.holds_any() if classes is None else file.holds(classes)
 
 
+def kept(name: str, make: Callable[[], bytes]) -> bytes:
+    """The content of the file of this name in FOLDER; what `make` makes, which is kept
+    there, where there is no such file. The name must follow from all that the content
+    depends on.
+    """
+    place = FOLDER / name
+    with suppress(OSError):
+        content = place.read_bytes()
+        note_use(place)
+        return content
+    content = make()
+    with suppress(OSError):  # without it others make the same again
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        beside = FOLDER / f"{name}.tmp.{os.getpid():x}"
+        beside.write_bytes(content)
+        beside.replace(place)
+        remove_unused(FOLDER)
+    return content
+
+
 def note_use(index: Path) -> None:
     """Note that an entry of the cache is used now, by the time of its index; at most
     once a day, so that reading seldom writes.
@@ -314,13 +336,14 @@ def remove_unused(folder: Path) -> None:
 
 def _entry(file: str) -> str:
     """The entry to which a file of numba's belongs: an index `NAME.nbi`, data
-    `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`. A note
-    of ours, `NAME.alone` or `NAME.stamp`, is one too; "" for others.
+    `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`. What is
+    compiled for a GPU, `NAME.ptx` and `NAME.cubin`, and a note of ours, `NAME.alone`
+    or `NAME.stamp`, are ones too; "" for others.
     """
     name = Path(file.partition(".tmp.")[0])
     if name.suffix == ".nbc":
         return name.with_suffix("").stem
-    return name.stem if name.suffix in (".nbi", ".alone", ".stamp") else ""
+    return name.stem if name.suffix in ENTRIES else ""
 
 
 def _of_code(code: CodeType) -> str:

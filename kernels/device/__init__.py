@@ -7,7 +7,8 @@ bits that it has alone.
     batch     flights that are sent to a device, advanced there, and brought back
     host      a device that is this processor, for tests and for what a GPU would do
     ptx       what a kernel is compiled to for a GPU, and whether its bits are the same
+    assembly  what that text is assembled to: machine code
     gpu       a device that is a GPU
 
-Only the last two need the extra `gpu`.
+Only the last three need the extra `gpu`.
 """

@@ -12,6 +12,7 @@ import numpy as np
 from cuda.bindings import driver
 from numpy.typing import NDArray
 
+from kernels.device.assembly import assembled
 from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
@@ -23,6 +24,8 @@ DONE = driver.CUresult.CUDA_SUCCESS
 NO_ROOM = driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY
 MAJOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR
 MINOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR
+SLEEPS = driver.CUctx_flags.CU_CTX_SCHED_BLOCKING_SYNC.value
+"""A process that waits for the GPU leaves its core to others, which prepare trials."""
 NAME_LENGTH = 256
 KINDS = {int: ctypes.c_int64, float: ctypes.c_double}
 
@@ -35,11 +38,12 @@ class There(NamedTuple):
 
 
 class Gpu:
-    """The GPU `number` of those that this process sees. Raises DeviceError where there
-    is none.
+    """The GPU `number` of those that this process sees, with so many `threads` in a
+    block. Raises DeviceError where there is none.
     """
 
-    def __init__(self, number: int = 0) -> None:
+    def __init__(self, number: int = 0, threads: int = THREADS) -> None:
+        self.threads = threads
         try:
             self._ask("cuInit", 0)
         except RuntimeError as error:  # how cuda.bindings says that it finds no driver
@@ -56,6 +60,7 @@ class Gpu:
             for one in (MAJOR, MINOR)
         )
         self.capability = major, minor
+        self._ask("cuDevicePrimaryCtxSetFlags", device, SLEEPS)
         self._ask("cuCtxSetCurrent", self._ask("cuDevicePrimaryCtxRetain", device))
         self._programs = dict[str, Any]()
 
@@ -71,7 +76,8 @@ class Gpu:
         if compiled.refusal:
             raise NotForDeviceError(f"model {kernel.model.name}: {compiled.refusal}")
         if compiled.text not in self._programs:
-            module = self._ask("cuModuleLoadData", compiled.text.encode() + b"\0")
+            code = assembled(compiled.text, self.capability)
+            module = self._ask("cuModuleLoadData", code)
             entry = compiled.entry.encode()
             self._programs[compiled.text] = self._ask(
                 "cuModuleGetFunction", module, entry
@@ -104,8 +110,8 @@ class Gpu:
     ) -> None:
         given = (*numbers, *(room.address for room in rooms))
         kinds = *(KINDS[type(one)] for one in numbers), *[ctypes.c_void_p] * len(rooms)
-        blocks = -(-count // THREADS)
-        where = *(blocks, 1, 1), *(THREADS, 1, 1), 0, 0
+        blocks = -(-count // self.threads)
+        where = *(blocks, 1, 1), *(self.threads, 1, 1), 0, 0
         self._ask("cuLaunchKernel", program, *where, (given, kinds), 0)
 
     def wait(self) -> None:

@@ -21,10 +21,8 @@ import hashlib
 import math
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib.metadata import version
-from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +35,7 @@ from numba.cuda.np import arrayobj
 from numba.cuda.np.numpy_support import from_dtype
 
 from kernels import fetching, fours, generator, indices
-from kernels.caching import FOLDER, note_use, remove_unused
+from kernels.caching import kept
 from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
 from kernels.device.views import instructions, view
@@ -198,19 +196,9 @@ def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled
     each of 64 bits, and of the addresses of its arrays. Raises NotForDeviceError where
     it cannot be.
     """
-    place = FOLDER / f"{_key(kernel, capability)}.ptx"
-    with suppress(OSError):
-        text = place.read_text(encoding="ascii")
-        note_use(place)
-        return Compiled(text)
-    made = Compiled(_compiled(kernel, capability))
-    with suppress(OSError):  # without it others compile the same again
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        with NamedTemporaryFile(dir=FOLDER, suffix=".tmp.ptx", delete=False) as file:
-            file.write(made.text.encode("ascii"))
-        Path(file.name).replace(place)
-        remove_unused(FOLDER)
-    return made
+    name = f"{_key(kernel, capability)}.ptx"
+    text = kept(name, lambda: _compiled(kernel, capability).encode("ascii"))
+    return Compiled(text.decode("ascii"))
 
 
 def _key(kernel: Kernel, capability: tuple[int, int]) -> str:

@@ -13,6 +13,7 @@ from kernels.caching import (
     DAY,
     UNUSED_DAYS,
     is_noted_alone,
+    kept,
     note_alone,
     note_use,
     remove_unused,
@@ -66,12 +67,17 @@ def test_what_nobody_has_used_for_a_month_goes_with_its_data(tmp_path: Path) -> 
             "2d3c.alone": DAY,
             "4a5b-6c7d.stamp": OLD,
             "8e9f-0a1b.stamp": DAY,
+            "1b2c.ptx": OLD,
+            "3d4e.cubin": OLD,
+            "5f6a.cubin.tmp.1f": OLD,
+            "7b8c.ptx": DAY,
             "notes.txt": OLD,
         },
     )
     remove_unused(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "2d3c.alone",
+        "7b8c.ptx",
         "8e9f-0a1b.stamp",
         "b.step-2.py311.1.nbc",
         "b.step-2.py311.nbi",
@@ -88,6 +94,30 @@ def test_use_is_noted_once_a_day(tmp_path: Path) -> None:
     assert time.time() - (tmp_path / "old.nbi").stat().st_mtime < DAY
     assert (tmp_path / "new.nbi").stat().st_mtime == before
     assert not (tmp_path / "gone.nbi").exists()
+
+
+def test_what_is_made_is_kept_under_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(caching, "FOLDER", tmp_path / "new" / "kernels")
+    made = iter([b"first", b"second"])
+    assert kept("1b2c.ptx", lambda: next(made)) == b"first"
+    assert kept("1b2c.ptx", lambda: next(made)) == b"first"
+    assert kept("3d4e.ptx", lambda: next(made)) == b"second"
+    assert sorted(path.name for path in caching.FOLDER.iterdir()) == [
+        "1b2c.ptx",
+        "3d4e.ptx",
+    ]
+
+
+def test_what_cannot_be_kept_is_made_each_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    monkeypatch.setattr(caching, "FOLDER", tmp_path / "file" / "kernels")
+    made = iter([b"first", b"second"])
+    assert kept("1b2c.ptx", lambda: next(made)) == b"first"
+    assert kept("1b2c.ptx", lambda: next(made)) == b"second"
 
 
 def test_a_function_is_noted_as_one_that_is_not_for_lanes(
