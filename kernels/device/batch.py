@@ -144,7 +144,7 @@ class Batch:
     @property
     def _most_frames(self) -> int:
         """Of a flight, that are measured on the device."""
-        if not self._metrics:
+        if self._metrics is None:
             return 0
         return self._left // self.flights[0].record.every + 2
 
