@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from tests.bench.device import GRACE, PARTS, Found, as_markdown, measured, part
 from tests.bench.device_parts import Machine, Row, Watched
 from tests.builders import job, place, state, to_end
 
-SMALL = Machine(emulated=True, until=math.inf)
+SMALL = Machine(emulated=True, until=time.monotonic() + 3600)
 LATE = Machine(emulated=True, until=-math.inf)
 
 
