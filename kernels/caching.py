@@ -164,13 +164,18 @@ class ByClasses:
     The index in such a file names the classes, and is loaded as a whole. An own model
     may call functions of ours with its own parameters, and a later version of ours with
     classes that this one lacks: where they are not at hand, they must not be met.
+
+    What only kernels can call, `within` them, is kept apart from what Python calls.
     """
 
-    def __init__(self, function: Callable[..., Any], cache: Any) -> None:
+    def __init__(
+        self, function: Callable[..., Any], cache: Any, within: bool = False
+    ) -> None:
         packages = function.__module__, __name__
         self._ours = {name.partition(".")[0] for name in packages}
         self._package = function.__module__.partition(".")[0]
         self._folder, self._cache = cache.cache_path, cache
+        self._begin = "within-" if within else ""
         if self._package == OUR_PACKAGE:
             cache.load_overload = self._load_overload
 
@@ -181,7 +186,7 @@ class ByClasses:
 
     @property
     def _name(self) -> str:
-        return f"{self._cache._impl.filename_base}-{self._stamp[:16]}"
+        return f"{self._begin}{self._cache._impl.filename_base}-{self._stamp[:16]}"
 
     def _load_overload(self, signature: Any, context: Any) -> Any:
         """What numba's `load_overload` does, but for `context.refresh`. It imports all

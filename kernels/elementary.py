@@ -141,12 +141,6 @@ def _product(a: float, b: float) -> tuple[float, float]:
 
 
 @jit
-def _steps(x: float) -> float:
-    """The number of steps, of ln 2 / EXP_PARTS each, that is next to a number."""
-    return (x * PER_EXP_STEP + SHIFT) - SHIFT
-
-
-@jit
 def _exp(x: float, rest: float) -> float:
     """exp(x + rest), where |rest| < 2^-15, without a branch.
 
@@ -196,14 +190,16 @@ def _grown(x: float) -> tuple[int, float, float]:
     """Of exp(x) the number k of steps, and with two parts of more bits than `_exp` has
     by how much what is left differs from 1, for where 1 is taken from the result.
     """
-    steps = _steps(x)
+    shifted = x * PER_EXP_STEP + SHIFT
+    steps = shifted - SHIFT
     high, low = _sum(x - steps * EXP_STEP[0], -(steps * EXP_STEP[1]))
     r, low = _sum_to(high, low)
     square, below = _product(r, r)
     more = 1 / 120 + r * (1 / 720 + r * (1 / 5040))
     cubed = r * square * (1 / 6 + r * (1 / 24 + r * more))
     p, kept = _sum_to(r, 0.5 * square)
-    return int(steps), p, kept + (0.5 * below + (low + low * r + cubed))
+    k = int(bits_of(shifted) - SHIFT_BITS)
+    return k, p, kept + (0.5 * below + (low + low * r + cubed))
 
 
 @jit
@@ -285,20 +281,21 @@ def _turned_back(x: float) -> tuple[int, float, float]:
     """The quarter of a turn in which an angle is, 0 to 3, and in two parts how far it
     is from its middle, which is at multiples of pi / 2.
     """
-    quarters = (x * PER_HALF_PI + SHIFT) - SHIFT
+    shifted = x * PER_HALF_PI + SHIFT
+    quarters = shifted - SHIFT
     a, b = x - quarters * HALF_PI[0], quarters * HALF_PI[1]
     high, low = _sum(a, -b)
     low, rest = _sum(low, -(quarters * HALF_PI[2]))
     high, low = _sum(high, low)
     high, low = _sum_to(high, low + (rest - quarters * HALF_PI[3]))
-    return int(quarters) & 3, high, low
+    return bits_of(shifted) & 3, high, low
 
 
 @jit
 def _sine_cosine(high: float, low: float) -> tuple[float, float]:
     """Sine and cosine of high + low, an angle of at most pi / 4 to either side."""
     size = abs(high)
-    k = int(min(EIGHTH, size) * SINE_PARTS + 0.5)
+    k = bits_of(min(EIGHTH, size) * SINE_PARTS + SHIFT) & 63
     d, rest = _sum(size - k / SINE_PARTS, low if high >= 0.0 else -low)
     square = d * d
     cubed = d * square * (-1 / 6 + square * (1 / 120 - square * (1 / 5040)))
@@ -322,8 +319,8 @@ def sine_cosine(x: float) -> tuple[float, float]:
         return math.nan, math.nan
     quarter, high, low = _turned_back(x)
     s, c = _sine_cosine(high, low)
-    s, c = (c, -s) if quarter & 1 else (s, c)
-    s, c = (-s, -c) if quarter & 2 else (s, c)
+    s, c = (c, -s) if quarter & 1 == 1 else (s, c)
+    s, c = (-s, -c) if quarter & 2 == 2 else (s, c)
     return x if x == 0.0 else s, c
 
 
@@ -349,7 +346,7 @@ def _slope(small: float, big: float) -> tuple[float, float]:
         return ratio, 0.0
     _, e = math.frexp(big)
     x, y = math.ldexp(big, -e), math.ldexp(small, -e)
-    k = int(min(1.0, ratio) * ATAN_PARTS + 0.5)
+    k = bits_of(min(1.0, ratio) * ATAN_PARTS + SHIFT) & 255
     a = k / ATAN_PARTS
     p, below = _product(a, x)
     over, low = _sum(y, -p)

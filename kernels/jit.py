@@ -15,12 +15,20 @@ numba counts references to every array that a function touches, with atomic
 instructions, and a boid-step touches dozens of arrays. A kernel that allocates nothing
 does not need this: aziel_chen2025 went from 930 to 340 ns a boid-step without reference
 counts, and after other changes from 290 to 160 by inlining all calls.
+
+Numba compiles with each function a wrapper for callers in Python, which takes all
+fields of all arguments out of their objects, and one for callers in C. Most kernels are
+called by kernels alone, and these wrappers took half of the time of compiling a model.
+So a function is two for numba: one for callers in Python, and one without wrappers,
+which kernels call. Each is compiled where it is needed, and kept by itself.
 """
 
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core.registry import CPUDispatcher
+from numba.extending import typeof_impl
 
 from kernels.caching import MADE_OF, OURS, ByClasses
 
@@ -72,3 +80,20 @@ def allocates(kernel: Callable[..., Any]) -> bool:
     """
     options: dict[str, Any] = getattr(kernel, "targetoptions", {"_nrt": False})
     return bool(options.get("_nrt", True))
+
+
+@typeof_impl.register(CPUDispatcher)
+def _type_within(called: Any, _context: object) -> Any:
+    """The type of a function of numba where compiled code names it. One of ours has
+    that of its twin without wrappers.
+    """
+    function = called.py_func
+    if function not in OURS:
+        return called._numba_type_
+    if not hasattr(called, "within"):
+        bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        twin: Any = CPUDispatcher(function, targetoptions=called.targetoptions | bare)
+        twin.enable_caching()
+        twin._cache._cache_file = ByClasses(function, twin._cache, within=True)
+        called.within = twin
+    return called.within._numba_type_

@@ -62,8 +62,8 @@ COMPILED_AS_ROBOTS = [
     model if model == "nguyen2024" else pytest.param(model, marks=pytest.mark.slow)
     for model in MODELS
 ]
-"""Kernels for robots are others: the first takes half a minute to be compiled, and each
-other model five seconds or more. In the interpreter all models are tested.
+"""Kernels for robots are others: the first takes 12 s to be compiled, and each other
+model five seconds or more. In the interpreter all models are tested.
 """
 OBSERVATION = Observation(
     flock_range=50.0,

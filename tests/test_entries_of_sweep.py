@@ -89,7 +89,6 @@ WORDS = {
     "numpy": {  # the package
         "kernels/jit.py",
         "kernels/lanes/vectors.py",
-        "sweep/replays/verify.py",
         "sweep/store/origin.py",
         "sweep/store/provenance.py",
         "sweep/workers/fingerprint.py",

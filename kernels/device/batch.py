@@ -24,7 +24,7 @@ from kernels.device.kernel import (
     Kernel,
     kernel_of,
 )
-from kernels.device.layout import Room, lay_out, leaves_of
+from kernels.device.layout import Space, Type, lay_out, leaves_of
 from kernels.flight import Flight
 from kernels.generator import Stream
 from kernels.metrics import Metric
@@ -38,18 +38,18 @@ BOID_STEPS_A_CALL = 10_000
 """Of each flight: so that a call ends soon, as systems with a screen demand, and other
 processes have their turn.
 """
-NARROW, WIDE = "i2", "i4"
+NARROW, WIDE = np.dtype(np.int16), np.dtype(np.int32)
 """The numbers of the pixels of a map: narrow where no pixel can have more visits."""
 
 
 class Device(Protocol):
     """What runs kernels of thousands of flights. `name` is for people.
 
-    `take` gives memory for so many numbers, whose content is anything, and raises
-    MemoryError where there is none; `send` and `bring` copy there, from the element
-    `first` on, and back. `load` makes a program of a kernel. `call` begins to run it
-    once for each trial below `count`, with these `numbers` and memories, after all that
-    was asked for before; `wait` returns when all is over. All may raise DeviceError.
+    `take` gives memory for so many numbers of a kind, whose content is anything, and
+    raises MemoryError where there is none; `send` and `bring` copy there, from the
+    element `first` on, and back. `load` makes a program of a kernel. `call` begins to
+    run it once for each trial below `count`, with these `numbers` and memories, after
+    all that was asked for before; `wait` returns when all is over. All may raise DeviceError.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Device(Protocol):
 
     def load(self, kernel: Kernel) -> Any: ...
 
-    def take(self, size: int, numbers: str) -> Any: ...
+    def take(self, size: int, kind: Type) -> Any: ...
 
     def give_back(self, room: Any) -> None: ...
 
@@ -77,7 +77,7 @@ class DeviceError(Exception):
     """A device has failed, and not a flight: what it has done so far is lost."""
 
 
-class Measured(NamedTuple):
+class KeptFrames(NamedTuple):
     """The frames that a flight has kept on a device: their steps (F,) and what was
     measured in them (number of metrics, F).
     """
@@ -113,13 +113,12 @@ class Batch:
         self._frames = [places[id(one)] for one in first.record.frames]
         narrow = schedule.n * schedule.steps < np.iinfo(NARROW).max
         rooms = {
-            self._maps: Room(coverage.visits.shape, NARROW if narrow else WIDE, False)
+            self._maps: Space(coverage.visits.shape, NARROW if narrow else WIDE, False)
         }
         self._room = self._frame_room(first)
         for place, array in zip(self._frames, first.record.frames, strict=True):
             shape = self._room, *array.shape[1:]
-            numbers = array.dtype.str[1:]
-            rooms[place] = Room(shape, numbers, beside=metrics is not None)
+            rooms[place] = Space(shape, array.dtype, beside=metrics is not None)
         fixed = [(one.scenery, one.record.coverage.stamp) for one in flights]
         self.layout = lay_out(self._trees, fixed, first.params, rooms)
         measures = None if metrics is None else tuple(one.measure for one in metrics)
@@ -129,8 +128,8 @@ class Batch:
     def bytes(self) -> int:
         """The memory of a device that the flights need."""
         tables = sum(
-            np.dtype(numbers).itemsize * self._size(name)
-            for name, numbers in self.kernel.arrays.items()
+            kind.itemsize * self._size(name)
+            for name, kind in self.kernel.arrays.items()
             if name not in self.layout.sizes
         )
         return self.layout.bytes + tables
@@ -145,7 +144,7 @@ class Batch:
     @property
     def _most_frames(self) -> int:
         """Of a flight, that are measured on the device."""
-        if not self._metrics:
+        if self._metrics is None:
             return 0
         return self._left // self.flights[0].record.every + 2
 
@@ -175,7 +174,7 @@ class Batch:
         alike = all(one.record.coverage.visits is first for one in self.flights)
         return 1 if alike else len(self.flights)
 
-    def fly(self, device: Device, maps: bool) -> Iterator[list[Measured]]:
+    def fly(self, device: Device, maps: bool) -> Iterator[list[KeptFrames]]:
         """Take all steps. Yields what each flight has kept since before, once where it
         is measured there; else the flights' own frames are filled each time. After the
         last, flights are where they ended, and so are their visits if `maps` are
@@ -192,12 +191,12 @@ class _Aboard:
         self.batch, self.device, self.layout = batch, device, batch.layout
         self.program = device.load(batch.kernel)
         self.rooms = dict[str, Any]()
-        for name, numbers in batch.kernel.arrays.items():
-            room = device.take(max(1, batch._size(name)), numbers)
+        for name, kind in batch.kernel.arrays.items():
+            room = device.take(max(1, batch._size(name)), kind)
             stack.callback(device.give_back, room)
             self.rooms[name] = room
 
-    def fly(self, maps: bool) -> Iterator[list[Measured]]:
+    def fly(self, maps: bool) -> Iterator[list[KeptFrames]]:
         batch, device = self.batch, self.device
         self._enter()
         left, n = batch._left, max(1, batch._n)
@@ -249,7 +248,7 @@ class _Aboard:
         self.batch.states = marks[STATE]
         return marks
 
-    def _bring_frames(self) -> list[Measured]:
+    def _bring_frames(self) -> list[KeptFrames]:
         """Give each flight the frames that it has kept since the last call."""
         self.device.wait()
         brought = [self._bring_block(place) for place in self.batch._frames]
@@ -262,17 +261,14 @@ class _Aboard:
 
     def _bring_block(self, place: int) -> NDArray[Any]:
         block = self.layout.blocks[place]
-        array = np.empty(block.shape, block.numbers)
+        array = np.empty(block.shape, self.layout.types[block.numbers])
         self.device.bring(self.rooms[block.numbers], array, block.first)
         return array
 
     def _leave(self, maps: bool) -> None:
         """Bring flights to where they ended."""
         batch, layout = self.batch, self.layout
-        sent = {
-            one: np.empty((layout.count, rows), one)
-            for one, rows in layout.rows.items()
-        }
+        sent = layout.room_for_sent()
         for numbers, array in sent.items():
             self.device.bring(self.rooms[SENT + numbers], array)
         layout.bring(sent, batch._trees)
@@ -284,7 +280,7 @@ class _Aboard:
                 coverage = flight.record.coverage._replace(visits=visits[k])
                 flight.record = flight.record._replace(coverage=coverage)
 
-    def _measured(self) -> list[Measured]:
+    def _measured(self) -> list[KeptFrames]:
         batch, count = self.batch, self.layout.count
         most, metrics = batch._most_frames, len(batch._metrics or ())
         steps = np.empty((count, most), np.int64)
@@ -293,7 +289,8 @@ class _Aboard:
         self.device.bring(self.rooms["values"], values)
         kept = self._bring_marks()[KEPT]
         return [
-            Measured(steps[k, : kept[k]], values[k, :, : kept[k]]) for k in range(count)
+            KeptFrames(steps[k, : kept[k]], values[k, :, : kept[k]])
+            for k in range(count)
         ]
 
 

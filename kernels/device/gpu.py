@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kernels.device.assembly import assembled
 from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
+from kernels.device.layout import Type
 from kernels.device.ptx import NotForDeviceError, ptx_of
 
 THREADS = 64
@@ -29,7 +30,7 @@ NAME_LENGTH = 256
 KINDS = {int: ctypes.c_int64, float: ctypes.c_double}
 
 
-class Memory(NamedTuple):
+class There(NamedTuple):
     """Memory of a GPU: where it begins, and the bytes of a number."""
 
     address: int
@@ -83,20 +84,19 @@ class Gpu:
             )
         return self._programs[compiled.text]
 
-    def take(self, size: int, numbers: str) -> Memory:
-        itemsize = np.dtype(numbers).itemsize
-        return Memory(int(self._ask("cuMemAlloc", size * itemsize)), itemsize)
+    def take(self, size: int, kind: Type) -> There:
+        return There(int(self._ask("cuMemAlloc", size * kind.itemsize)), kind.itemsize)
 
-    def give_back(self, room: Memory) -> None:
+    def give_back(self, room: There) -> None:
         driver.cuMemFree(room.address)  # after an error it goes with the process
 
-    def send(self, array: NDArray[Any], room: Memory, first: int = 0) -> None:
+    def send(self, array: NDArray[Any], room: There, first: int = 0) -> None:
         array = np.ascontiguousarray(array)
         if array.size:
             there = room.address + first * room.itemsize
             self._ask("cuMemcpyHtoD", there, array.ctypes.data, array.nbytes)
 
-    def bring(self, room: Memory, array: NDArray[Any], first: int = 0) -> None:
+    def bring(self, room: There, array: NDArray[Any], first: int = 0) -> None:
         if array.size:
             there = room.address + first * room.itemsize
             self._ask("cuMemcpyDtoH", array.ctypes.data, there, array.nbytes)
@@ -105,7 +105,7 @@ class Gpu:
         self,
         program: Any,
         numbers: Sequence[float],
-        rooms: Sequence[Memory],
+        rooms: Sequence[There],
         count: int,
     ) -> None:
         given = (*numbers, *(room.address for room in rooms))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.device.kernel import Kernel
+from kernels.device.layout import Type
 
 MEMORY = 2**31
 """The bytes that this device has by default."""
@@ -29,8 +30,8 @@ class Host:
     def load(self, kernel: Kernel) -> Callable[..., None]:
         return kernel.of_trial
 
-    def take(self, size: int, numbers: str) -> NDArray[Any]:
-        room = np.empty(size, numbers)
+    def take(self, size: int, kind: Type) -> NDArray[Any]:
+        room = np.empty(size, kind)
         if room.nbytes > self.free_bytes():
             raise MemoryError(f"{room.nbytes} bytes of {self.free_bytes()}")
         self._held += room.nbytes

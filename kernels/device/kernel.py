@@ -11,8 +11,10 @@ from functools import cached_property
 from textwrap import dedent, indent
 from typing import Any
 
+import numpy as np
+
 from kernels.caching import stamp_of_made
-from kernels.device.layout import ALIKE, GIVEN, Block, Layout
+from kernels.device.layout import ALIKE, GIVEN, Arrangement, Block, Type
 from kernels.device.views import view
 from kernels.jit import jit
 from kernels.lanes.texts import function_of
@@ -30,12 +32,13 @@ and measured.
 """
 TAKE, ENTER, LEAVE = range(3)
 """What a call is for: to take steps, to turn what was sent side by side, and back."""
+WHOLE, OTHER = np.dtype(np.int64), np.dtype(np.float64)
 TABLES = {
-    "marks": "i8",
-    "steps_of": "i8",
-    "values": "f8",
-    "facts": "i8",
-    "numbers": "f8",
+    "marks": WHOLE,
+    "steps_of": WHOLE,
+    "values": OTHER,
+    "facts": WHOLE,
+    "numbers": OTHER,
 }
 """The arrays of a call besides those of the flights, and their types of numbers."""
 LENGTHS = "count", "n_maps", "n_pixels", "n_frames"
@@ -98,7 +101,7 @@ class Kernel:
     model: Model
     measures: tuple[Callable[..., None], ...]
     text: str
-    kinds: tuple[str, ...]
+    types: dict[str, Type]
     classes: tuple[type, ...]
     maps: str
     given: int
@@ -112,13 +115,12 @@ class Kernel:
         return whole | {f"{ALIKE}{k}": float for k in range(self.alike)}
 
     @property
-    def arrays(self) -> dict[str, str]:
+    def arrays(self) -> dict[str, Type]:
         """The arrays that are given to the function, in order, and their types of
         numbers.
         """
-        sent = {f"{SENT}{one}": one for one in self.kinds}
-        own = {one: one for one in self.kinds}
-        return own | sent | {SENT_MAPS: self.maps} | TABLES
+        sent = {f"{SENT}{name}": kind for name, kind in self.types.items()}
+        return self.types | sent | {SENT_MAPS: self.types[self.maps]} | TABLES
 
     @property
     def stamp(self) -> str:
@@ -167,22 +169,22 @@ class Kernel:
 def kernel_of(
     model: Model,
     measures: tuple[Callable[..., None], ...] | None,
-    layout: Layout,
+    layout: Arrangement,
     maps: int,
 ) -> Kernel:
     """The kernel of flights of a model, laid out so, whose maps are in the place `maps`
     of the tree. With None for `measures` frames stay, as far as there is room.
     """
     text, block = _text(layout, measures, layout.blocks[maps]), layout.blocks[maps]
-    kinds, classes = layout.kinds, layout.tree.classes
+    types, classes = layout.types, layout.tree.classes
     given, alike = len(layout.given), len(layout.alike)
     return Kernel(
-        model, measures or (), text, kinds, classes, block.numbers, given, alike
+        model, measures or (), text, types, classes, block.numbers, given, alike
     )
 
 
 def _text(
-    layout: Layout, measures: tuple[Callable[..., None], ...] | None, maps: Block
+    layout: Arrangement, measures: tuple[Callable[..., None], ...] | None, maps: Block
 ) -> str:
     end = "kept = filled"
     if measures is not None:
@@ -227,7 +229,7 @@ def _text(
     return indent(dedent(text), " " * 4)
 
 
-def _turned(layout: Layout, copying: str) -> str:
+def _turned(layout: Arrangement, copying: str) -> str:
     """What copies each type of numbers of a flight between where it was sent and where
     it lies side by side.
     """

@@ -14,6 +14,7 @@ where it begins and how far apart its elements are:
 Frames and maps are rooms: they begin as they are, and nothing of them is sent before.
 """
 
+import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -24,8 +25,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
+Type = np.dtype[Any]
+
 NUMBERS = ("f8", "i8", "u8", "i4", "u4", "i2", "u1", "b1")
-"""The types of numbers that arrays of flights may have."""
+"""The types of numbers that arrays of flights may have, and fields of their records."""
 GIVEN, ALIKE = "given", "alike"
 """The names of whole numbers and of others that are alike in all flights: given0,
 given1 and so on. A GPU has them ready, in no register.
@@ -34,14 +37,26 @@ given1 and so on. A GPU has them ready, in no register.
 
 class Leaf(NamedTuple):
     """What flights that fly together have in common of a leaf: its `kind`, "array",
-    "float", "int" or "bool"; of an array its type of `numbers` and its `axes`; and the
+    "float", "int" or "bool"; of an array its type of numbers and its `axes`; and the
     `place` of the first leaf that is the same array.
     """
 
     kind: str
-    numbers: str
+    type: Type
     axes: int
     place: int
+
+    @property
+    def numbers(self) -> str:
+        """The name of the large array in which it is."""
+        return name_of(self.type)
+
+
+def name_of(kind: Type) -> str:
+    """The name of the large array of numbers, or of records, of a type."""
+    if kind.names is None:
+        return str(kind.str[1:])
+    return f"record{hashlib.sha256(repr(kind).encode()).hexdigest()[:8]}"
 
 
 @dataclass(frozen=True)
@@ -92,26 +107,30 @@ def _is_array(value: object) -> bool:
 
 def _leaf(value: Any, same: int) -> Leaf:
     if _is_array(value):
-        numbers = value.dtype.str[1:]
-        if numbers not in NUMBERS:
+        fields = value.dtype.fields or {"": (value.dtype, 0)}
+        if not {name_of(one[0]) for one in fields.values()} <= {*NUMBERS}:
             raise TypeError(f"an array has the type {value.dtype}")
-        return Leaf("array", numbers, value.ndim, same)
+        return Leaf("array", value.dtype, value.ndim, same)
     for kind, types in (("bool", bool), ("int", int), ("float", float)):
         if isinstance(value, types) or (
             isinstance(value, np.generic) and isinstance(value.item(), types)
         ):
-            return Leaf(kind, "", 0, same)
+            return Leaf(kind, np.dtype(types), 0, same)
     raise TypeError(f"a flight has {value!r}")
 
 
-class Room(NamedTuple):
-    """An array that a device makes: of this `shape` for each flight, and of these
-    `numbers`; `beside` says that it lies side by side.
+class Space(NamedTuple):
+    """An array that a device makes: of this `shape` for each flight, and of numbers of
+    this `type`; `beside` says that it lies side by side.
     """
 
     shape: tuple[int, ...]
-    numbers: str
+    type: Type
     beside: bool
+
+    @property
+    def numbers(self) -> str:
+        return name_of(self.type)
 
     @property
     def size(self) -> int:
@@ -131,10 +150,11 @@ class Block(NamedTuple):
 
 
 @dataclass
-class Layout:
+class Arrangement:
     """Where everything of T flights stands.
 
-    `rows` says for each type of numbers how many elements of a flight lie side by side,
+    `types` are the types of numbers that the large arrays have, by their names. `rows`
+    says for each of them how many elements of a flight lie side by side,
     and `sizes` how many elements the large array has. `given` are the whole numbers
     that all flights have in common, and where their arrays begin and how long they are;
     `facts` (F, T) are those in which they differ. `alike` and `numbers` (S, T) are the
@@ -144,6 +164,7 @@ class Layout:
 
     count: int
     tree: Tree
+    types: dict[str, Type]
     rows: dict[str, int]
     sizes: dict[str, int]
     given: tuple[int, ...]
@@ -156,31 +177,31 @@ class Layout:
     _apart: list[tuple[str, int, Array]]
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """The types of numbers that there are, in the order of NUMBERS."""
-        return tuple(one for one in NUMBERS if one in self.sizes)
-
-    @property
     def bytes(self) -> int:
         """The memory of a device for all flights: the large arrays, what is sent to
         them, and the tables.
         """
-        held = sum(np.dtype(one).itemsize * size for one, size in self.sizes.items())
-        sent = sum(np.dtype(one).itemsize * rows for one, rows in self.rows.items())
+        held = sum(self.types[one].itemsize * size for one, size in self.sizes.items())
+        sent = sum(self.types[one].itemsize * rows for one, rows in self.rows.items())
         return held + sent * self.count + self.facts.nbytes + self.numbers.nbytes
 
     def sent(self, trees: Sequence[object]) -> dict[str, Array]:
         """The elements that lie side by side, (T, rows) by their type of numbers: a
         device turns them round.
         """
-        made = {
-            one: np.empty((self.count, rows), one) for one, rows in self.rows.items()
-        }
+        made = self.room_for_sent()
         for flight, tree in enumerate(trees):
             leaves = list(leaves_of(tree))
             for place, numbers, first, end in self._sent:
                 made[numbers][flight, first:end] = leaves[place].reshape(-1)
         return made
+
+    def room_for_sent(self) -> dict[str, Array]:
+        """Arrays (T, rows), by their type of numbers."""
+        return {
+            one: np.empty((self.count, rows), self.types[one])
+            for one, rows in self.rows.items()
+        }
 
     def apart(self) -> Iterator[tuple[str, int, Array]]:
         """What is in the large arrays besides: numbers, where it begins, and it."""
@@ -197,8 +218,8 @@ class Layout:
 
 
 def lay_out(
-    trees: Sequence[object], fixed: object, own: object, rooms: dict[int, Room]
-) -> Layout:
+    trees: Sequence[object], fixed: object, own: object, rooms: dict[int, Space]
+) -> Arrangement:
     """The layout of flights whose trees have one form. Arrays that are in `fixed`, a
     tree or several, change in no flight. Numbers that are alike in all flights are
     given to all, but for those that stand in `own`, a part of the first tree: so that
@@ -245,9 +266,9 @@ class _Made:
         self._numbers = list[Any]()
         self._rows = dict[str, int]()
         self._sent = list[tuple[int, str, int, int]]()
-        self._waiting = list[tuple[Room, int]]()
+        self._waiting = list[tuple[Space, int]]()
         self._arrays = list[tuple[str, Array, int, int | None]]()
-        self._rooms = list[tuple[int, Room, int]]()
+        self._rooms = list[tuple[int, Space, int]]()
 
     def number(self, kind: str, values: tuple[Any, ...], own: bool) -> None:
         test = " != 0" if kind == "bool" else ""
@@ -283,7 +304,7 @@ class _Made:
             for flight, one in enumerate(values):
                 self._arrays.append((leaf.numbers, one, row, flight))
 
-    def room(self, place: int, room: Room) -> None:
+    def room(self, place: int, room: Space) -> None:
         if room.beside:
             self._waiting.append((room, len(self.words)))
             self.words.append("")
@@ -318,7 +339,7 @@ class _Made:
         self.words.append(f"view({numbers}, {start}, {stride}, ({lengths}))")
         return first
 
-    def layout(self) -> Layout:
+    def layout(self) -> Arrangement:
         rows = dict(self._rows)
         for room, word in self._waiting:
             self._beside(room.numbers, room.shape)
@@ -341,9 +362,14 @@ class _Made:
             blocks[place] = Block(
                 room.numbers, first, (self.count, *room.shape), self.words[place]
             )
-        return Layout(
+        types = {
+            one.numbers: one.type for one in self.tree.leaves if one.kind == "array"
+        }
+        types |= {room.numbers: room.type for _, room, _ in self._rooms}
+        return Arrangement(
             self.count,
             self.tree,
+            {one: types[one] for one in sorted(sizes)},
             rows,
             sizes,
             tuple(self._given),

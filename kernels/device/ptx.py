@@ -32,6 +32,7 @@ from numba.cuda.core.errors import NumbaError
 from numba.cuda.descriptor import cuda_target
 from numba.cuda.extending import intrinsic, overload_method
 from numba.cuda.np import arrayobj
+from numba.cuda.np.numpy_support import from_dtype
 
 from kernels import fetching, fours, generator, indices
 from kernels.caching import kept
@@ -86,16 +87,6 @@ def _instructions(_: Any, whole: Any, first: Any, stride: Any, shape: Any) -> An
     return instructions(whole, shape, types, arrayobj)
 
 
-KINDS = {
-    "f8": types.float64,
-    "i8": types.int64,
-    "u8": types.uint64,
-    "i4": types.int32,
-    "u4": types.uint32,
-    "i2": types.int16,
-    "u1": types.uint8,
-    "b1": types.boolean,
-}
 HERE: tuple[tuple[Any, Callable[..., Any]], ...] = (
     (math.floor, _floor),
     (math.ceil, _ceil),
@@ -218,8 +209,8 @@ def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
 
 
 def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:
-    addresses = [types.CPointer(KINDS[kind]) for kind in kernel.arrays.values()]
-    kinds = [KINDS["f8" if one is float else "i8"] for one in kernel.numbers.values()]
+    addresses = [types.CPointer(from_dtype(kind)) for kind in kernel.arrays.values()]
+    kinds = [from_dtype(np.dtype(one)) for one in kernel.numbers.values()]
     entry = kernel.of_thread(cuda)
     try:
         with _answered():

@@ -49,7 +49,7 @@ def _is_near(
         return True
     across = max(abs(to_x) - world.half_width[m] * BEYOND, 0.0)
     along = max(abs(to_y) - world.half_height[m] * BEYOND, 0.0)
-    return across * across + along * along <= length2 * BEYOND
+    return bool(across * across + along * along <= length2 * BEYOND)
 
 
 @jit

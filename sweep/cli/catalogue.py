@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sweep.cli.app import CodeFrom, NoCode, app, stop
+from sweep.cli.app import CodeFrom, Json, NoCode, app, stop
 from sweep.cli.completing import model_names
 from sweep.text import unknown
 
@@ -24,19 +24,31 @@ def models(
         ),
     ] = None,
     no_code: NoCode = False,
+    as_json: Json = False,
 ) -> None:
-    """The models, or the settings of one with units, ranges and preset values."""
+    """The models, or the settings of one with units, ranges and preset values, and
+    which parameters may differ from robot to robot.
+    """
+    import json
+
+    from kernels.catalogue import BUILT_IN
     from kernels.models import MODELS
-    from sweep.cli.listing import model_settings, model_table
+    from sweep.cli.listing import model_json, model_settings, model_table
     from sweep.own_code.reading import named_model
 
     if name is None:
-        _print(model_table(), MODELS)
+        if as_json:
+            print(json.dumps([model_json(one, BUILT_IN) for one in MODELS], indent=1))
+        else:
+            _print(model_table(), MODELS)
         return
     model, known = named_model(name, code=not no_code)
     if model not in known.models:
         stop(unknown("model", model, known.models), 2)
-    _print(model_settings(model, known))
+    if as_json:
+        print(json.dumps(model_json(model, known), indent=1))
+    else:
+        _print(model_settings(model, known))
 
 
 @app.command()

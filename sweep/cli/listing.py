@@ -1,6 +1,7 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
+import math
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from sweep.cli.terminal import console
 from sweep.design.plan import duration
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
-from sweep.spec.settings import Settings, settings_of
+from sweep.spec.settings import Settings, Value, settings_of
 from sweep.tables.boundary import boundary
 from sweep.tables.causes import Cause, causes_of
 from sweep.tables.chains import cut_off
@@ -52,6 +53,37 @@ def model_settings(name: str, known: Catalogue) -> Table:
         values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
     return table
+
+
+def model_json(name: str, known: Catalogue) -> dict[str, Any]:
+    """What `model_settings` shows, for programs."""
+    presets, settings = known.models[name].presets, settings_of(name, known)
+    spreads = {one.spread_of: one.name for one in settings.spreads.values()}
+    return {
+        "model": name,
+        "presets": list(presets),
+        "settings": [
+            {
+                "name": one.name,
+                "kind": one.kind,
+                "unit": one.unit,
+                "allowed": one.allowed(),
+                "text": one.text,
+                "spread": spreads.get(one.name),
+                "values": {
+                    preset: _finite(values[one.name])
+                    for preset, values in presets.items()
+                },
+            }
+            for one in settings.values()
+        ],
+        "spreads": list(spreads.values()),
+    }
+
+
+def _finite(value: Value) -> Value:
+    """A value as JSON can have it: an infinite one as text."""
+    return str(value) if isinstance(value, float) and math.isinf(value) else value
 
 
 def spreads_text(settings: Settings) -> str:

@@ -44,7 +44,7 @@ packet heard? What follows was measured with them (`make bench ONLY=robots`).
 """
 NORMALS_SECONDS = 30e-9
 """Of two normal numbers: of each axis of an error of measurement, of motors' noise."""
-LOST_SECONDS, BEHIND_OBSTACLE_SECONDS = 10e-9, 60e-9
+LOST_SECONDS, BEHIND_OBSTACLE_SECONDS = 10e-9, 10e-9
 BODY_SECONDS, BETWEEN_SECONDS = 1.5e-9, 0.5e-9
 """Of each body whose distance is looked at, and of each pair of one in range and one
 that may be hidden by it.

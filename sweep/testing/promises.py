@@ -15,8 +15,8 @@ from sweep.testing import offered
 from sweep.testing.calls import calls
 from sweep.testing.compiled import allocation, interpreter
 from sweep.testing.described import presets, settings
-from sweep.testing.divided import threads
 from sweep.testing.devices import device
+from sweep.testing.divided import threads
 from sweep.testing.driven import motors
 from sweep.testing.entrants import Entrant, entrants, has_model
 from sweep.testing.grids import grid

@@ -2,6 +2,7 @@
 
 simulation  a flight of the kernels, call by call
 lanes       trials that fly together, one in each lane
+on_device   trials that fly together on a GPU
 robots      whether boids are ideal ones, and which of them fail
 scenery     the world and its obstacles, drawn from the job
 derived     metrics that a spec computes from others

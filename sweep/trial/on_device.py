@@ -8,7 +8,6 @@ is raised as DeviceError: this process can use it no more, and whoever has sent 
 trials sends them to another one. So what a store says of a device has flown there.
 """
 
-import logging
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -24,7 +23,7 @@ from kernels.device.batch import (
     Batch,
     Device,
     DeviceError,
-    Measured,
+    KeptFrames,
     tree_of,
 )
 from kernels.device.host import Host
@@ -36,14 +35,13 @@ from kernels.jit import allocates
 from kernels.metrics import Metric
 from sweep.design.jobs import Job
 from sweep.text import installing
-from sweep.trial.result import Result
+from sweep.trial.result import Result, failed
 from sweep.trial.simulation import Simulation, metrics_of, run
 from sweep.trial.state import Taken
 
 if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
 
-LOG = logging.getLogger("sweep")
 AT_ONCE = 8192
 """So many trials fly together at most: a GPU has room for a few times as many threads,
 and two workers share it.
@@ -120,7 +118,11 @@ def _refused(job: Job) -> str:
     from kernels.device.ptx import NotForDeviceError, ptx_of
 
     try:
-        return ptx_of(kernel_of(job)).refusal
+        kernel = kernel_of(job)
+    except Exception:  # it cannot begin anywhere: the trial itself says why
+        return ""
+    try:
+        return ptx_of(kernel).refusal
     except NotForDeviceError as error:
         return str(error)
 
@@ -166,17 +168,23 @@ def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
         landed = _landed([_prepared(job) for job in some], device)
         seconds = (time.perf_counter() - began) / len(some)
         results += [
-            run(job) if one is None else _result(*one, seconds)
-            for job, one in zip(some, landed, strict=True)
+            _result(job, one, seconds) for job, one in zip(some, landed, strict=True)
         ]
     return results
 
 
-Landed = tuple[Simulation, int]
-"""A simulation after its last step on a device, and the state of its flight."""
+Landed = tuple[Simulation, int] | Result | None
+"""A simulation after its last step on a device, and the state of its flight; what has
+become of a trial that did not fly; None for one that is to be flown alone.
+"""
 
 
-def _result(simulation: Simulation, state: int, seconds: float) -> Result:
+def _result(job: Job, landed: Landed, seconds: float) -> Result:
+    if landed is None:
+        return run(job)
+    if isinstance(landed, Result):
+        return landed
+    simulation, state = landed
     return simulation.summary("diverged" if state == LOST else "done", seconds)
 
 
@@ -205,11 +213,9 @@ def _begun(job: Job) -> _Prepared:
     return _Prepared(simulation, stream, calls_of(simulation.flight))
 
 
-def _landed(
-    prepared: Sequence[_Prepared | None], device: Device
-) -> list[Landed | None]:
-    """What has flown, in order; None for what is to be flown alone."""
-    landed: list[Landed | None] = [None] * len(prepared)
+def _landed(prepared: Sequence[_Prepared | None], device: Device) -> list[Landed]:
+    """What has flown, in order."""
+    landed: list[Landed] = [None] * len(prepared)
     alike = defaultdict[Any, list[int]](list)
     for place, one in enumerate(prepared):
         if one is not None:
@@ -221,7 +227,7 @@ def _landed(
     return landed
 
 
-def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | None]:
+def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
     """What has flown of simulations that are of one form; by halves, where the device
     has too little memory.
     """
@@ -230,20 +236,13 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed | N
     except MemoryError:
         half = len(prepared) // 2
         if not half:
-            _say_once()
-            return [None]
+            needed = f"{_batch(prepared).bytes:,} bytes"
+            words = f"the GPU has too little memory for one trial, which needs {needed}"
+            return [failed(prepared[0].simulation.job, words)]
         return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
 
 
-@cache
-def _say_once() -> None:
-    LOG.warning(
-        "the GPU has too little memory for one trial; it flies on the processor, with"
-        " the same results"
-    )
-
-
-def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
+def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed]:
     batch, record = _batch(prepared), prepared[0].simulation.job.record
     for kept in batch.fly(device, maps=record.heatmaps):
         for place, one in enumerate(prepared):
@@ -258,14 +257,14 @@ def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed | None]:
     ]
 
 
-def _taken(frames: Measured, simulation: Simulation) -> Taken:
+def _taken(frames: KeptFrames, simulation: Simulation) -> Taken:
     """Frames that were measured on a device, of which no boid is wanted."""
     count, states = len(frames.steps), len(simulation.flight.work.state)
     bodies, state = np.zeros((count, 4, 0)), np.zeros((count, states, 0))
     return Taken(frames.steps, frames.values, bodies, state)
 
 
-def _ended(one: _Prepared, state: int) -> Landed | None:
+def _ended(one: _Prepared, state: int) -> Landed:
     """None where the model has not done what it must in each step."""
     simulation = one.simulation
     with simulation.noise.lent() as rng:
@@ -283,12 +282,12 @@ def _batch(prepared: Sequence[_Prepared]) -> Batch:
         [one.simulation.flight for one in prepared],
     )
     metrics = metrics_of(job, job.record.metrics)
-    there = not job.record.trajectories and all(map(_is_there, metrics))
+    there = not job.record.trajectories and all(map(is_there, metrics))
     streams = [one.stream for one in prepared]
     return Batch(flights, streams, metrics if there else None)
 
 
-def _is_there(metric: Metric) -> bool:
+def is_there(metric: Metric) -> bool:
     """Whether a metric is measured on a device: those of parts of the flock, and those
     that need memory, are measured on processors.
     """

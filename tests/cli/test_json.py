@@ -8,6 +8,9 @@ from typing import Any
 
 import pytest
 
+from kernels.catalogue import BUILT_IN
+from kernels.models import MODELS
+from sweep.spec.settings import settings_of
 from tests import ROOT
 from tests.commands import sweep
 from tests.searches import TINY
@@ -168,6 +171,33 @@ def test_the_studies_that_there_are(folder: Path) -> None:
         "study",
         "error",
     }
+
+
+def test_the_models_and_what_can_differ_from_robot_to_robot(folder: Path) -> None:
+    """A spec may name each of these spreads, and no other."""
+    keys = chapters()["sweep models --json"]
+    listed = json.loads(sweep(folder, "models", "--json").stdout)
+    found = {one["model"]: agree(json.dumps(one), keys) for one in listed}
+    assert list(found) == list(MODELS)
+    assert (
+        agree(sweep(folder, "models", "vicsek1995", "--json").stdout, keys)
+        == (found["vicsek1995"])
+    )
+    for name, model in found.items():
+        settings = settings_of(name, BUILT_IN)
+        assert [one["name"] for one in model["settings"]] == list(settings)
+        assert model["spreads"] == list(settings.spreads)
+        for one in model["settings"]:
+            spread = f"{one['name']}_spread"
+            named = spread in settings.of_study(())
+            assert one["spread"] == (spread if named else None)
+            assert one["values"].keys() == set(model["presets"])
+    vicsek = {one["name"]: one for one in found["vicsek1995"]["settings"]}
+    assert vicsek["max_speed"]["spread"] == "max_speed_spread"
+    assert vicsek["dt"]["spread"] is None
+    assert vicsek["radio_range"]["values"] == dict.fromkeys(
+        found["vicsek1995"]["presets"], "inf"
+    )
 
 
 def test_what_to_cite(folder: Path) -> None:

@@ -3,6 +3,7 @@
 # ruff: noqa: ARG001
 import math
 
+from kernels.elementary import atan2, exp, expm1, log, power, sin, sine_cosine
 from kernels.indices import whole
 from kernels.jit import jit
 from tests.kernels import more_rules_for_lanes as more
@@ -299,3 +300,25 @@ def whole_numbers_as_tests(row, near, found, rng, watch):
     n = math.floor(row[1])
     row[2] = 1.0 if n else 2.0
     row[3] = 1.0 if not n else 2.0
+
+
+@jit
+def elementary_functions(row, near, found, rng, watch):
+    """Of ordinary arguments, and of some whose results are next to 0 or infinite."""
+    one, other = row[1], abs(row[2])
+    row[0] = exp(one) + exp(400.0 * row[3])
+    row[1] = power(other, one)
+    row[2] = power(other, 500.0 * one)
+    row[3] = log(other) if one > 0.0 else sin(other)
+    sine, cosine = sine_cosine(30.0 * one)
+    row[4] = sine + 10.0 * cosine
+    row[5] = atan2(one, other) + 10.0 * expm1(one)
+
+
+@jit
+def functions_of_neighbours(row, near, found, rng, watch):
+    for k in range(whole(found)):
+        weight = power(0.5 + near.distance2[k], -0.7)
+        near.factor[k] = weight * exp(-near.distance2[k])
+    for k in range(found):
+        row[1] += near.factor[k] * near.dx[k]

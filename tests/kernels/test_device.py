@@ -2,64 +2,103 @@
 
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from kernels import indices
-from kernels.generator import stream_of
+from kernels.jit import jit
+from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.trial.simulation import Simulation
+from kernels.recording import Frames
+from sweep.trial import on_device
 from tests import builders
 
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
-device: Any = pytest.importorskip("kernels.device")
+ptx: Any = pytest.importorskip("kernels.device.ptx")
 
-FAST = {"vicsek1995", "dorsogna2006", "couzin2002"}
-"""Others are compiled as slow tests; each takes 5 to 20 s."""
+MEASURED_BY = {"vicsek1995": 33, "strombom2014": 38}
+"""How many metrics a device measures of the flights of these models, which are compiled
+with all of them: strombom2014 has kinds of boids. Others have the speed.
+"""
 
 
 def compiled(model: str) -> Any:
-    simulation = Simulation(next(iter(builders.exact_jobs(model))))
-    with simulation.noise.lent() as rng:
-        stream = stream_of(rng)
-    return device.compiled_for_device(simulation.flight, stream)
+    """What trials of a model are compiled to, with what a device measures of them."""
+    job = next(iter(builders.exact_jobs(model)))
+    metrics = tuple(
+        name for name in job.record.metrics if on_device.is_there(METRICS[name])
+    )
+    if model in MEASURED_BY:
+        assert len(metrics) == MEASURED_BY[model]
+    record = replace(
+        job.record,
+        metrics=metrics if model in MEASURED_BY else ("speed",),
+        series=(),
+    )
+    return ptx.ptx_of(on_device.kernel_of(replace(job, record=record)))
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        pytest.param(model, marks=() if model in FAST else pytest.mark.slow)
-        for model in MODELS
-    ],
-)
+@pytest.mark.parametrize("model", MODELS)
 def test_a_model_has_only_exact_operations(model: str) -> None:
+    """It is compiled with its metrics, from the large arrays of many flights."""
     made = compiled(model)
     assert made.refusal == ""
-    assert "sqrt.rn.f64" in made.ptx
+    assert "sqrt.rn.f64" in made.text
+    assert made.text.count(".entry") == 1
 
 
 @pytest.mark.slow
 def test_without_its_option_the_compiler_fuses(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that the option, and what looks for fused operations, are both needed."""
-    monkeypatch.setattr(device, "OPTIONS", {"opt": 3})
+    monkeypatch.setattr(ptx, "OPTIONS", {"opt": 3})
     assert re.search(r"[1-9]\d* fused operations", compiled("vicsek1995").refusal)
 
 
-def test_what_is_not_exact_is_found_in_a_text() -> None:
-    lines = """
+INEXACT = """// remainders of floats: 2
+.visible .entry begin(
+.weak .func  (.param .b32 func_retval0) inner(
     fma.rn.f64 %fd4, %fd2, %fd1, %fd3;
     rcp.approx.ftz.f64 %fd4, %fd2;
     mad.lo.s64 %rd1, %rd2, %rd3, %rd4;
+    add.f64 %fd4, %fd2, %fd1;
+    mul.rn.f64 %fd4, %fd2, %fd1;
     { // callseq 0, 0
     call.uni (retval0),
     __internal_power,
     (param0);
-    """
-    assert device.FUSED.findall(lines) == ["fma.rn.f64"]
-    assert device.ROUGH.findall(lines) == ["rcp.approx.ftz"]
-    assert device.CALL.findall(lines) == ["__internal_power"]
+    call.uni (retval0),
+    inner,
+    (param0);
+"""
+
+
+def test_what_is_not_exact_is_found_in_a_text() -> None:
+    """A function of the text itself may be called."""
+    made = ptx.Compiled(INEXACT)
+    assert made.entry == "begin"
+    assert made.refusal == (
+        "1 fused operations, 1 fusible operations, 1 approximate operations,"
+        " 2 remainder operations, calls of __internal_power"
+    )
+
+
+@jit
+def remaining(
+    frames: Frames, filled: int, _ground: Any, _observation: Any, values: Any
+) -> None:
+    """A metric of a user."""
+    for f in range(filled):
+        values[f] = frames.integrals[f, 0] % 0.7
+
+
+def test_a_remainder_of_floats_is_refused() -> None:
+    """A GPU has another one, and the text of its instructions shows no trace of it."""
+    job = builders.job("vicsek1995", "as_run", metrics=("speed",))
+    kernel = replace(on_device.kernel_of(job), measures=(remaining,))
+    made = ptx.Compiled(ptx._compiled(kernel, ptx.CAPABILITY))
+    assert re.fullmatch(r"[1-9]\d* remainder operations", made.refusal)
 
 
 ODD = [0.0, -0.0, 1.5, -2.0, math.inf, -math.inf, math.nan]
@@ -67,15 +106,9 @@ ODD = [0.0, -0.0, 1.5, -2.0, math.inf, -math.inf, math.nan]
 
 def test_what_stands_in_for_functions_has_their_values() -> None:
     """Those that are plain Python; the others are single instructions."""
-    here = dict(device.HERE)
+    here = dict(ptx.HERE)
     for one in ODD:
         for other in ODD:
             for plain in (max, min):
                 found, meant = here[plain](one, other, 1.0), plain(one, other, 1.0)
                 assert np.float64(found).tobytes() == np.float64(meant).tobytes()
-    rng = np.random.default_rng(3)
-    marks = indices.build_marks(200)
-    marks[rng.integers(0, 200, 70)] = True
-    for first in (0, 64, 128):
-        at = np.uint64(first)
-        assert here[indices.word](marks, at) == indices.word(marks, at)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from kernels.jit import jit
 from sweep.trial.simulation import run
 from tests import ROOT, builders
 from tests.commands import python
@@ -56,6 +57,24 @@ def test_whole_and_fractional_numbers_share_one_compiled_signature(model: str) -
             == "done"
         )
     assert builders.MODELS[model].advance.signatures == before
+
+
+@jit
+def halved(x: float, times: int = 1) -> float:
+    return x if times == 0 else 0.5 * halved(x, times - 1)
+
+
+@jit
+def quartered(x: float) -> float:
+    return halved(times=2, x=x) + 0.0 * halved(x)
+
+
+def test_what_kernels_call_is_compiled_for_python_when_python_calls_it() -> None:
+    """Without wrappers it could not be called there."""
+    assert quartered(6.0) == 1.5
+    assert halved.signatures == []
+    assert (halved(6.0), halved(6.0, 2), quartered(2.0)) == (3.0, 1.5, 0.5)
+    assert len(halved.signatures) == 2
 
 
 @pytest.fixture

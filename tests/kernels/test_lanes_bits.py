@@ -24,6 +24,7 @@ from kernels.lanes.marks import (
     widened,
 )
 from kernels.lanes.rows import Each, found, rows
+from kernels.lanes.stubs import LANE_BY_LANE
 from kernels.lanes.vectors import OPTIONS, WIDTH
 from kernels.near import EVERYBODY, Near
 from kernels.settings import STAMP
@@ -104,6 +105,8 @@ SAME = (
     rules.events_that_are_counted,
     rules.truth_as_number,
     rules.factors_of_neighbours,
+    rules.elementary_functions,
+    rules.functions_of_neighbours,
 )
 REFUSED = (
     rules.keywords_of_draws,
@@ -130,6 +133,13 @@ def test_a_rule_has_the_bits_of_its_text(rule: Any) -> None:
         numbers, counted = _alone(rule, lane)
         assert row[:, lane].tobytes() == numbers.tobytes()
         assert events[:, lane].tobytes() == counted.tobytes()
+
+
+def test_exponentials_and_powers_are_of_all_lanes_at_once() -> None:
+    """Not computed for one lane after the other: what they call is of vectors too."""
+    _together(rules.functions_of_neighbours)
+    _together(rules.elementary_functions)
+    assert {"exp", "power", "_exp", "_log", "sine_cosine"}.isdisjoint(LANE_BY_LANE)
 
 
 @pytest.mark.parametrize("rule", REFUSED)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from kernels.device.layout import Layout, Room, form_of, lay_out, leaves_of
+from kernels.device.layout import Arrangement, Space, form_of, lay_out, leaves_of
 from kernels.device.views import view
 from kernels.lanes.texts import function_of
 
@@ -40,14 +40,19 @@ ROOM, APART = 9, 10
 """The places of the leaves `room` and `apart`."""
 
 
-def laid_out(count: int) -> tuple[list[Whole], Layout, dict[str, Any]]:
+def laid_out(count: int) -> tuple[list[Whole], Arrangement, dict[str, Any]]:
     """Flights, their layout, and the large arrays as a device has them."""
     rng = np.random.default_rng(11)
     fixed = rng.normal(size=6)
     trees = [tree(rng, fixed, 2 + k % 3) for k in range(count)]
-    rooms = {ROOM: Room((5, 3), "f8", True), APART: Room((4,), "i2", False)}
+    rooms = {
+        ROOM: Space((5, 3), np.dtype("f8"), True),
+        APART: Space((4,), np.dtype("i2"), False),
+    }
     layout = lay_out(trees, fixed, trees[0].part, rooms)
-    large = {one: np.zeros(size, one) for one, size in layout.sizes.items()}
+    large = {
+        one: np.zeros(size, layout.types[one]) for one, size in layout.sizes.items()
+    }
     for numbers, array in layout.sent(trees).items():
         large[numbers][: array.size] = array.T.reshape(-1)
     for numbers, first, array in layout.apart():
@@ -55,7 +60,7 @@ def laid_out(count: int) -> tuple[list[Whole], Layout, dict[str, Any]]:
     return trees, layout, large
 
 
-def found(layout: Layout, large: dict[str, Any], trial: int) -> Any:
+def found(layout: Arrangement, large: dict[str, Any], trial: int) -> Any:
     """What a kernel sees of a flight."""
     given = {f"given{k}": one for k, one in enumerate(layout.given)}
     alike = {f"alike{k}": one for k, one in enumerate(layout.alike)}

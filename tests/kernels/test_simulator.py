@@ -1,7 +1,7 @@
 """Trials side by side in numba-cuda's simulator of a GPU, as they fly alone.
 
 One thread flies one trial, from the large arrays of a launch. The simulator runs the
-text of kernels in the interpreter. So this shows that the layout and the launch have the
+text of kernels in the interpreter. So this shows that layout and launch have the
 bits of single flights, and not what instructions of a GPU give.
 """
 

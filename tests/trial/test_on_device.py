@@ -2,7 +2,6 @@
 it has the large arrays and the kernel of a GPU, and runs one trial after the other.
 """
 
-import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -22,6 +21,7 @@ from sweep.trial.on_device import DeviceTrials, flown
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
 from tests.builders import exact_jobs, job
+from tests.trial import test_all_layers
 from tests.trial.test_lanes import numbers
 from tests.trial.test_trial import OVERFLOWS
 
@@ -29,11 +29,6 @@ FAST = "vicsek1995"
 """Tests that are not slow compile this model alone."""
 MEASURED = "polarization", "coverage", "escapes", "fissions"
 """Metrics that a device measures: of bodies, pixels, events and flocks."""
-
-
-@pytest.fixture(autouse=True)
-def _quiet() -> None:
-    on_device._say_once.cache_clear()
 
 
 def some(count: int = 5, **changes: Any) -> list[Job]:
@@ -111,7 +106,7 @@ def test_wide_maps_have_the_visits_of_narrow_ones(
     """A pixel of 16 bits holds fewer visits: it is taken where there cannot be more."""
     jobs = some(3, heatmaps=True)
     assert on_device.kernel_of(jobs[0]).maps == "i2"
-    monkeypatch.setattr(batch, "NARROW", "i4")
+    monkeypatch.setattr(batch, "NARROW", batch.WIDE)
     assert on_device.kernel_of(jobs[0]).maps == "i4"
     check(jobs, flown(jobs, Host()))
 
@@ -131,8 +126,8 @@ class Small(Host):
     def free_bytes(self) -> int:
         return 2**40  # it says more than it has, as where another process takes it
 
-    def take(self, size: int, numbers: str) -> Any:
-        room = np.empty(size, numbers)
+    def take(self, size: int, kind: Any) -> Any:
+        room = np.empty(size, kind)
         if self._held + room.nbytes > self.memory:
             raise MemoryError
         self._held += room.nbytes
@@ -165,16 +160,12 @@ def test_batches_are_as_large_as_the_memory_that_is_free() -> None:
     assert device.counts[0] == 3
 
 
-def test_a_trial_that_fits_nowhere_flies_on_the_processor(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    jobs = some(3)
-    with caplog.at_level(logging.WARNING):
-        check(jobs, flown(jobs, Small(1000)))
-    assert [one.getMessage() for one in caplog.records] == [
-        "the GPU has too little memory for one trial; trials fly on the processor, with"
-        " the same results"
-    ]
+def test_a_trial_that_fits_nowhere_fails_with_what_it_needs() -> None:
+    jobs = some(2)
+    results = flown(jobs, Small(1000))
+    assert [one.status for one in results] == ["failed"] * 2
+    for one, mine in zip(jobs, results, strict=True):
+        assert f"which needs {bytes_of([one]):,} bytes" in mine.error
 
 
 class Failing(Host):
@@ -192,15 +183,11 @@ class Failing(Host):
 
 
 @pytest.mark.parametrize("at", [1, 2, 3])
-def test_trials_of_a_device_that_fails_are_flown_on_the_processor(
-    at: int, caplog: pytest.LogCaptureFixture
-) -> None:
-    """At the beginning, while it flies, and at the end; said once."""
-    jobs, device = some(3), Failing(at)
-    with caplog.at_level(logging.WARNING):
-        check(jobs, flown(jobs, device))
-    [record] = caplog.records
-    assert "the GPU failed: an illegal address; trials fly" in record.getMessage()
+def test_a_device_that_fails_is_named_by_an_error(at: int) -> None:
+    """At the beginning, while it flies, and at the end. Its memory is given back."""
+    device = Failing(at)
+    with pytest.raises(DeviceError, match="an illegal address"):
+        flown(some(3), device)
     assert device._held == 0
 
 
@@ -236,3 +223,12 @@ def test_what_the_clock_ends_or_keeps_its_last_state_is_refused() -> None:
     said = on_device.refusal_of(asked)
     for words in ("a time limit", "last states", "threads"):
         assert words in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_every_layer_has_its_bits(model: str) -> None:
+    """Senses, motors, wind, goals in turn, and obstacles that move, of any shape."""
+    base = test_all_layers.a_job(model)
+    jobs = [replace(base, seed=base.seed + k) for k in range(3)]
+    check(jobs, flown(jobs, Host()))

@@ -27,6 +27,10 @@ from tests.trial.test_trial import OVERFLOWS, small
 from tests.workers.test_checkpoint import broken_off, named, numbers
 
 THREADS = (2, 3, 7)
+TEAMS = {1: (2,), 5: (3, 7), 64: (2, 7)}
+"""Numbers of boids, and of threads for each: fewer boids than threads, as many boids
+for each of them, and numbers that cannot be divided.
+"""
 MODEL = "aziel_chen2025"
 AT_ONCE = {
     name: dict(model.at_once)
@@ -34,6 +38,12 @@ AT_ONCE = {
     if model.at_once is not None
 }
 PRESETS = [(model, preset) for model, preset in builders.PRESETS if model in AT_ONCE]
+WITHIN_BORDERS = [
+    pytest.param(*which, borders, marks=[pytest.mark.slow] if (at + k) % 2 else [])
+    for at, which in enumerate(PRESETS)
+    for k, borders in enumerate(builders.BORDERS)
+]
+"""Each preset with two borders, and each model with all: presets share a kernel."""
 
 
 def end(job: Job) -> dict[str, bytes]:
@@ -67,16 +77,14 @@ def test_most_models_have_it() -> None:
     assert MODELS.keys() - AT_ONCE.keys() == drawing | {"vasarhelyi2018"}
 
 
-@pytest.mark.parametrize("borders", builders.BORDERS)
-@pytest.mark.parametrize(("model", "preset"), PRESETS)
+@pytest.mark.parametrize(("model", "preset", "borders"), WITHIN_BORDERS)
 def test_any_number_of_threads_gives_the_same_bits(
     model: str, preset: str, borders: dict[str, Any]
 ) -> None:
-    """With fewer boids than threads, and with numbers that cannot be divided."""
-    for n in (1, 5, 64):
+    for n, teams in TEAMS.items():
         one = at_once(model, n=n, preset=preset, **borders)
         alone = end(one)
-        for threads in THREADS:
+        for threads in teams:
             assert end(replace(one, threads=threads)) == alone, (n, threads)
 
 

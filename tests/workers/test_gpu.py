@@ -33,7 +33,7 @@ from tests import devices
 from tests.commands import sweep
 from tests.devices import InThisProcess, InWorkers
 from tests.faults.campaign import tables
-from tests.studies import SMALL, launched, read
+from tests.studies import IMPOSSIBLE, SMALL, launched, read
 
 MANY = SMALL.replace("replicates: 3", "replicates: 10")
 """Twenty trials: five batches of four."""
@@ -198,6 +198,16 @@ def test_all_reasons_are_said_at_once_and_nothing_is_written(tmp_path: Path) -> 
         first,
         first.replace("small", "other"),
     ]
+
+
+def test_a_trial_that_cannot_begin_is_not_refused_and_says_why_itself(
+    tmp_path: Path,
+) -> None:
+    device = DeviceTrials(simulated=True)
+    engine = InThisProcess(device=device, refusal=on_device.refusal_of)
+    trials = launched(IMPOSSIBLE, tmp_path, engine).trials
+    assert set(trials["status"]) == {"failed"}
+    assert trials["error"].str.startswith("Traceback").all()
 
 
 @given(

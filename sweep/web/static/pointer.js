@@ -30,7 +30,12 @@ import { isSolid, shifted } from "./obstacles.js";
  *   signs: number[],
  * }} Sizing
  * @typedef {{ kind: "goal", boid: number | null, index: number }} Aiming
- * @typedef {{ kind: "pan", boid: number | null, shape?: number, goal?: number }} Panning
+ * @typedef {{
+ *   kind: "pan",
+ *   boid: number | null,
+ *   shape?: number,
+ *   goal?: number,
+ * }} Panning
  */
 
 /** @typedef {{ place: Place, at: Place, moved: boolean, base?: Obstacle[] }} Way */
