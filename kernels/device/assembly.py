@@ -43,19 +43,25 @@ class Needs(NamedTuple):
 
 
 class Assembled(NamedTuple):
-    """Machine code (bytes,), and what a thread needs to run it."""
+    """Machine code, and what a thread needs to run it."""
 
-    code: NDArray[np.uint8]
+    code: bytes
     needs: Needs
 
 
-def assembled(text: str, capability: tuple[int, int]) -> bytes:
+def assembled(text: str, capability: tuple[int, int]) -> Assembled:
     """The machine code of a text for GPUs of this kind, which is kept. Raises
     AssemblyError.
     """
     parts = text, capability, OPTIONS, nvjitlink.version()
     name = hashlib.sha256(repr(parts).encode()).hexdigest()[:48]
-    return kept(f"{name}.cubin", lambda: assemble(text, capability).code.tobytes())
+
+    def make() -> bytes:
+        made = assemble(text, capability)
+        return b"%d %d %d %d\n" % made.needs + made.code
+
+    needs, _, code = kept(f"{name}.cubin", make).partition(b"\n")
+    return Assembled(code, Needs(*map(int, needs.split())))
 
 
 def assemble(text: str, capability: tuple[int, int]) -> Assembled:
@@ -82,7 +88,7 @@ def assemble(text: str, capability: tuple[int, int]) -> Assembled:
         raise AssemblyError(f"{error}: {_words(said)}") from error
     finally:
         nvjitlink.destroy(handle)
-    return Assembled(code, _needs(_words(said)))
+    return Assembled(code.tobytes(), _needs(_words(said)))
 
 
 def _words(said: NDArray[np.uint8]) -> str:

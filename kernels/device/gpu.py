@@ -76,8 +76,8 @@ class Gpu:
         if compiled.refusal:
             raise NotForDeviceError(f"model {kernel.model.name}: {compiled.refusal}")
         if compiled.text not in self._programs:
-            code = assembled(compiled.text, self.capability)
-            module = self._ask("cuModuleLoadData", code)
+            made = assembled(compiled.text, self.capability)
+            module = self._ask("cuModuleLoadData", made.code)
             entry = compiled.entry.encode()
             self._programs[compiled.text] = self._ask(
                 "cuModuleGetFunction", module, entry

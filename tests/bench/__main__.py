@@ -23,6 +23,8 @@ ratio within one run.
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it
     explorer    the first picture of a study of a million trials, against reading it
+    device      trials on a GPU against those on processors, in less than ten minutes
+                (skipped where there is none)
 
 Name some of them to run only those.
 """
@@ -45,6 +47,7 @@ from sweep.trial.simulation import Simulation
 from tests import ROOT
 from tests.bench.cases import BEST, MODEL, covering, large
 from tests.bench.cpp import cpp
+from tests.bench.device import device
 from tests.bench.explorer import explorer
 from tests.bench.first import first
 from tests.bench.flocks import flocks
@@ -168,7 +171,7 @@ def compare_pairs(inside: Job, copy: Job) -> float:
     return median(ratios)
 
 
-ALL: dict[str, Callable[[], None]] = {
+ALL: dict[str, Callable[[], object]] = {
     "kernels": kernels,
     "outside": outside,
     "flocks": flocks,
@@ -184,6 +187,7 @@ ALL: dict[str, Callable[[], None]] = {
     "view": view,
     "page": page,
     "explorer": explorer,
+    "device": device,
 }
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def kernel(model: str) -> Any:
 def test_a_model_is_assembled_within_what_a_thread_has(model: str) -> None:
     one = kernel(model)
     made = assembly.assemble(ptx.ptx_of(one, (9, 0)).text, (9, 0))
-    assert made.code.tobytes().startswith(b"\x7fELF")
+    assert made.code.startswith(b"\x7fELF")
     assert 0 < made.needs.registers <= REGISTERS
     assert made.needs.stack <= STACK
     assert 8 * (len(one.numbers) + len(one.arrays)) <= PARAMETER_BYTES
@@ -51,7 +51,7 @@ def test_a_model_is_assembled_within_what_a_thread_has(model: str) -> None:
 def test_other_gpus_have_their_code(capability: tuple[int, int]) -> None:
     made = ptx.ptx_of(kernel(FAST), capability)
     assert made.refusal == ""
-    assert assembly.assembled(made.text, capability).startswith(b"\x7fELF")
+    assert assembly.assembled(made.text, capability).code.startswith(b"\x7fELF")
 
 
 def test_what_is_no_text_of_a_gpu_is_refused_with_the_words_of_the_assembler() -> None:
@@ -75,14 +75,15 @@ TEXT = """
 def test_code_is_assembled_once(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kernels.caching.FOLDER", tmp_path)
     first = assembly.assembled(TEXT, (8, 0))
-    assert first.startswith(b"\x7fELF")
+    assert first == assembly.assemble(TEXT, (8, 0))
     [place] = tmp_path.glob("*.cubin")
-    assert place.read_bytes() == first
-    place.write_bytes(b"kept")
-    assert assembly.assembled(TEXT, (8, 0)) == b"kept"
-    assert assembly.assembled(TEXT, (9, 0)) not in (first, b"kept")
+    assert place.read_bytes().endswith(first.code)
+    place.write_bytes(b"1 2 3 4\nkept")
+    assert assembly.assembled(TEXT, (8, 0)) == (b"kept", (1, 2, 3, 4))
     other = TEXT.replace("ret;", "bar.sync 0; ret;")
-    assert assembly.assembled(other, (8, 0)) != first
+    codes = first.code, b"kept"
+    assert assembly.assembled(TEXT, (9, 0)).code not in codes
+    assert assembly.assembled(other, (8, 0)).code not in codes
 
 
 def test_what_a_thread_needs_is_that_of_an_empty_function() -> None:

@@ -29,12 +29,14 @@ real: Any = pytest.importorskip(
 )
 gpu: Any = pytest.importorskip("kernels.device.gpu")
 ptx: Any = pytest.importorskip("kernels.device.ptx")
+assembly: Any = pytest.importorskip("kernels.device.assembly")
 
 ERROR = real.CUresult
 DONE = ERROR.CUDA_SUCCESS
 CONTEXT, MODULES, PROGRAMS, DEVICE = 0x1234, 0x5000, 0x6000, 7
 FIRST, APART = 2**40, 2**32
 """The first address, and how far apart those of memories are."""
+NEEDS = assembly.Needs(registers=255, stack=0, spilled=0, read_back=0)
 EXACT = "// remainders of floats: 0\n.visible .entry kernel{}(\n"
 FUSED = f"{EXACT}fma.rn.f64 %fd4, %fd2, %fd1, %fd3;\n"
 
@@ -185,14 +187,14 @@ def there(monkeypatch: pytest.MonkeyPatch) -> Make:
                 made.kernels.append(kernel)
             return ptx.Compiled(text.format(made.kernels.index(kernel)))
 
-        def code_of(text: str, capability: tuple[int, int]) -> bytes:
+        def code_of(text: str, capability: tuple[int, int]) -> Any:
             assert capability == (9, 0)
-            return b"code " + text.partition("kernel")[2][:1].encode()
+            number = text.partition("kernel")[2][:1]
+            return assembly.Assembled(f"code {number}".encode(), NEEDS)
 
         monkeypatch.setattr(gpu, "driver", made)
         monkeypatch.setattr(gpu, "ptx_of", text_of)
         monkeypatch.setattr(gpu, "assembled", code_of)
-        on_device._say_once.cache_clear()
         return made
 
     return put
