@@ -187,8 +187,9 @@ def there(monkeypatch: pytest.MonkeyPatch) -> Make:
                 made.kernels.append(kernel)
             return ptx.Compiled(text.format(made.kernels.index(kernel)))
 
-        def code_of(text: str, capability: tuple[int, int]) -> Any:
+        def code_of(text: str, capability: tuple[int, int], registers: int) -> Any:
             assert capability == (9, 0)
+            assert registers in (128, 255)
             number = text.partition("kernel")[2][:1]
             return assembly.Assembled(f"code {number}".encode(), NEEDS)
 
@@ -242,10 +243,19 @@ def test_all_calls_of_a_long_flight_are_of_one_program(there: Make) -> None:
 
 def test_a_gpu_says_what_it_is(there: Make) -> None:
     there(memory=1000)
-    found = gpu.Gpu(threads=32)
+    found = gpu.Gpu()
     about = found.name, found.capability, found.driver, found.free_bytes()
     assert about == ("Test GPU", (9, 0), 13000, 1000)
-    assert found.threads == 32
+
+
+def test_blocks_and_registers_may_be_others(there: Make) -> None:
+    driver, jobs = there(), some(70)
+    device = gpu.Gpu()
+    whole = flown(jobs, device)
+    device.threads, device.registers = 32, 128
+    assert bits(flown(jobs, device)) == bits(whole)
+    assert set(driver.blocks) == {(2, 64), (3, 32)}
+    assert driver.calls.count("cuModuleLoadData") == 2
 
 
 def test_without_memory_fewer_fly_at_once(there: Make) -> None:
