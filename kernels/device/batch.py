@@ -49,7 +49,8 @@ class Device(Protocol):
     raises MemoryError where there is none; `send` and `bring` copy there, from the
     element `first` on, and back. `load` makes a program of a kernel. `call` begins to
     run it once for each trial below `count`, with these `numbers` and memories, after
-    all that was asked for before; `wait` returns when all is over. All may raise DeviceError.
+    all that was asked for before; `wait` returns when all is over. All may raise
+    DeviceError.
     """
 
     name: str

@@ -107,6 +107,7 @@ OTHERWISE = {
     "sweep/web/launching.py TemporaryFile": "has no name; what a launch says",
     "sweep/spec/images.py FileIO": "reads",
     "kernels/caching.py touch": "an empty file, whose name says all",
+    "kernels/caching.py write_bytes": "beside its place, then renamed",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",
     "notebooks/execute.py TemporaryDirectory": (
         "an empty folder in which a notebook runs"
