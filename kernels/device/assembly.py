@@ -20,6 +20,10 @@ from kernels.device.batch import DeviceError
 
 OPTIONS = ("-verbose", "-Xptxas=-v")
 """Of the assembler: that it says what it has made."""
+TOOLKIT: int = nvjitlink.version()[0]
+"""The major version of CUDA of which the assembler is: drivers of earlier ones do not
+run its code.
+"""
 MOST_REGISTERS = 255
 """Of a thread, of 32 bits each, in all GPUs that there are."""
 NEEDS = re.compile(

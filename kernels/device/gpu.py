@@ -12,7 +12,7 @@ import numpy as np
 from cuda.bindings import driver
 from numpy.typing import NDArray
 
-from kernels.device.assembly import MOST_REGISTERS, assembled
+from kernels.device.assembly import MOST_REGISTERS, TOOLKIT, assembled
 from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
@@ -57,6 +57,12 @@ class Gpu:
         name: bytes = self._ask("cuDeviceGetName", NAME_LENGTH, device)
         self.name = name.rstrip(b"\0").decode()
         self.driver = int(self._ask("cuDriverGetVersion"))
+        if self.driver < 1000 * TOOLKIT:
+            known = f"{self.driver // 1000}.{self.driver % 1000 // 10}"
+            raise DeviceError(
+                f"the driver of {self.name} is of CUDA {known}; it must be of CUDA"
+                f" {TOOLKIT}.0 or later"
+            )
         major, minor = (
             int(self._ask("cuDeviceGetAttribute", one, device))
             for one in (MAJOR, MINOR)
