@@ -30,6 +30,7 @@ from kernels.device.layout import form_of
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
+from sweep.errors import StoreError
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial import on_device
@@ -249,7 +250,7 @@ def _of_one_form(jobs: Sequence[Job]) -> Iterator[list[Job]]:
 
 def _batches_of_study(machine: Machine) -> Iterator[list[Job]]:
     """Small batches of the study that have different kernels: which numbers are alike
-    in all flights depends on the maps of a batch.
+    in all flights depends on the maps of a batch. A launch asks first of single trials.
     """
     study = parse_spec(machine.study(2), SPEC)
     jobs, maps = list(Jobs(study, expand(study))), defaultdict[Any, list[Job]](list)
@@ -259,7 +260,8 @@ def _batches_of_study(machine: Machine) -> Iterator[list[Job]]:
     first, second, *others = [some[:2] for some in maps.values()]
     mixed = [[*first, *second], [*first, *second, *chain(*others)]]
     found = dict[str, list[Job]]()
-    for some in [*mixed, first, second, *others]:
+    alone = [some[:1] for some in (first, second, *others)]
+    for some in [*mixed, first, second, *others, *alone]:
         found.setdefault(on_device._batch(list(map(_ready, some))).kernel.text, some)
     yield from found.values()
 
@@ -422,11 +424,11 @@ def study(machine: Machine) -> Iterator[Row]:
                 ["launch", str(spec), "--results", str(results), "--quiet", *how],
                 limit * machine.left,
             )
-            trials = StoredStudy(STUDY, str(results)).trials
+            trials, done = _stored(results)
             row: Row = {
                 "what": f"launch {' '.join(how)}",
-                "trials": len(trials),
-                "done": int((trials["status"] == "done").sum()),
+                "trials": trials,
+                "done": done,
                 "seconds": ended.seconds,
                 "scaled to all trials": times * ended.seconds,
             }
@@ -443,6 +445,15 @@ def study(machine: Machine) -> Iterator[Row]:
         row = {"what": "verify --executor cpu", "seconds": ended.seconds}
         row["words"] = " ".join(ended.words.split())
         yield row | ({"error": "see words"} if ended.code else {})
+
+
+def _stored(results: Path) -> tuple[int, int]:
+    """The trials of the study that are stored, and how many of them are done."""
+    try:
+        trials = StoredStudy(STUDY, str(results)).trials
+    except StoreError:  # the launch has ended before it
+        return 0, 0
+    return len(trials), int((trials["status"] == "done").sum())
 
 
 def _command(given: Sequence[str], limit: float) -> Ended:

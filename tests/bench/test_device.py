@@ -133,7 +133,7 @@ def test_rows_are_kept_where_a_part_fails(
 def test_the_table_has_all_rows_and_errors() -> None:
     rows: list[Row] = [
         {"what": "a | b", "N": 10_000},
-        {"what": "c", "N": 2, "error": "it failed"},
+        {"what": "c", "N": 2, "error": "it\nfailed"},
         {"what": "d", "seconds": 0.12345},
     ]
     found = {"others": Found(rows, 2.0, "ended")}
