@@ -20,6 +20,12 @@ from kernels.device.batch import DeviceError
 
 OPTIONS = ("-verbose", "-Xptxas=-v")
 """Of the assembler: that it says what it has made."""
+TOOLKIT: int = nvjitlink.version()[0]
+"""The major version of CUDA of which the assembler is: drivers of earlier ones do not
+run its code.
+"""
+MOST_REGISTERS = 255
+"""Of a thread, of 32 bits each, in all GPUs that there are."""
 NEEDS = re.compile(
     r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads"
 )
@@ -31,9 +37,9 @@ class AssemblyError(DeviceError):
 
 
 class Needs(NamedTuple):
-    """What a thread needs, in the assembler's own words: its registers, of which each
-    has 32 bits, and the bytes of its stack, and of those that it writes and reads there
-    since it has no register for them (spills).
+    """What a thread needs, in the assembler's own words: its registers; the bytes of
+    its stack; and the bytes that its text writes there and reads again since it has no
+    register for them (spills).
     """
 
     registers: int
@@ -49,26 +55,30 @@ class Assembled(NamedTuple):
     needs: Needs
 
 
-def assembled(text: str, capability: tuple[int, int]) -> Assembled:
-    """The machine code of a text for GPUs of this kind, which is kept. Raises
-    AssemblyError.
+def assembled(
+    text: str, capability: tuple[int, int], registers: int = MOST_REGISTERS
+) -> Assembled:
+    """The machine code of a text for GPUs of this kind, which is kept. A thread has so
+    many registers at most; with fewer, more threads fly at once, and each has more in
+    its memory. Raises AssemblyError.
     """
-    parts = text, capability, OPTIONS, nvjitlink.version()
+    parts = text, capability, registers, OPTIONS, nvjitlink.version()
     name = hashlib.sha256(repr(parts).encode()).hexdigest()[:48]
 
     def make() -> bytes:
-        made = assemble(text, capability)
+        made = assemble(text, capability, registers)
         return b"%d %d %d %d\n" % made.needs + made.code
 
     needs, _, code = kept(f"{name}.cubin", make).partition(b"\n")
     return Assembled(code, Needs(*map(int, needs.split())))
 
 
-def assemble(text: str, capability: tuple[int, int]) -> Assembled:
-    """The machine code of a text for GPUs of this kind, made now: some seconds. Raises
-    AssemblyError.
-    """
-    given = ["-arch=sm_{}{}".format(*capability), *OPTIONS]
+def assemble(
+    text: str, capability: tuple[int, int], registers: int = MOST_REGISTERS
+) -> Assembled:
+    """What is kept by `assembled`, made now: some seconds."""
+    given = ["-arch=sm_{}{}".format(*capability), f"-maxrregcount={registers}"]
+    given += OPTIONS
     ptx = text.encode("ascii")
     try:
         handle = nvjitlink.create(len(given), given)

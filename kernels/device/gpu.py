@@ -12,7 +12,7 @@ import numpy as np
 from cuda.bindings import driver
 from numpy.typing import NDArray
 
-from kernels.device.assembly import assembled
+from kernels.device.assembly import MOST_REGISTERS, TOOLKIT, assembled
 from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
@@ -38,12 +38,14 @@ class There(NamedTuple):
 
 
 class Gpu:
-    """The GPU `number` of those that this process sees, with so many `threads` in a
-    block. Raises DeviceError where there is none.
+    """The GPU `number` of those that this process sees. Kernels are run with so many
+    `threads` in a block, and so many `registers` of a thread at most. Raises
+    DeviceError where there is none.
     """
 
-    def __init__(self, number: int = 0, threads: int = THREADS) -> None:
-        self.threads = threads
+    threads, registers = THREADS, MOST_REGISTERS
+
+    def __init__(self, number: int = 0) -> None:
         try:
             self._ask("cuInit", 0)
         except RuntimeError as error:  # how cuda.bindings says that it finds no driver
@@ -55,6 +57,12 @@ class Gpu:
         name: bytes = self._ask("cuDeviceGetName", NAME_LENGTH, device)
         self.name = name.rstrip(b"\0").decode()
         self.driver = int(self._ask("cuDriverGetVersion"))
+        if self.driver < 1000 * TOOLKIT:
+            known = f"{self.driver // 1000}.{self.driver % 1000 // 10}"
+            raise DeviceError(
+                f"the driver of {self.name} is of CUDA {known}; it must be of CUDA"
+                f" {TOOLKIT}.0 or later"
+            )
         major, minor = (
             int(self._ask("cuDeviceGetAttribute", one, device))
             for one in (MAJOR, MINOR)
@@ -62,7 +70,7 @@ class Gpu:
         self.capability = major, minor
         self._ask("cuDevicePrimaryCtxSetFlags", device, SLEEPS)
         self._ask("cuCtxSetCurrent", self._ask("cuDevicePrimaryCtxRetain", device))
-        self._programs = dict[str, Any]()
+        self._programs = dict[tuple[str, int], Any]()
 
     def free_bytes(self) -> int:
         free, _total = self._ask("cuMemGetInfo")
@@ -75,14 +83,13 @@ class Gpu:
         compiled = ptx_of(kernel, self.capability)
         if compiled.refusal:
             raise NotForDeviceError(f"model {kernel.model.name}: {compiled.refusal}")
-        if compiled.text not in self._programs:
-            made = assembled(compiled.text, self.capability)
+        key = compiled.text, self.registers
+        if key not in self._programs:
+            made = assembled(compiled.text, self.capability, self.registers)
             module = self._ask("cuModuleLoadData", made.code)
             entry = compiled.entry.encode()
-            self._programs[compiled.text] = self._ask(
-                "cuModuleGetFunction", module, entry
-            )
-        return self._programs[compiled.text]
+            self._programs[key] = self._ask("cuModuleGetFunction", module, entry)
+        return self._programs[key]
 
     def take(self, size: int, kind: Type) -> There:
         return There(int(self._ask("cuMemAlloc", size * kind.itemsize)), kind.itemsize)

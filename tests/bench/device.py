@@ -191,7 +191,9 @@ def _tables(rows: Sequence[Row]) -> Iterator[tuple[list[str], list[Row]]]:
 def _words(value: object) -> str:
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-    return f"{value:,}" if isinstance(value, int) else str(value).replace("|", "/")
+    if isinstance(value, int):
+        return f"{value:,}"
+    return " ".join(str(value).replace("|", "/").split())
 
 
 def device(names: Sequence[str] = (), emulated: bool = False, into: Path = INTO) -> int:

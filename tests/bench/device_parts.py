@@ -17,7 +17,7 @@ from concurrent.futures import (
     as_completed,
 )
 from dataclasses import dataclass, field, replace
-from itertools import chain, pairwise
+from itertools import chain, pairwise, product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +30,7 @@ from kernels.device.layout import form_of
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
+from sweep.errors import StoreError
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial import on_device
@@ -49,23 +50,26 @@ SIZES = 100, 1000, 20, 10_000, 200, 50, 500, 2000, 5000
 """The most telling first: time may not be enough for all."""
 FLYING = "nguyen2024", "vicsek1995"
 MEASURED = ("aziel_chen2025", *FLYING)
-MOST_FLIGHTS, MOST_BYTES, DISTINCT = 16_384, 2**33, 256
-"""Of a batch: flights, which take some 0.4 ms each to be laid out; bytes, since this
-machine has to hold them too; and flights that differ. A batch has each of these several
-times, and no two of one start in a warp of 32 threads.
+TRIED = "nguyen2024"
+"""With other blocks, registers and batches."""
+MOST_FLIGHTS, MOST_BYTES, DISTINCT = on_device.AT_ONCE, 2**33, 256
+"""Of a batch: flights, as a launch has them; bytes, since this machine has to hold them
+too; and flights that differ. A batch has each of these several times, and no two of one
+start in a warp of 32 threads.
 """
 CALLS = 2
 CPU_SECONDS = 0.4
-BLOCKS, BATCHES = (32, 64, 128), (8192, 2048, 32_768)
-"""Threads of a block, and flights of a batch, of which the first is tried with each."""
+BLOCKS, REGISTERS, BATCHES = (64, 32, 128), (255, 128), (8192, 2048, 32_768)
+"""Threads of a block, registers of a thread and flights of a batch: the first is usual.
+"""
 SHARED = 2048
 """Trials whose time is shared out."""
 
 
 class Emulated(Host):
-    """This processor as the device, which has blocks of no size."""
+    """This processor as the device, which has neither blocks nor a GPU's registers."""
 
-    threads = 0
+    threads = registers = 0
 
 
 @dataclass
@@ -175,8 +179,8 @@ def compiling(machine: Machine) -> Iterator[Row]:
     capability = (9, 0) if machine.emulated else machine.device().capability
     began, pool = time.monotonic(), machine.pool()
     waiting = {
-        pool.submit(_compiled, jobs, capability): f"{what}, kernel {place + 1}"
-        for what, some in _wanted(machine)
+        pool.submit(_compiled, jobs, capability, most): f"{what}, kernel {place + 1}"
+        for what, most, some in _wanted(machine)
         for place, jobs in enumerate(some)
     }
     for model in () if machine.emulated else MEASURED:
@@ -196,14 +200,19 @@ def compiling(machine: Machine) -> Iterator[Row]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _wanted(machine: Machine) -> Iterator[tuple[str, Iterable[list[Job]]]]:
-    """Jobs that fly together, those of a kernel each."""
+def _wanted(machine: Machine) -> Iterator[tuple[str, int, Iterable[list[Job]]]]:
+    """What is compiled, for so many registers, of jobs that fly together."""
+    usual, *fewer = REGISTERS
     for model in machine.flying if machine.emulated else MEASURED:
-        yield f"{model}, N=100", [[_flock(model, 100, seed=seed) for seed in (0, 1)]]
+        jobs = [_flock(model, 100, seed=seed) for seed in (0, 1)]
+        yield f"{model}, N=100", usual, [jobs]
+        for most in () if machine.emulated else fewer:
+            yield f"{model}, N=100, {most} registers", most, [jobs]
     if not machine.emulated:
-        yield "the study", _batches_of_study(machine)
+        yield "the study", usual, _batches_of_study(machine)
         for model in machine.models:
-            yield f"{model}, small trials", _of_one_form(machine.exact_jobs(model))
+            jobs = machine.exact_jobs(model)
+            yield f"{model}, small trials", usual, _of_one_form(jobs)
 
 
 def _in_lanes(one: Job) -> Row:
@@ -213,7 +222,7 @@ def _in_lanes(one: Job) -> Row:
     return {"seconds": time.process_time() - began}
 
 
-def _compiled(jobs: Sequence[Job], capability: tuple[int, int]) -> Row:
+def _compiled(jobs: Sequence[Job], capability: tuple[int, int], registers: int) -> Row:
     """What is compiled for jobs that fly together: seconds of processor time, and what
     a thread of a GPU needs.
     """
@@ -223,7 +232,7 @@ def _compiled(jobs: Sequence[Job], capability: tuple[int, int]) -> Row:
     began = time.process_time()
     kernel = on_device._batch(list(map(_ready, jobs))).kernel
     compiled = ptx_of(kernel, capability)
-    row: Row = dict(assembled(compiled.text, capability).needs._asdict())
+    row: Row = dict(assembled(compiled.text, capability, registers).needs._asdict())
     row["parameter bytes"] = 8 * (len(kernel.numbers) + len(kernel.arrays))
     row["seconds"] = time.process_time() - began
     run(jobs[0])
@@ -241,7 +250,7 @@ def _of_one_form(jobs: Sequence[Job]) -> Iterator[list[Job]]:
 
 def _batches_of_study(machine: Machine) -> Iterator[list[Job]]:
     """Small batches of the study that have different kernels: which numbers are alike
-    in all flights depends on the maps of a batch.
+    in all flights depends on the maps of a batch. A launch asks first of single trials.
     """
     study = parse_spec(machine.study(2), SPEC)
     jobs, maps = list(Jobs(study, expand(study))), defaultdict[Any, list[Job]](list)
@@ -251,7 +260,8 @@ def _batches_of_study(machine: Machine) -> Iterator[list[Job]]:
     first, second, *others = [some[:2] for some in maps.values()]
     mixed = [[*first, *second], [*first, *second, *chain(*others)]]
     found = dict[str, list[Job]]()
-    for some in [*mixed, first, second, *others]:
+    alone = [some[:1] for some in (first, second, *others)]
+    for some in [*mixed, first, second, *others, *alone]:
         found.setdefault(on_device._batch(list(map(_ready, some))).kernel.text, some)
     yield from found.values()
 
@@ -414,11 +424,11 @@ def study(machine: Machine) -> Iterator[Row]:
                 ["launch", str(spec), "--results", str(results), "--quiet", *how],
                 limit * machine.left,
             )
-            trials = StoredStudy(STUDY, str(results)).trials
+            trials, done = _stored(results)
             row: Row = {
                 "what": f"launch {' '.join(how)}",
-                "trials": len(trials),
-                "done": int((trials["status"] == "done").sum()),
+                "trials": trials,
+                "done": done,
                 "seconds": ended.seconds,
                 "scaled to all trials": times * ended.seconds,
             }
@@ -435,6 +445,15 @@ def study(machine: Machine) -> Iterator[Row]:
         row = {"what": "verify --executor cpu", "seconds": ended.seconds}
         row["words"] = " ".join(ended.words.split())
         yield row | ({"error": "see words"} if ended.code else {})
+
+
+def _stored(results: Path) -> tuple[int, int]:
+    """The trials of the study that are stored, and how many of them are done."""
+    try:
+        trials = StoredStudy(STUDY, str(results)).trials
+    except StoreError:  # the launch has ended before it
+        return 0, 0
+    return len(trials), int((trials["status"] == "done").sum())
 
 
 def _command(given: Sequence[str], limit: float) -> Ended:
@@ -469,31 +488,49 @@ def limits(machine: Machine) -> Iterator[Row]:
         yield from _shares(machine, device, model)
         if not machine.emulated:
             yield from _occupancy(device, model)
-        usual, *batches = (2, 3) if machine.emulated else BATCHES
-        ways = [(64, usual), *((threads, usual) for threads in BLOCKS if threads != 64)]
-        for threads, count in [*ways, *((64, count) for count in batches)]:
-            row: Row = {"what": f"{model}, N=100, {threads} threads a block"}
-            if machine.left < 0:
-                yield row | {"error": "did not fit into the time"}
-                continue
-            device.threads = threads
-            found = _rate(machine, device, model, 100, count)
-            yield row | {"flights": found["flights"], "boid-steps/s": found["GPU"]}
+    tried = machine.flying[0] if machine.emulated else TRIED
+    for device.threads, device.registers, count in _ways(machine):
+        row: Row = {
+            "what": f"{tried}, N=100",
+            "threads a block": device.threads,
+            "registers": device.registers,
+        }
+        if machine.left < 0:
+            yield row | {"error": "did not fit into the time"}
+            continue
+        found = _rate(machine, device, tried, 100, count)
+        yield row | {"flights": found["flights"], "boid-steps/s": found["GPU"]}
+
+
+def _ways(machine: Machine) -> Iterator[tuple[int, int, int]]:
+    """Threads of a block, registers of a thread, and flights of a batch: what is usual,
+    and others one at a time.
+    """
+    flights = (2, 3) if machine.emulated else BATCHES
+    yield BLOCKS[0], REGISTERS[0], flights[0]
+    yield from ((threads, REGISTERS[0], flights[0]) for threads in BLOCKS[1:])
+    yield from ((BLOCKS[0], registers, flights[0]) for registers in REGISTERS[1:])
+    yield from ((BLOCKS[0], REGISTERS[0], count) for count in flights[1:])
 
 
 def _occupancy(device: Any, model: str) -> Iterator[Row]:
     from cuda.bindings import driver
 
     ready = [_ready(_flock(model, 100, seed=seed)) for seed in (0, 1)]
-    program = device.load(_batch_of(ready, 2).kernel)
-    for threads in BLOCKS:
-        ask = driver.cuOccupancyMaxActiveBlocksPerMultiprocessor
-        error, blocks = ask(program, threads, 0)
-        row: Row = {"what": f"{model}, N=100, {threads} threads a block"}
+    kernel = _batch_of(ready, 2).kernel
+    ask = driver.cuOccupancyMaxActiveBlocksPerMultiprocessor
+    for device.registers, threads in product(REGISTERS, BLOCKS):
+        error, blocks = ask(device.load(kernel), threads, 0)
+        row: Row = {
+            "what": f"{model}, N=100",
+            "threads a block": threads,
+            "registers": device.registers,
+        }
         if error != driver.CUresult.CUDA_SUCCESS:
             yield row | {"error": str(error)}
             continue
         yield row | {"warps a multiprocessor": blocks * threads // 32}
+    device.registers = REGISTERS[0]
 
 
 def _shares(machine: Machine, device: Any, model: str) -> Iterator[Row]:

@@ -60,7 +60,7 @@ def test_time_is_shared_out_and_batches_are_tried() -> None:
     shares = [row["share"] for row in rows if "share" in row]
     assert sum(shares) == pytest.approx(1)
     assert min(shares) > 0
-    assert [row["flights"] for row in rows if "flights" in row] == [2, 2, 2, 3]
+    assert [row["flights"] for row in rows if "flights" in row] == [2, 2, 2, 2, 3]
 
 
 def test_published_numbers_stand_beside_and_jax_if_it_is_there() -> None:
@@ -133,7 +133,7 @@ def test_rows_are_kept_where_a_part_fails(
 def test_the_table_has_all_rows_and_errors() -> None:
     rows: list[Row] = [
         {"what": "a | b", "N": 10_000},
-        {"what": "c", "N": 2, "error": "it failed"},
+        {"what": "c", "N": 2, "error": "it\nfailed"},
         {"what": "d", "seconds": 0.12345},
     ]
     found = {"others": Found(rows, 2.0, "ended")}

@@ -54,6 +54,14 @@ def test_other_gpus_have_their_code(capability: tuple[int, int]) -> None:
     assert assembly.assembled(made.text, capability).code.startswith(b"\x7fELF")
 
 
+@pytest.mark.slow
+def test_with_fewer_registers_more_is_in_memory() -> None:
+    text = ptx.ptx_of(kernel(FAST), (9, 0)).text
+    many, few = (assembly.assembled(text, (9, 0), most).needs for most in (255, 128))
+    assert few.registers <= 128 < many.registers
+    assert few.spilled > many.spilled
+
+
 def test_what_is_no_text_of_a_gpu_is_refused_with_the_words_of_the_assembler() -> None:
     with pytest.raises(assembly.AssemblyError, match="does not match type"):
         assembly.assemble("no text", (9, 0))

@@ -49,6 +49,7 @@ class Driver:
 
     memory: int = 2**28
     gpus: int = 1
+    version: int = 1000 * assembly.TOOLKIT
     fails: dict[str, Any] = field(default_factory=dict)
     calls: list[str] = field(default_factory=list)
     held: dict[int, np.ndarray] = field(default_factory=dict)
@@ -87,7 +88,7 @@ class Driver:
         return DONE, {gpu.MAJOR: 9, gpu.MINOR: 0}[which]
 
     def cuDriverGetVersion(self) -> tuple[Any, int]:
-        return DONE, 13000
+        return DONE, self.version
 
     def cuDevicePrimaryCtxSetFlags(self, device: Any, flags: int) -> tuple[Any]:
         assert int(device) == DEVICE
@@ -187,8 +188,9 @@ def there(monkeypatch: pytest.MonkeyPatch) -> Make:
                 made.kernels.append(kernel)
             return ptx.Compiled(text.format(made.kernels.index(kernel)))
 
-        def code_of(text: str, capability: tuple[int, int]) -> Any:
+        def code_of(text: str, capability: tuple[int, int], registers: int) -> Any:
             assert capability == (9, 0)
+            assert registers in (128, 255)
             number = text.partition("kernel")[2][:1]
             return assembly.Assembled(f"code {number}".encode(), NEEDS)
 
@@ -241,11 +243,20 @@ def test_all_calls_of_a_long_flight_are_of_one_program(there: Make) -> None:
 
 
 def test_a_gpu_says_what_it_is(there: Make) -> None:
-    there(memory=1000)
-    found = gpu.Gpu(threads=32)
+    driver = there(memory=1000)
+    found = gpu.Gpu()
     about = found.name, found.capability, found.driver, found.free_bytes()
-    assert about == ("Test GPU", (9, 0), 13000, 1000)
-    assert found.threads == 32
+    assert about == ("Test GPU", (9, 0), driver.version, 1000)
+
+
+def test_blocks_and_registers_may_be_others(there: Make) -> None:
+    driver, jobs = there(), some(70)
+    device = gpu.Gpu()
+    whole = flown(jobs, device)
+    device.threads, device.registers = 32, 128
+    assert bits(flown(jobs, device)) == bits(whole)
+    assert set(driver.blocks) == {(2, 64), (3, 32)}
+    assert driver.calls.count("cuModuleLoadData") == 2
 
 
 def test_without_memory_fewer_fly_at_once(there: Make) -> None:
@@ -313,6 +324,13 @@ def test_without_a_gpu_there_is_none(there: Make) -> None:
         gpu.Gpu()
     there(fails={"cuInit": ERROR.CUDA_ERROR_NO_DEVICE})
     with pytest.raises(DeviceError, match="cuInit: words of CUDA_ERROR_NO_DEVICE"):
+        gpu.Gpu()
+
+
+def test_an_old_driver_is_refused(there: Make) -> None:
+    there(version=12080)
+    words = r"Test GPU is of CUDA 12\.8; it must be of CUDA \d+\.0 or later"
+    with pytest.raises(DeviceError, match=words):
         gpu.Gpu()
 
 
