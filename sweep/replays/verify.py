@@ -44,8 +44,9 @@ MOST_LISTED = 20
 OTHER_NOW = "another file now; the trials ran by that of then"
 NOT_PROMISED = (
     "The same bits are promised on one machine with the same versions. Another"
-    " processor, mathematics library or\nversion of LLVM may round differently, in the"
-    " last place first: such a difference is no error of the store."
+    " processor or version of LLVM,\nor another mathematics library where a model of"
+    " yours calls one, may round differently, in the last place\nfirst: such a"
+    " difference is no error of the store."
 )
 
 
