@@ -14,6 +14,7 @@ from kernels.models import MODELS
 from kernels.recording import Frames
 from sweep.trial import on_device
 from tests import builders
+from tests.trial import test_all_layers
 
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
 ptx: Any = pytest.importorskip("kernels.device.ptx")
@@ -47,6 +48,14 @@ def test_a_model_has_only_exact_operations(model: str) -> None:
     assert made.refusal == ""
     assert "sqrt.rn.f64" in made.text
     assert made.text.count(".entry") == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_a_model_with_all_layers_has_only_exact_operations(model: str) -> None:
+    """Senses, motors, wind, robots that differ, goals in turn, obstacles that move."""
+    job = test_all_layers.a_job(model)
+    assert ptx.ptx_of(on_device.kernel_of(job)).refusal == ""
 
 
 @pytest.mark.slow
