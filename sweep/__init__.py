@@ -61,7 +61,7 @@ __all__ = [
     "unpack",
     "view",
 ]
-__version__ = "0.17.0"
+__version__ = "0.18.0"
 
 
 check_kernels(sys.modules.get("kernels"))

@@ -16,8 +16,8 @@ Frames and maps are rooms: they begin as they are, and nothing of them is sent b
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,13 +61,13 @@ def name_of(kind: Type) -> str:
 
 @dataclass(frozen=True)
 class Tree:
-    """The form of a tree: its `classes` and the names of what holds the leaves, as the
-    text of an expression with `{}` for each leaf, and the leaves.
+    """The form of a tree: the `text` of an expression that makes one, with `{}` for
+    each leaf and a name for each of its `classes`, and the `leaves`.
     """
 
     text: str
     leaves: tuple[Leaf, ...]
-    classes: tuple[type, ...] = field(hash=False)
+    classes: tuple[type, ...]
 
 
 def leaves_of(tree: object) -> Iterator[Any]:
@@ -79,8 +79,22 @@ def leaves_of(tree: object) -> Iterator[Any]:
         yield tree
 
 
-def form_of(tree: object) -> Tree:
-    """The form of a tree. Raises TypeError for what no device has."""
+def form_of(tree: object) -> Hashable:
+    """What trees have in common that differ in their numbers alone."""
+    form: Hashable = _form(tree, {})
+    return form
+
+
+def _form(tree: object, known: dict[int, int]) -> Any:
+    if isinstance(tree, tuple):
+        return type(tree), tuple([_form(part, known) for part in tree])
+    if isinstance(tree, np.ndarray):
+        return tree.dtype, tree.ndim, known.setdefault(id(tree), len(known))
+    return type(tree)
+
+
+def described(tree: object) -> Tree:
+    """The form of a tree in words. Raises TypeError for what no device has."""
     leaves, known, classes = list[Leaf](), dict[int, int](), dict[type, str]()
     text = _text(tree, classes)
     for place, value in enumerate(leaves_of(tree)):
@@ -226,8 +240,8 @@ def lay_out(
     other flights that differ in these have the same text. `rooms` are what is in the
     place of some leaves. Raises ValueError where the forms differ.
     """
-    tree, count = form_of(trees[0]), len(trees)
-    if any(form_of(one) != tree for one in trees[1:]):
+    tree, count, form = described(trees[0]), len(trees), form_of(trees[0])
+    if any(form_of(one) != form for one in trees[1:]):
         raise ValueError("flights differ in more than their numbers")
     made = _Made(count, tree, {id(one) for one in leaves_of(fixed)})
     apart = _places(trees[0], own)

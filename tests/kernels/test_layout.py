@@ -5,7 +5,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from kernels.device.layout import Arrangement, Space, form_of, lay_out, leaves_of
+from kernels.device.layout import (
+    Arrangement,
+    Space,
+    described,
+    form_of,
+    lay_out,
+    leaves_of,
+)
 from kernels.device.views import view
 from kernels.lanes.texts import function_of
 
@@ -166,4 +173,4 @@ def test_flights_of_another_form_are_refused() -> None:
 )
 def test_what_no_device_has_is_refused(leaf: Any, message: str) -> None:
     with pytest.raises(TypeError, match=message):
-        form_of((np.zeros(2), leaf))
+        described((np.zeros(2), leaf))
