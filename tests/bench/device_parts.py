@@ -430,10 +430,11 @@ def study(machine: Machine) -> Iterator[Row]:
                 "trials": trials,
                 "done": done,
                 "seconds": ended.seconds,
-                "scaled to all trials": times * ended.seconds,
             }
             if ended.code or not ended.whole:
                 row["error"] = ended.words or "it took too long, and was interrupted"
+            else:
+                row["scaled to all trials"] = times * ended.seconds
             yield row
         ended = _command(
             [
