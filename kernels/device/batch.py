@@ -4,7 +4,7 @@ They have the bits that they have alone: the kernel is made of the same function
 nothing of one flight depends on another. What a batch needs of a device is a Device.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any, NamedTuple, Protocol
 
@@ -24,7 +24,7 @@ from kernels.device.kernel import (
     Kernel,
     kernel_of,
 )
-from kernels.device.layout import Space, Type, lay_out, leaves_of
+from kernels.device.layout import Parts, Space, Type, form_of, lay_out, leaves_of
 from kernels.flight import Flight
 from kernels.generator import Stream
 from kernels.metrics import Metric
@@ -88,10 +88,10 @@ class KeptFrames(NamedTuple):
 
 
 class Batch:
-    """Flights of one model, of as many boids each, whose first frame was taken.
+    """Flights of one model and one `form`, whose first frame was taken.
 
     Their frames are measured by `metrics` on the device; with None they are brought
-    back, call by call. `landed` says whose maps of visits are wanted.
+    back, call by call. `shared` says that all have the same scenery.
     """
 
     def __init__(
@@ -99,6 +99,7 @@ class Batch:
         flights: Sequence[Flight],
         streams: Sequence[Stream],
         metrics: Sequence[Metric] | None,
+        shared: bool,
     ) -> None:
         self.flights, self._metrics = flights, metrics
         self.states = np.full(len(flights), GOING)
@@ -120,8 +121,7 @@ class Batch:
         for place, array in zip(self._frames, first.record.frames, strict=True):
             shape = self._room, *array.shape[1:]
             rooms[place] = Space(shape, array.dtype, beside=metrics is not None)
-        fixed = [(one.scenery, one.record.coverage.stamp) for one in flights]
-        self.layout = lay_out(self._trees, fixed, first.params, rooms)
+        self.layout = lay_out(self._trees, _parts(first), shared, rooms)
         measures = None if metrics is None else tuple(one.measure for one in metrics)
         self.kernel = kernel_of(first.model, measures, self.layout, self._maps)
 
@@ -293,6 +293,20 @@ class _Aboard:
             KeptFrames(steps[k, : kept[k]], values[k, :, : kept[k]])
             for k in range(count)
         ]
+
+
+def _parts(flight: Flight) -> Parts:
+    record = flight.record
+    return Parts(
+        fixed=(flight.scenery, record.coverage.stamp),
+        loose=(flight.work.grid,),
+        common=(flight.world, flight.observation, record, record.watch),
+    )
+
+
+def form(flight: Flight, stream: Stream) -> Hashable:
+    """What flights have in common that can fly together."""
+    return form_of(tree_of(flight, stream), _parts(flight))
 
 
 def tree_of(flight: Flight, stream: Stream) -> tuple[Any, ...]:

@@ -238,5 +238,5 @@ def _turned(layout: Arrangement, copying: str) -> str:
             sent=f"view({SENT}{one}, trial * {size}, 1, ({size},))",
             beside=f"view({one}, trial, count, ({size},))",
         )
-        for one, size in layout.rows.items()
+        for one, size in layout.names_of_rows.items()
     )

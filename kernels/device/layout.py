@@ -7,9 +7,9 @@ where it begins and how far apart its elements are:
 
     side by side    element e of the leaf of flight t stands at row e, column t: threads
                     that read the same element of their flights read one piece of memory
-    once for all    a leaf that is the same array in all flights, as a world
-    one by one      what differs in its shape, such as places near obstacles, and maps,
-                    of which a thread reads pixels that lie together
+    once for all    what is fixed, as a world, if all flights have the same
+    one by one      what is fixed, if they have not; and maps, of which a thread reads
+                    pixels that lie together
 
 Frames and maps are rooms: they begin as they are, and nothing of them is sent before.
 """
@@ -79,18 +79,44 @@ def leaves_of(tree: object) -> Iterator[Any]:
         yield tree
 
 
-def form_of(tree: object) -> Hashable:
-    """What trees have in common that differ in their numbers alone."""
-    form: Hashable = _form(tree, {})
+class Parts(NamedTuple):
+    """Parts of a tree, which are tuples or arrays in it. Arrays of `fixed` change in no
+    flight, and may have other shapes in another one. So may those of `loose`. Numbers
+    that stand in `common`, and not deeper, are alike in flights of one form.
+    """
+
+    fixed: tuple[object, ...] = ()
+    loose: tuple[object, ...] = ()
+    common: tuple[object, ...] = ()
+
+    def ids(self) -> "_Ids":
+        fixed, loose = (
+            {id(one) for one in leaves_of(part)} for part in (self.fixed, self.loose)
+        )
+        return _Ids(fixed, loose, set(map(id, self.common)))
+
+
+class _Ids(NamedTuple):
+    fixed: set[int]
+    loose: set[int]
+    common: set[int]
+
+
+def form_of(tree: object, parts: Parts) -> Hashable:
+    """What trees have in common that can fly together."""
+    form: Hashable = _form(tree, parts.ids(), {}, False)
     return form
 
 
-def _form(tree: object, known: dict[int, int]) -> Any:
+def _form(tree: object, ids: _Ids, known: dict[int, int], common: bool) -> Any:
     if isinstance(tree, tuple):
-        return type(tree), tuple([_form(part, known) for part in tree])
+        inside = id(tree) in ids.common
+        return type(tree), tuple([_form(part, ids, known, inside) for part in tree])
     if isinstance(tree, np.ndarray):
-        return tree.dtype, tree.ndim, known.setdefault(id(tree), len(known))
-    return type(tree)
+        free = id(tree) in ids.fixed or id(tree) in ids.loose
+        shape = tree.ndim if free else tree.shape
+        return tree.dtype, shape, known.setdefault(id(tree), len(known))
+    return (type(tree), tree) if common else type(tree)
 
 
 def described(tree: object) -> Tree:
@@ -168,7 +194,8 @@ class Arrangement:
     """Where everything of T flights stands.
 
     `types` are the types of numbers that the large arrays have, by their names. `rows`
-    says for each of them how many elements of a flight lie side by side,
+    says for each of them how many elements of a flight lie side by side and are sent,
+    and `names_of_rows` by which name of a given number a kernel knows that,
     and `sizes` how many elements the large array has. `given` are the whole numbers
     that all flights have in common, and where their arrays begin and how long they are;
     `facts` (F, T) are those in which they differ. `alike` and `numbers` (S, T) are the
@@ -180,6 +207,7 @@ class Arrangement:
     tree: Tree
     types: dict[str, Type]
     rows: dict[str, int]
+    names_of_rows: dict[str, str]
     sizes: dict[str, int]
     given: tuple[int, ...]
     alike: tuple[float, ...]
@@ -187,7 +215,7 @@ class Arrangement:
     numbers: NDArray[np.float64]
     text: str
     blocks: dict[int, Block]
-    _sent: list[tuple[int, str, int, int]]
+    _sent: list[tuple[int, str, int]]
     _apart: list[tuple[str, int, Array]]
 
     @property
@@ -206,8 +234,9 @@ class Arrangement:
         made = self.room_for_sent()
         for flight, tree in enumerate(trees):
             leaves = list(leaves_of(tree))
-            for place, numbers, first, end in self._sent:
-                made[numbers][flight, first:end] = leaves[place].reshape(-1)
+            for place, numbers, first in self._sent:
+                array = leaves[place].reshape(-1)
+                made[numbers][flight, first : first + array.size] = array
         return made
 
     def room_for_sent(self) -> dict[str, Array]:
@@ -225,30 +254,27 @@ class Arrangement:
         """Write what has come back, as it was `sent`, into the arrays of flights."""
         for flight, tree in enumerate(trees):
             leaves = list(leaves_of(tree))
-            for place, numbers, first, end in self._sent:
+            for place, numbers, first in self._sent:
                 array = leaves[place]
                 if array.flags.writeable:
-                    array[...] = sent[numbers][flight, first:end].reshape(array.shape)
+                    back = sent[numbers][flight, first : first + array.size]
+                    array[...] = back.reshape(array.shape)
 
 
 def lay_out(
-    trees: Sequence[object], fixed: object, own: object, rooms: dict[int, Space]
+    trees: Sequence[object], parts: Parts, shared: bool, rooms: dict[int, Space]
 ) -> Arrangement:
-    """The layout of flights whose trees have one form. Arrays that are in `fixed`, a
-    tree or several, change in no flight. Numbers that are alike in all flights are
-    given to all, but for those that stand in `own`, a part of the first tree: so that
-    other flights that differ in these have the same text. `rooms` are what is in the
-    place of some leaves. Raises ValueError where the forms differ.
+    """The layout of flights whose trees have one form, with the `parts` of the first.
+    `shared` says that their fixed arrays are the same ones. `rooms` are what is in the
+    place of some leaves. The text depends on the form, `shared` and the rooms alone.
     """
-    tree, count, form = described(trees[0]), len(trees), form_of(trees[0])
-    if any(form_of(one) != form for one in trees[1:]):
-        raise ValueError("flights differ in more than their numbers")
-    made = _Made(count, tree, {id(one) for one in leaves_of(fixed)})
-    apart = _places(trees[0], own)
+    tree, ids = described(trees[0]), parts.ids()
+    made = _Made(len(trees), tree, ids, shared)
     columns = list(zip(*map(leaves_of, trees), strict=True))
+    given = list(_given(trees[0], ids, False))
     for place, (leaf, values) in enumerate(zip(tree.leaves, columns, strict=True)):
         if leaf.kind != "array":
-            made.number(leaf.kind, values, place in apart)
+            made.number(leaf.kind, values, given[place])
         elif leaf.place < place:
             made.words.append(made.words[leaf.place])
         elif place in rooms:
@@ -258,36 +284,35 @@ def lay_out(
     return made.layout()
 
 
-def _places(tree: object, part: object) -> range:
-    """The places of the leaves of a part of a tree."""
-    before = 0
-    for one in tree if isinstance(tree, tuple) else ():
-        if one is part:
-            return range(before, before + len(list(leaves_of(one))))
-        before += len(list(leaves_of(one)))
-    return range(0)
+def _given(tree: object, ids: _Ids, common: bool) -> Iterator[bool]:
+    """Of each leaf, whether it is a number that flights of one form have in common."""
+    if isinstance(tree, tuple):
+        for part in tree:
+            yield from _given(part, ids, id(tree) in ids.common)
+    elif tree is not None:
+        yield common
 
 
 class _Made:
     """A layout that is being made: leaf after leaf."""
 
-    def __init__(self, count: int, tree: Tree, fixed: set[int]) -> None:
-        self.count, self.tree, self.fixed = count, tree, fixed
+    def __init__(self, count: int, tree: Tree, ids: _Ids, shared: bool) -> None:
+        self.count, self.tree, self.ids, self.shared = count, tree, ids, shared
         self.words = list[str]()
         self._given = list[int]()
         self._alike = list[float]()
         self._facts = list[Any]()
         self._numbers = list[Any]()
         self._rows = dict[str, int]()
-        self._sent = list[tuple[int, str, int, int]]()
+        self._sent = list[tuple[int, str, int]]()
         self._waiting = list[tuple[Space, int]]()
         self._arrays = list[tuple[str, Array, int, int | None]]()
         self._rooms = list[tuple[int, Space, int]]()
 
-    def number(self, kind: str, values: tuple[Any, ...], own: bool) -> None:
+    def number(self, kind: str, values: tuple[Any, ...], given: bool) -> None:
         test = " != 0" if kind == "bool" else ""
         is_float = kind == "float"
-        if own or any(one != values[0] for one in values):
+        if not given:
             name, rows = (
                 ("number", self._numbers) if is_float else ("fact", self._facts)
             )
@@ -301,22 +326,34 @@ class _Made:
             self._given.append(int(values[0]))
 
     def array(self, place: int, leaf: Leaf, values: tuple[Array, ...]) -> None:
-        first = values[0]
-        if id(first) in self.fixed and all(one is first for one in values):
-            given = self._view(leaf.numbers, "{0}", "1", first.shape)
-            self._arrays.append((leaf.numbers, first, given, None))
-        elif all(one.shape == first.shape for one in values):
-            start = self._beside(leaf.numbers, first.shape)
-            self._rows[leaf.numbers] = start + first.size
-            self._sent.append((place, leaf.numbers, start, start + first.size))
-        else:
-            row, axes = len(self._facts), first.ndim
-            lengths = "".join(f"fact[{row + 1 + axis}], " for axis in range(axes))
-            self.words.append(f"view({leaf.numbers}, fact[{row}], 1, ({lengths}))")
-            shapes = zip(*(one.shape for one in values), strict=True)
-            self._facts += [np.zeros(self.count, np.int64), *shapes]
+        first, numbers = values[0], leaf.numbers
+        if id(first) in self.ids.fixed and self.shared:
+            given = self._view(numbers, "{0}", "1", first.shape)
+            self._arrays.append((numbers, first, given, None))
+        elif id(first) in self.ids.fixed:
+            row = len(self._facts)
+            self._facts.append(np.zeros(self.count, np.int64))
+            self.words.append(f"view({numbers}, fact[{row}], 1, {self._own(values)})")
             for flight, one in enumerate(values):
-                self._arrays.append((leaf.numbers, one, row, flight))
+                self._arrays.append((numbers, one, row, flight))
+        elif id(first) in self.ids.loose:
+            start = self._rows.get(numbers, 0)
+            where = f"{GIVEN}{len(self._given)} * count + trial"
+            self._given.append(start)
+            shape = self._own(values)
+            self.words.append(f"view({numbers}, {where}, count, {shape})")
+            self._rows[numbers] = start + max(one.size for one in values)
+            self._sent.append((place, numbers, start))
+        else:
+            start = self._beside(numbers, first.shape)
+            self._rows[numbers] = start + first.size
+            self._sent.append((place, numbers, start))
+
+    def _own(self, values: tuple[Array, ...]) -> str:
+        """The words of the shape that each flight has for itself."""
+        row, axes = len(self._facts), values[0].ndim
+        self._facts += zip(*(one.shape for one in values), strict=True)
+        return "({})".format("".join(f"fact[{row + axis}], " for axis in range(axes)))
 
     def room(self, place: int, room: Space) -> None:
         if room.beside:
@@ -354,7 +391,10 @@ class _Made:
         return first
 
     def layout(self) -> Arrangement:
-        rows = dict(self._rows)
+        rows, names = dict(self._rows), dict[str, str]()
+        for numbers, size in rows.items():
+            names[numbers] = f"{GIVEN}{len(self._given)}"
+            self._given.append(size)
         for room, word in self._waiting:
             self._beside(room.numbers, room.shape)
             self.words[word] = self.words.pop()
@@ -385,6 +425,7 @@ class _Made:
             self.tree,
             {one: types[one] for one in sorted(sizes)},
             rows,
+            names,
             sizes,
             tuple(self._given),
             tuple(self._alike),

@@ -10,7 +10,7 @@ trials sends them to another one. So what a store says of a device has flown the
 
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -24,11 +24,10 @@ from kernels.device.batch import (
     Device,
     DeviceError,
     KeptFrames,
-    tree_of,
+    form,
 )
 from kernels.device.host import Host
 from kernels.device.kernel import ASTRAY, LOST, Kernel
-from kernels.device.layout import form_of
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
 from kernels.jit import allocates
@@ -36,6 +35,7 @@ from kernels.metrics import Metric
 from sweep.design.jobs import Job
 from sweep.text import installing
 from sweep.trial.result import Result, failed
+from sweep.trial.scenery import is_drawn
 from sweep.trial.simulation import Simulation, metrics_of, run
 from sweep.trial.state import Taken
 
@@ -154,8 +154,18 @@ class _Prepared:
     called: Calls
 
     @property
-    def tree(self) -> tuple[Any, ...]:
-        return tree_of(self.simulation.flight, self.stream)
+    def shared(self) -> bool:
+        """Whether others have the same scenery: whether nothing of it is random."""
+        job, flight = self.simulation.job, self.simulation.flight
+        moves = flight.scenery.velocities is not None
+        return not (is_drawn(job) or moves or flight.work.robots.rows)
+
+    @property
+    def kind(self) -> Hashable:
+        """What trials have in common that fly together."""
+        flight = self.simulation.flight
+        scenery = id(flight.scenery) if self.shared else None
+        return form(flight, self.stream), scenery
 
 
 def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
@@ -219,7 +229,7 @@ def _landed(prepared: Sequence[_Prepared | None], device: Device) -> list[Landed
     alike = defaultdict[Any, list[int]](list)
     for place, one in enumerate(prepared):
         if one is not None:
-            alike[form_of(one.tree)].append(place)
+            alike[one.kind].append(place)
     for places in alike.values():
         together = [one for place in places if (one := prepared[place])]
         for place, flown in zip(places, _flown(together, device), strict=True):
@@ -284,7 +294,7 @@ def _batch(prepared: Sequence[_Prepared]) -> Batch:
     metrics = metrics_of(job, job.record.metrics)
     there = not job.record.trajectories and all(map(is_there, metrics))
     streams = [one.stream for one in prepared]
-    return Batch(flights, streams, metrics if there else None)
+    return Batch(flights, streams, metrics if there else None, prepared[0].shared)
 
 
 def is_there(metric: Metric) -> bool:

@@ -107,10 +107,16 @@ def _map(job: Job) -> Map | tuple[Obstacle, ...]:
     return job.known.maps[str(job.settings["map"])]
 
 
+def is_drawn(job: Job) -> bool:
+    """Whether random numbers draw the obstacles of a job."""
+    drawn = _map(job)
+    return isinstance(drawn, Map) and drawn.random
+
+
 def landscape_of(job: Job, params: Any, settings: WorldSettings) -> Landscape:
     """The world of `settings` and `params`, which are those of the job."""
     model, drawn, random = job.known.models[job.model], _map(job), NOTHING_RANDOM
-    if isinstance(drawn, Map) and drawn.random:
+    if is_drawn(job):
         random = Address.of(stream(job, "world"))
     site = _site(settings, drawn, random)
     grid = model.occupancy(params) if model.occupancy else None

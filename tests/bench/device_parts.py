@@ -26,7 +26,6 @@ from kernels.catalogue import BUILT_IN
 from kernels.device.batch import BOID_STEPS_A_CALL, Batch, Device
 from kernels.device.host import Host
 from kernels.device.kernel import TAKE
-from kernels.device.layout import form_of
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -244,7 +243,7 @@ def _of_one_form(jobs: Sequence[Job]) -> Iterator[list[Job]]:
     found = defaultdict[Any, list[Job]](list)
     for one in jobs:
         about = one.record, one.settings["n"], one.settings["steps"]
-        found[*about, form_of(_ready(one).tree)].append(one)
+        found[*about, _ready(one).kind].append(one)
     yield from found.values()
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from kernels.device.layout import (
     Arrangement,
+    Parts,
     Space,
     described,
     form_of,
@@ -17,18 +18,23 @@ from kernels.device.views import view
 from kernels.lanes.texts import function_of
 
 
+class Common(NamedTuple):
+    alike: float
+    flag: bool
+
+
 class Part(NamedTuple):
     table: Any
     marks: Any
-    same: Any
-    alike: float
+    fixed: Any
     own: float
-    flag: bool
+    works: bool
     layer: Any = None
 
 
 class Whole(NamedTuple):
     part: Part
+    common: Common
     pair: tuple[Any, Any]
     count: int
     room: Any
@@ -38,25 +44,37 @@ class Whole(NamedTuple):
 def tree(rng: np.random.Generator, fixed: Any, length: int) -> Whole:
     """A tree of a flight: two places have one array, one has a length of its own."""
     table = rng.normal(size=(3, 4))
-    part = Part(table, rng.random(5) < 0.5, fixed, 0.5, rng.random(), True)
-    ragged = rng.integers(0, 9, length).astype(np.uint32)
-    return Whole(part, (table, ragged), 7, np.zeros((2, 3)), np.zeros(4, np.int32))
+    part = Part(table, rng.random(5) < 0.5, fixed, rng.random(), length > 2)
+    loose = rng.integers(0, 9, length).astype(np.uint32)
+    pair = table, loose
+    return Whole(
+        part, Common(0.5, True), pair, 7, np.zeros((2, 3)), np.zeros(4, np.int32)
+    )
 
 
-ROOM, APART = 9, 10
-"""The places of the leaves `room` and `apart`."""
+def parts(one: Whole) -> Parts:
+    return Parts((one.part.fixed,), (one.pair[1],), (one.common,))
 
 
-def laid_out(count: int) -> tuple[list[Whole], Arrangement, dict[str, Any]]:
+FIXED, ROOM, APART = 2, 10, 11
+"""The places of the leaves `part.fixed`, `room` and `apart`."""
+
+
+def laid_out(
+    count: int, shared: bool = True
+) -> tuple[list[Whole], Arrangement, dict[str, Any]]:
     """Flights, their layout, and the large arrays as a device has them."""
     rng = np.random.default_rng(11)
-    fixed = rng.normal(size=6)
-    trees = [tree(rng, fixed, 2 + k % 3) for k in range(count)]
+    same = rng.normal(size=6)
+    trees = [
+        tree(rng, same if shared else rng.normal(size=4 + k), 2 + k % 3)
+        for k in range(count)
+    ]
     rooms = {
         ROOM: Space((5, 3), np.dtype("f8"), True),
         APART: Space((4,), np.dtype("i2"), False),
     }
-    layout = lay_out(trees, fixed, trees[0].part, rooms)
+    layout = lay_out(trees, parts(trees[0]), shared, rooms)
     large = {
         one: np.zeros(size, layout.types[one]) for one, size in layout.sizes.items()
     }
@@ -79,8 +97,9 @@ def found(layout: Arrangement, large: dict[str, Any], trial: int) -> Any:
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_a_flight_has_what_it_had_alone(count: int) -> None:
-    trees, layout, large = laid_out(count)
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_flight_has_what_it_had_alone(count: int, shared: bool) -> None:
+    trees, layout, large = laid_out(count, shared)
     for trial, alone in enumerate(trees):
         seen = found(layout, large, trial)
         assert type(seen) is Whole
@@ -90,8 +109,15 @@ def test_a_flight_has_what_it_had_alone(count: int) -> None:
             if place not in (ROOM, APART):
                 np.testing.assert_array_equal(mine, meant)
         assert seen.part.layer is None
-        assert bool(seen.part.flag)
+        assert bool(seen.common.flag)
         assert (seen.room.shape, seen.apart.shape) == ((5, 3), (4,))
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_the_text_is_that_of_any_flights_of_the_form(shared: bool) -> None:
+    """So what is compiled for one serves all batches."""
+    texts = {laid_out(count, shared)[1].text for count in (1, 2, 3, 5)}
+    assert len(texts) == 1
 
 
 def test_flights_write_nothing_of_each_other() -> None:
@@ -101,14 +127,14 @@ def test_flights_write_nothing_of_each_other() -> None:
     trees, layout, large = laid_out(5)
     for trial in range(5):
         for place, one in enumerate(leaves_of(found(layout, large, trial))):
-            if isinstance(one, np.ndarray) and place != 2:
+            if isinstance(one, np.ndarray) and place != FIXED:
                 one[...] = trial if one.dtype != bool else trial % 2
     for trial in range(5):
         seen = found(layout, large, trial)
         for one in (seen.part.table, seen.room, seen.apart, seen.pair[1]):
             assert (one == trial).all()
         assert (seen.part.marks == trial % 2).all()
-        np.testing.assert_array_equal(seen.part.same, trees[0].part.same)
+        np.testing.assert_array_equal(seen.part.fixed, trees[0].part.fixed)
 
 
 def test_neighbouring_flights_have_neighbouring_numbers() -> None:
@@ -158,13 +184,23 @@ def test_its_bytes_are_those_of_all_arrays() -> None:
     assert layout.bytes == sum(one.nbytes for one in (*arrays, *tables))
 
 
-def test_flights_of_another_form_are_refused() -> None:
+def test_the_form_is_what_flights_have_in_common() -> None:
+    """Shapes of what is fixed or loose are no part of it, nor are other numbers than
+    those in common.
+    """
     rng = np.random.default_rng(1)
-    one, other = (tree(rng, np.zeros(6), 2) for _ in range(2))
-    other = other._replace(part=other.part._replace(layer=np.zeros(2)))
-    assert form_of(one) != form_of(other)
-    with pytest.raises(ValueError, match="differ in more than their numbers"):
-        lay_out([one, other], (), (), {})
+    one, other = (tree(rng, np.zeros(size), size) for size in (2, 6))
+    forms = [form_of(each, parts(each)) for each in (one, other)]
+    assert forms[0] == forms[1]
+    assert hash(forms[0]) == hash(forms[1])
+    for changed in (
+        one._replace(part=one.part._replace(layer=np.zeros(2))),
+        one._replace(part=one.part._replace(marks=np.zeros(6, np.bool_))),
+        one._replace(common=Common(0.6, True)),
+        one._replace(pair=(one.part.table.copy(), one.pair[1])),
+        one._replace(apart=one.apart.astype(np.int64)),
+    ):
+        assert form_of(changed, parts(changed)) != forms[0]
 
 
 @pytest.mark.parametrize(

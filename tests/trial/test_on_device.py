@@ -100,6 +100,23 @@ def noted(made: list[int], usual: Any) -> Any:
     return begin
 
 
+@pytest.mark.parametrize("drawn", ["random_obstacles", "cafeteria"])
+def test_one_kernel_serves_all_batches_of_a_study(drawn: str) -> None:
+    """So it is compiled once: whatever trials a batch has, its text is the same."""
+    ranges = [
+        replace(one, settings=one.settings | {"interaction_range": 0.5 + k})
+        for k, one in enumerate(some(4, map=drawn))
+    ]
+    jobs = [*some(5, map=drawn), *ranges, *some(2, map=drawn, n=9)]
+    ready = [on_device._begun(one) for one in jobs]
+    batches = [ready[:1], ready[1:2], ready[:2], ready[:5], ready[:-2], ready[-2:]]
+    alike = [[one for one in batch if one.kind == batch[0].kind] for batch in batches]
+    kernels = [on_device._batch(batch).kernel for batch in alike]
+    assert len({(one.text, one.stamp) for one in kernels}) == 1
+    assert kernels[0].text == on_device.kernel_of(jobs[3]).text
+    assert [len(one) for one in alike][:4] == [1, 1, 2, 5]
+
+
 def test_wide_maps_have_the_visits_of_narrow_ones(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
