@@ -137,7 +137,7 @@ def place_along(start: float, way: float, length: float, wraps: bool) -> float:
     if wraps:
         place = start + way
         return place - length * math.floor(place / length)
-    low = min(0.0, start)
+    low = 0.0 if start >= 0.0 else start
     span = max(length, start) - low
     place = (start - low) + way
     place -= 2.0 * span * math.floor(place / (2.0 * span))

@@ -46,7 +46,7 @@ class Device(Protocol):
     """What runs kernels of thousands of flights. `name` is for people.
 
     `take` gives memory for so many numbers of a kind, whose content is anything, and
-    raises MemoryError where there is none; `send` and `bring` copy there, from the
+    raises NoRoomError where there is none; `send` and `bring` copy there, from the
     element `first` on, and back. `load` makes a program of a kernel. `call` begins to
     run it once for each trial below `count`, with these `numbers` and memories, after
     all that was asked for before; `wait` returns when all is over. All may raise
@@ -72,6 +72,10 @@ class Device(Protocol):
     ) -> None: ...
 
     def wait(self) -> None: ...
+
+
+class NoRoomError(Exception):
+    """A device has too little memory for what was asked of `take`."""
 
 
 class DeviceError(Exception):
@@ -179,7 +183,7 @@ class Batch:
         """Take all steps. Yields what each flight has kept since before, once where it
         is measured there; else the flights' own frames are filled each time. After the
         last, flights are where they ended, and so are their visits if `maps` are
-        wanted. Raises MemoryError where the device has too little, and DeviceError.
+        wanted. Raises NoRoomError and DeviceError.
         """
         with ExitStack() as stack:
             yield from _Aboard(self, device, stack).fly(maps)

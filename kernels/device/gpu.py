@@ -13,7 +13,7 @@ from cuda.bindings import driver
 from numpy.typing import NDArray
 
 from kernels.device.assembly import MOST_REGISTERS, TOOLKIT, assembled
-from kernels.device.batch import DeviceError
+from kernels.device.batch import DeviceError, NoRoomError
 from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
 from kernels.device.ptx import NotForDeviceError, ptx_of
@@ -68,11 +68,21 @@ class Gpu:
             for one in (MAJOR, MINOR)
         )
         self.capability = major, minor
-        self._ask("cuDevicePrimaryCtxSetFlags", device, SLEEPS)
-        self._ask("cuCtxSetCurrent", self._ask("cuDevicePrimaryCtxRetain", device))
+        self._device, self._is_ready = device, False
         self._programs = dict[tuple[str, int], Any]()
 
+    def _begin(self) -> None:
+        """Have the GPU know this process, which takes some memory of it; who only asks
+        what it is does not need that.
+        """
+        if not self._is_ready:
+            self._ask("cuDevicePrimaryCtxSetFlags", self._device, SLEEPS)
+            context = self._ask("cuDevicePrimaryCtxRetain", self._device)
+            self._ask("cuCtxSetCurrent", context)
+            self._is_ready = True
+
     def free_bytes(self) -> int:
+        self._begin()
         free, _total = self._ask("cuMemGetInfo")
         return int(free)
 
@@ -80,6 +90,7 @@ class Gpu:
         """Raises NotForDeviceError also for a kernel that would not have the bits of a
         processor.
         """
+        self._begin()
         compiled = ptx_of(kernel, self.capability)
         if compiled.refusal:
             raise NotForDeviceError(f"model {kernel.model.name}: {compiled.refusal}")
@@ -92,6 +103,7 @@ class Gpu:
         return self._programs[key]
 
     def take(self, size: int, kind: Type) -> There:
+        self._begin()
         return There(int(self._ask("cuMemAlloc", size * kind.itemsize)), kind.itemsize)
 
     def give_back(self, room: There) -> None:
@@ -127,8 +139,8 @@ class Gpu:
     def _ask(self, function: str, *given: Any) -> Any:
         """What a function of the driver gives back besides its error."""
         error, *found = getattr(driver, function)(*given)
-        if error == NO_ROOM:
-            raise MemoryError(f"{function}: the GPU has no memory left")
+        if error == NO_ROOM and function == "cuMemAlloc":
+            raise NoRoomError("the GPU has no memory left")
         if error != DONE:
             _, words = driver.cuGetErrorString(error)
             raise DeviceError(f"{function}: {words.decode() if words else error}")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.device.batch import NoRoomError
 from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
 
@@ -33,7 +34,7 @@ class Host:
     def take(self, size: int, kind: Type) -> NDArray[Any]:
         room = np.empty(size, kind)
         if room.nbytes > self.free_bytes():
-            raise MemoryError(f"{room.nbytes} bytes of {self.free_bytes()}")
+            raise NoRoomError(f"{room.nbytes} bytes of {self.free_bytes()}")
         self._held += room.nbytes
         return room
 

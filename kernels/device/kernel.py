@@ -5,6 +5,7 @@ views of large arrays, and calls the `advance` of the model and the kernels of t
 metrics, which are those of processors.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -53,6 +54,13 @@ def copy(source: Any, target: Any) -> None:
     """Copy an array (E,)."""
     for k in range(source.size):
         target[k] = source[k]
+
+
+@jit
+def blank(values: Any) -> None:
+    """Set numbers that a metric may leave as they are."""
+    for k in range(values.size):
+        values[k] = math.nan
 
 
 @jit
@@ -135,6 +143,7 @@ class Kernel:
             "__name__": self.model.advance.__module__,
             "view": view,
             "copy": copy,
+            "blank": blank,
             "room_for": room_for,
             "steps_done": steps_done,
             "state_after": state_after,
@@ -190,8 +199,8 @@ def _text(
     if measures is not None:
         place = f"(trial * {len(measures)} + {{}}) * n_frames + kept, 1, (filled,)"
         calls = [
-            f"measure{k}(record.frames, filled, ground, observation,"
-            f" view(values, {place.format(k)}))"
+            f"kept_by{k} = view(values, {place.format(k)}); blank(kept_by{k});"
+            f" measure{k}(record.frames, filled, ground, observation, kept_by{k})"
             for k in range(len(measures))
         ]
         end = "; ".join([*calls, "kept = keep(record, steps_of_flight, kept)"])

@@ -27,8 +27,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import cuda
+from numba.core.errors import NumbaError
 from numba.cuda import compiler, dispatcher, libdevice, types
-from numba.cuda.core.errors import NumbaError
+from numba.cuda.cudadrv.error import NvvmError
 from numba.cuda.descriptor import cuda_target
 from numba.cuda.extending import intrinsic, overload_method
 from numba.cuda.np import arrayobj
@@ -109,9 +110,15 @@ four numbers there, as in the interpreter.
 """
 
 
-FUSED = re.compile(r"\b(?:fma|mad)\.\w+\.f\d+\b")
+FUSED = re.compile(r"\bfma\.\S+|\bmad\.\S*b?f\d+\S*")
 FUSIBLE = re.compile(r"\b(?:add|sub|mul)\.f\d+\b")
 """Operations that do not say how they round: an assembler may fuse them."""
+SIGNED = re.compile(
+    r"\bmin\.f64[^;]*\b0d0000000000000000|\bmax\.f64[^;]*\b0d8000000000000000"
+)
+"""The smaller of a number and 0, the larger of one and -0: a GPU has 0 above -0, where
+a processor takes the first of the two.
+"""
 ROUGH = re.compile(r"\b\w+(?:\.\w+)*\.(?:approx|full|ftz)\b")
 CALL = re.compile(r"^\s*call(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$]+)", re.MULTILINE)
 OWN = re.compile(r"^\s*(?:\.weak\s+)?\.func\s+(?:\([^)]*\)\s*)?([\w$]+)", re.MULTILINE)
@@ -149,6 +156,7 @@ class Compiled(NamedTuple):
             "fused": len(FUSED.findall(self.text)),
             "fusible": len(FUSIBLE.findall(self.text)),
             "approximate": len(ROUGH.findall(self.text)),
+            "sign of zero": len(SIGNED.findall(self.text)),
             "remainder": int(remainders),
         }
         words = [f"{count} {kind} operations" for kind, count in found.items() if count]
@@ -225,7 +233,7 @@ def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:
             compiler.kernel_fixup(made.library.get_function(name), False)
             [ptx] = made.library.get_asm_strs(cc=capability)
             remainders = len(REMAINDER.findall("".join(made.library.llvm_strs)))
-    except NumbaError as error:
+    except (NumbaError, NvvmError) as error:
         raise NotForDeviceError(f"model {kernel.model.name}: {error}") from error
     return f"{REMAINDERS}{remainders}\n{ptx}"
 

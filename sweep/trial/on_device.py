@@ -11,12 +11,14 @@ trials sends them to another one. So what a store says of a device has flown the
 import time
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from psutil import virtual_memory
 
 from kernels.device.batch import (
     FRAMES_THERE,
@@ -24,6 +26,7 @@ from kernels.device.batch import (
     Device,
     DeviceError,
     KeptFrames,
+    NoRoomError,
     form,
 )
 from kernels.device.host import Host
@@ -46,8 +49,10 @@ AT_ONCE = 8192
 """So many trials fly together at most: a GPU has room for a few times as many threads,
 and two workers share it.
 """
-SHARE = 0.4
-"""Of the memory that is free: another worker prepares as many trials meanwhile."""
+SHARE, SHARE_HERE = 0.4, 1 / 32
+"""Of the memory that is free there, and of that of this machine, which all workers
+share: a trial needs about as much here while it is prepared.
+"""
 NEEDED = "numba.cuda"
 
 
@@ -115,16 +120,24 @@ def _refused(job: Job) -> str:
     """Why what a trial is compiled to would have other bits there."""
     if find_spec("numba_cuda") is None:
         return ""
-    from kernels.device.ptx import NotForDeviceError, ptx_of
+    from kernels.device.assembly import assembled
+    from kernels.device.ptx import CAPABILITY, ptx_of
 
     try:
         kernel = kernel_of(job)
     except Exception:  # it cannot begin anywhere: the trial itself says why
         return ""
     try:
-        return ptx_of(kernel).refusal
-    except NotForDeviceError as error:
+        capability = gpu().capability
+    except DeviceError:
+        capability = CAPABILITY
+    try:
+        compiled = ptx_of(kernel, capability)
+        if not compiled.refusal:
+            assembled(compiled.text, capability)
+    except DeviceError as error:
         return str(error)
+    return compiled.refusal
 
 
 def kernel_of(job: Job) -> Kernel:
@@ -190,12 +203,23 @@ become of a trial that did not fly; None for one that is to be flown alone.
 
 
 def _result(job: Job, landed: Landed, seconds: float) -> Result:
-    if landed is None:
-        return run(job)
     if isinstance(landed, Result):
         return landed
-    simulation, state = landed
-    return simulation.summary("diverged" if state == LOST else "done", seconds)
+    if landed is not None:
+        simulation, state = landed
+        with suppress(Exception):  # flown alone, the trial says why
+            return simulation.summary("diverged" if state == LOST else "done", seconds)
+    return _alone(job)
+
+
+def _alone(job: Job) -> Result:
+    """The result of a trial that fails on a processor, too. Raises DeviceError for one
+    that does not: then it was the device that did wrong.
+    """
+    result = run(job)
+    if not result.has_failed:
+        raise DeviceError(f"trial {job.trial_id} fails there, and not on a processor")
+    return result
 
 
 def _fitting(job: Job, device: Device) -> int:
@@ -203,8 +227,9 @@ def _fitting(job: Job, device: Device) -> int:
     prepared = _prepared(job)
     if prepared is None:
         return 1
-    free = int(SHARE * device.free_bytes())
-    return max(1, min(AT_ONCE, free // _batch([prepared]).bytes))
+    there, here = device.free_bytes(), virtual_memory().available
+    room = int(min(SHARE * there, SHARE_HERE * here))
+    return max(1, min(AT_ONCE, room // _batch([prepared]).bytes))
 
 
 def _prepared(job: Job) -> _Prepared | None:
@@ -243,7 +268,7 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
     """
     try:
         return _fly(prepared, device)
-    except MemoryError:
+    except NoRoomError:
         half = len(prepared) // 2
         if not half:
             needed = f"{_batch(prepared).bytes:,} bytes"
@@ -254,16 +279,22 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
 
 def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed]:
     batch, record = _batch(prepared), prepared[0].simulation.job.record
+    lost = set[int]()
     for kept in batch.fly(device, maps=record.heatmaps):
         for place, one in enumerate(prepared):
-            one.simulation.taken.append(
-                _taken(kept[place], one.simulation)
-                if kept
-                else one.simulation.take_frames()
-            )
+            try:
+                taken = (
+                    _taken(kept[place], one.simulation)
+                    if kept
+                    else one.simulation.take_frames()
+                )
+            except Exception:  # flown alone, the trial says why
+                lost.add(place)
+            else:
+                one.simulation.taken.append(taken)
     return [
-        _ended(one, int(state))
-        for one, state in zip(prepared, batch.states, strict=True)
+        None if place in lost else _ended(one, int(state))
+        for place, (one, state) in enumerate(zip(prepared, batch.states, strict=True))
     ]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kernels.jit import jit
+from kernels.jit import jit, jit_with_memory
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.recording import Frames
@@ -73,6 +73,9 @@ INEXACT = """// remainders of floats: 2
     mad.lo.s64 %rd1, %rd2, %rd3, %rd4;
     add.f64 %fd4, %fd2, %fd1;
     mul.rn.f64 %fd4, %fd2, %fd1;
+    min.f64 %fd4, %fd2, 0d0000000000000000;
+    max.f64 %fd4, %fd2, 0d8000000000000000;
+    max.f64 %fd4, %fd2, 0d0000000000000000;
     { // callseq 0, 0
     call.uni (retval0),
     __internal_power,
@@ -89,8 +92,26 @@ def test_what_is_not_exact_is_found_in_a_text() -> None:
     assert made.entry == "begin"
     assert made.refusal == (
         "1 fused operations, 1 fusible operations, 1 approximate operations,"
-        " 2 remainder operations, calls of __internal_power"
+        " 2 sign of zero operations, 2 remainder operations, calls of __internal_power"
     )
+
+
+@jit
+def below_zero(
+    frames: Frames, filled: int, _ground: Any, _observation: Any, values: Any
+) -> None:
+    """A metric of a user."""
+    for f in range(filled):
+        values[f] = min(0.0, frames.integrals[f, 0])
+
+
+@jit_with_memory
+def sorted_first(
+    frames: Frames, filled: int, _ground: Any, _observation: Any, values: Any
+) -> None:
+    """A metric of a user, which needs memory that a thread has not."""
+    for f in range(filled):
+        values[f] = np.sort(frames.integrals[f])[0]
 
 
 @jit
@@ -102,12 +123,26 @@ def remaining(
         values[f] = frames.integrals[f, 0] % 0.7
 
 
+def said_of(measure: Any) -> str:
+    """What is said of trials with a metric of a user."""
+    job = builders.job("vicsek1995", "as_run", metrics=("speed",))
+    kernel = replace(on_device.kernel_of(job), measures=(measure,))
+    return str(ptx.Compiled(ptx._compiled(kernel, ptx.CAPABILITY)).refusal)
+
+
 def test_a_remainder_of_floats_is_refused() -> None:
     """A GPU has another one, and the text of its instructions shows no trace of it."""
-    job = builders.job("vicsek1995", "as_run", metrics=("speed",))
-    kernel = replace(on_device.kernel_of(job), measures=(remaining,))
-    made = ptx.Compiled(ptx._compiled(kernel, ptx.CAPABILITY))
-    assert re.fullmatch(r"[1-9]\d* remainder operations", made.refusal)
+    assert re.fullmatch(r"[1-9]\d* remainder operations", said_of(remaining))
+
+
+def test_the_smaller_of_a_number_and_zero_is_refused() -> None:
+    """Of 0 and -0 a GPU takes -0, and a processor the first one."""
+    assert re.fullmatch(r"[1-9]\d* sign of zero operations", said_of(below_zero))
+
+
+def test_what_cannot_be_compiled_is_refused_with_the_reason() -> None:
+    with pytest.raises(ptx.NotForDeviceError, match="model vicsek1995: "):
+        said_of(sorted_first)
 
 
 ODD = [0.0, -0.0, 1.5, -2.0, math.inf, -math.inf, math.nan]

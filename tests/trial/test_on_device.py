@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 from kernels.device import batch
-from kernels.device.batch import Batch, DeviceError
+from kernels.device.batch import Batch, DeviceError, NoRoomError
 from kernels.device.host import Host
-from kernels.device.kernel import TAKE
+from kernels.device.kernel import ASTRAY, N_MARKS, STATE, TAKE
+from kernels.jit import jit
 from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.spec.study import RecordSpec
 from sweep.trial import on_device
 from sweep.trial.on_device import DeviceTrials, flown
 from sweep.trial.result import Result
-from sweep.trial.simulation import run
+from sweep.trial.simulation import Simulation, run
 from tests.builders import exact_jobs, job
 from tests.trial import test_all_layers
 from tests.trial.test_lanes import numbers
@@ -146,7 +147,7 @@ class Small(Host):
     def take(self, size: int, kind: Any) -> Any:
         room = np.empty(size, kind)
         if self._held + room.nbytes > self.memory:
-            raise MemoryError
+            raise NoRoomError
         self._held += room.nbytes
         return room
 
@@ -216,6 +217,74 @@ def test_a_trial_that_cannot_begin_harms_no_other() -> None:
     check([jobs[0], jobs[2]], [results[0], results[2]])
     assert results[1].status == run(lost).status == "failed"
     assert results[1].error.splitlines()[-1] == run(lost).error.splitlines()[-1]
+
+
+class Strays(Host):
+    """A device whose flights end in a state in which none ends alone."""
+
+    def bring(self, room: Any, array: Any, first: int = 0) -> None:
+        super().bring(room, array, first)
+        if array.shape == (N_MARKS, 3):
+            array[STATE] = ASTRAY
+
+
+def test_a_device_that_takes_other_steps_is_named_by_an_error() -> None:
+    """No result of a processor takes the place of what it should have given."""
+    with pytest.raises(DeviceError, match="fails there, and not on a processor"):
+        flown(some(3), Strays())
+
+
+def test_a_trial_that_cannot_be_summed_up_harms_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What fails after the flight fails alone, too, and the trial says why."""
+    jobs, usual = some(3), Simulation.summary
+
+    def summary(self: Simulation, *given: Any) -> Result:
+        if self.job.seed == jobs[1].seed:
+            raise ArithmeticError("no sum")
+        return usual(self, *given)
+
+    monkeypatch.setattr(Simulation, "summary", summary)
+    results = flown(jobs, Host())
+    assert [one.status for one in results] == ["done", "failed", "done"]
+    assert "no sum" in results[1].error
+
+
+@pytest.mark.parametrize("at", [0, 4])
+def test_values_that_a_metric_leaves_are_none(at: int) -> None:
+    """As on a processor, and not what was in the memory of a device before."""
+    jobs = some(2)
+    known = jobs[0].known
+    skips = known.metrics["speed"]._replace(measure=(nothing, every_second)[at > 0])
+    metrics = {**known.metrics, "speed": skips}
+    own = replace(known, metrics=metrics)
+    record = replace(jobs[0].record, metrics=("speed",), series=("speed",))
+    given = [replace(one, known=own, record=record) for one in jobs]
+    check(given, flown(given, Filled()))
+
+
+@jit
+def nothing(_frames: Any, _filled: int, _ground: Any, _seen: Any, _values: Any) -> None:
+    """A metric without values."""
+
+
+@jit
+def every_second(
+    _frames: Any, filled: int, _ground: Any, _seen: Any, values: Any
+) -> None:
+    """A metric with some values."""
+    for f in range(0, filled, 2):
+        values[f] = 1.0
+
+
+class Filled(Host):
+    """A device whose memory is full of what was there before."""
+
+    def take(self, size: int, kind: Any) -> Any:
+        room = super().take(size, kind)
+        room.view(np.uint8)[...] = 77
+        return room
 
 
 def test_a_trial_that_diverges_harms_no_other() -> None:
