@@ -23,7 +23,7 @@ from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
 from sweep.workers.gpu import OnDevice
 
-ABOUT = {"name": "Test GPU 9", "driver": "13.0", "numba_cuda": "0.30.4"}
+ABOUT = {"name": "Test GPU 9", "driver": "13.0", "numba_cuda": "0.30.4", "nvvm": "13.5"}
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from kernels.device.assembly import MOST_REGISTERS, TOOLKIT, assembled
 from kernels.device.batch import DeviceError, NoRoomError
 from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
-from kernels.device.ptx import NotForDeviceError, ptx_of
+from kernels.device.ptx import VERSIONS, NotForDeviceError, ptx_of
 
 THREADS = 64
 """In a block. A flight needs all registers of a thread, so that few blocks fit."""
@@ -55,6 +55,7 @@ class Gpu:
             raise DeviceError(f"{count} GPUs are seen by this process")
         device = self._ask("cuDeviceGet", number)
         name: bytes = self._ask("cuDeviceGetName", NAME_LENGTH, device)
+        self.versions = VERSIONS
         self.name = name.rstrip(b"\0").decode()
         self.driver = int(self._ask("cuDriverGetVersion"))
         if self.driver < 1000 * TOOLKIT:

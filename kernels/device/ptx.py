@@ -22,7 +22,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,7 +41,17 @@ from kernels.device.batch import DeviceError
 from kernels.device.kernel import Kernel
 from kernels.device.views import instructions, view
 
-VERSION = version("numba-cuda")
+
+def _version(package: str) -> str:
+    """That of a package; "" where it was not installed as one."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
+VERSIONS = {"numba_cuda": version("numba-cuda"), "nvvm": _version("nvidia-nvvm")}
+"""Of what compiles: what the bits of a flight may depend on."""
 CAPABILITY = (9, 0)
 """The kind of GPU, as NVIDIA counts them: that of an H100 and an H200."""
 OPTIONS = {"opt": 3, "fma": 0, "ftz": 0, "prec-div": 1, "prec-sqrt": 1}
@@ -211,7 +221,7 @@ def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled
 
 def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
     """What decides whether a kernel must be compiled again."""
-    parts = kernel.stamp, kernel.text, kernel.maps, capability, OPTIONS, VERSION
+    parts = kernel.stamp, kernel.text, kernel.maps, capability, OPTIONS, VERSIONS
     names = [f"{one.__module__}.{one.__qualname__}" for one in kernel.classes]
     return hashlib.sha256(repr((parts, names)).encode()).hexdigest()[:48]
 

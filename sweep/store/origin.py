@@ -43,7 +43,7 @@ COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
     "packages": {kind: {} for kind in Code._fields[1:]},
-    "device": {"name": str, "driver": str, "numba_cuda": str},
+    "device": {"name": str, "driver": str, "numba_cuda": str, "nvvm": str},
 }
 """By which code: its stamps, which of the user's own, and entries of packages; and on
 which device.
@@ -123,7 +123,8 @@ def device_said(origin: Mapping[str, Any]) -> str:
         return ""
     device = origin["device"]
     return (
-        f"{device['name']} (CUDA {device['driver']}, numba-cuda {device['numba_cuda']})"
+        f"{device['name']} (CUDA {device['driver']}, numba-cuda {device['numba_cuda']},"
+        f" NVVM {device['nvvm']})"
     )
 
 

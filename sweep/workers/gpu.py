@@ -16,7 +16,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
-from importlib.metadata import version
 from typing import Protocol
 
 from sweep.design.cost import trial_bytes
@@ -161,7 +160,7 @@ def gpu_workers(asked: int) -> int:
 
 @cache
 def this_gpu() -> dict[str, str]:
-    """The name of the GPU, the CUDA version of its driver, and the version of what
+    """The name of the GPU, the CUDA version of its driver, and the versions of what
     compiles for it: what the bits of a trial that it flew may depend on.
     """
     from sweep.trial.on_device import gpu
@@ -171,5 +170,5 @@ def this_gpu() -> dict[str, str]:
     return {
         "name": found.name,
         "driver": f"{major}.{minor // 10}",
-        "numba_cuda": version("numba-cuda"),
+        **found.versions,
     }

@@ -169,7 +169,8 @@ def test_a_part_says_which_device_has_flown_it(tmp_path: Path) -> None:
     file = part / "trials.parquet"
     about = part_provenance(stored_schema(file), file)
     assert about["device"] == devices.ABOUT
-    assert device_said(about) == "Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4)"
+    said = "Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4, NVVM 13.5)"
+    assert device_said(about) == said
     assert machine_said(about).startswith(f"{device_said(about)}, {about['cpu']}")
     assert device_said({name: about[name] for name in about if name != "device"}) == ""
 
