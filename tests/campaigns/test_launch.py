@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.workers.attempts as attempts_module
 from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -82,7 +81,7 @@ def test_an_interrupted_launch_keeps_what_is_done_and_goes_on_to_the_same_bits(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(attempts_module, "run", interrupting_after(stop_after))
+        patch.setattr("sweep.workers.flying.run", interrupting_after(stop_after))
         with pytest.raises(KeyboardInterrupt):
             relaunch(SMALL, tmp_path)
     progress = relaunch(SMALL, tmp_path)
@@ -224,7 +223,7 @@ def test_an_interrupted_launch_with_trajectories_goes_on_to_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(attempts_module, "run", interrupting_after(3))
+        patch.setattr("sweep.workers.flying.run", interrupting_after(3))
         with pytest.raises(KeyboardInterrupt):
             relaunch(FLOWN, tmp_path / "resumed")
     relaunch(FLOWN, tmp_path / "resumed")

@@ -221,7 +221,7 @@ def test_with_another_key_trials_begin_at_step_0_and_that_is_said_once(
     launched(of_steps(9), tmp_path / "here")
     last_state._say_once.cache_clear()
     with caplog.at_level(logging.WARNING, "sweep"), monkeypatch.context() as patched:
-        patched.setattr("sweep.workers.attempts.Checkpointed", strangely)
+        patched.setattr("sweep.workers.flying.Checkpointed", strangely)
         relaunch(of_steps(22), tmp_path / "here")
     assert caplog.text.count("on a machine where you have another key; trials") == 1
     study = StoredStudy("small", tmp_path / "here")

@@ -388,7 +388,7 @@ def test_what_a_device_flew_is_flown_on_a_processor_and_compared(
     text = found.as_text()
     assert re.search(r"trials\.speed: stored .* \(1 ulp\)$", text, re.MULTILINE)
     assert "4 of 4 stored trials that a device flew (seed 0): 4 done" in text
-    assert "then       Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4), " in text
+    assert "then       Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4, NVVM 13.5), " in text
     assert "now        Test GPU 9" not in text
     assert "1 of all 4 trials differ" in text
 
@@ -405,7 +405,7 @@ def test_what_a_processor_flew_is_flown_on_a_device(mixed: StoredStudy) -> None:
     assert (found.checked, found.same) == ({"done": 2}, True)
     text = found.as_text()
     assert "2 of 2 stored trials that a processor flew" in text
-    assert "now        Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4), " in text
+    assert "now        Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4, NVVM 13.5), " in text
 
 
 def test_where_all_flew_there_the_sample_is_of_all_trials(clean: StoredStudy) -> None:

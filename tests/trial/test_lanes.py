@@ -29,7 +29,7 @@ from sweep.trial.lanes import (
 )
 from sweep.trial.result import Result
 from sweep.trial.simulation import COMPILING_SECONDS, Simulation, run
-from sweep.workers import attempts
+from sweep.workers import attempts, flying
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import Serial
@@ -339,7 +339,7 @@ record: {{metrics: [coverage, speed], heatmaps: true, series: [speed]}}
 """
     alone = launched(spec, tmp_path / "alone")
     flown = list[int]()
-    monkeypatch.setattr(attempts, "worth_flying_together", lambda *_: True)
+    monkeypatch.setattr(flying, "worth_flying_together", lambda *_: True)
 
     def formation(flights: Any) -> Any:
         flown.append(len(flights))
@@ -394,7 +394,7 @@ def test_a_launch_with_limits_or_last_states_asks_for_no_lanes(
         asked.append(seconds)
         return True
 
-    monkeypatch.setattr(attempts, "worth_flying_together", ask)
+    monkeypatch.setattr(flying, "worth_flying_together", ask)
     monkeypatch.setattr(attempts, "drive", lambda *_, **about: given.update(about))
     lasting = "streams: {noise: lasting}\nrecord: {last_states: true, "
     spec = SMALL.replace("record: {", lasting)
@@ -402,7 +402,7 @@ def test_a_launch_with_limits_or_last_states_asks_for_no_lanes(
     jobs = Jobs(study, expand(study))
     attempts._driven(study, jobs, Serial(workers=2), Checkpoints(None))
     assert asked == ([] if line else [job_seconds(jobs).sum() / 2])
-    assert given["at_once"] == (1 if line else WIDTH)
+    assert given["deal"].keywords.get("at_once", 1) == (1 if line else WIDTH)
 
 
 def _fail(jobs: Any) -> list[Result]:

@@ -317,6 +317,9 @@ class OfOneName:
 
     name, driver = "Test GPU 9", 12080
 
+    def __init__(self) -> None:
+        self.versions = {name: devices.ABOUT[name] for name in ("numba_cuda", "nvvm")}
+
 
 def test_a_study_that_grows_flies_on_a_device(tmp_path: Path) -> None:
     """Each round is looked at, and sent, as it is asked for."""
