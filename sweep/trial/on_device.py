@@ -1,8 +1,9 @@
 """Trials that fly on a device, thousands at once. Each has the bits that it has on a
 processor.
 
-Trials fly together if they have the same model, boids, steps and record. Whatever else
-they differ in, each has numbers of its own. What cannot begin, and what a model does
+Trials fly together if they have the same model, boids, steps, record and world but for
+obstacles that are drawn. Whatever else they differ in, each has numbers of its own, as
+parameters of the model. What cannot begin, and what a model does
 wrong, is flown once more on the processor, which says why. Where the device fails, that
 is raised as DeviceError: this process can use it no more, and whoever has sent the
 trials sends them to another one. So what a store says of a device has flown there.
@@ -46,14 +47,13 @@ if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
 
 AT_ONCE = 8192
-"""So many trials fly together at most: a GPU has room for a few times as many threads,
-and two workers share it.
+"""So many trials fly together at most. An H100 has room for some 33,000 of such threads,
+and workers take turns on it; what is best, no GPU has said yet.
 """
 SHARE, SHARE_HERE = 0.4, 1 / 32
 """Of the memory that is free there, and of that of this machine, which all workers
 share: a trial needs about as much here while it is prepared.
 """
-NEEDED = "numba.cuda"
 
 
 @dataclass(frozen=True)
@@ -318,10 +318,8 @@ def _ended(one: _Prepared, state: int) -> Landed:
 
 
 def _batch(prepared: Sequence[_Prepared]) -> Batch:
-    job, flights = (
-        prepared[0].simulation.job,
-        [one.simulation.flight for one in prepared],
-    )
+    job = prepared[0].simulation.job
+    flights = [one.simulation.flight for one in prepared]
     metrics = metrics_of(job, job.record.metrics)
     there = not job.record.trajectories and all(map(is_there, metrics))
     streams = [one.stream for one in prepared]
