@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
 
 AT_ONCE = 8192
-"""So many trials fly together at most. An H100 has room for some 33,000 of such threads,
-and workers take turns on it; what is best, no GPU has said yet.
+"""So many trials fly together at most. An H100 has room for some 33,000 of such
+threads, and workers take turns on it; what is best, no GPU has said yet.
 """
 SHARE, SHARE_HERE = 0.4, 1 / 32
 """Of the memory that is free there, and of that of this machine, which all workers
