@@ -80,9 +80,11 @@ def leaves_of(tree: object) -> Iterator[Any]:
 
 
 class Parts(NamedTuple):
-    """Parts of a tree, which are tuples or arrays in it. Arrays of `fixed` change in no
-    flight, and may have other shapes in another one. So may those of `loose`. Numbers
-    that stand in `common`, and not deeper, are alike in flights of one form.
+    """Parts of a tree, which are tuples or arrays in it. Arrays of `fixed` may have
+    other shapes in another flight, and are not brought back: nothing changes them, or
+    they follow from the step, as obstacles that move do. Those of `loose` may have
+    other shapes, too. Numbers that stand in `common`, and not deeper, are alike in
+    flights of one form.
     """
 
     fixed: tuple[object, ...] = ()
@@ -193,10 +195,10 @@ class Block(NamedTuple):
 class Arrangement:
     """Where everything of T flights stands.
 
-    `types` are the types of numbers that the large arrays have, by their names. `rows`
-    says for each of them how many elements of a flight lie side by side and are sent,
-    and `names_of_rows` by which name of a given number a kernel knows that,
-    and `sizes` how many elements the large array has. `given` are the whole numbers
+    `types` are the types of numbers that the large arrays have, by their names, and
+    `sizes` the numbers of their elements. `rows` are how many of a flight lie side by
+    side and are sent, and `names_of_rows` the given numbers by which a kernel knows
+    that. `given` are the whole numbers
     that all flights have in common, and where their arrays begin and how long they are;
     `facts` (F, T) are those in which they differ. `alike` and `numbers` (S, T) are the
     others. `text` is the form of the tree, with what a kernel reads for each leaf.

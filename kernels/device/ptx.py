@@ -94,7 +94,7 @@ def _fetch(_array: Any, _place: Any) -> None:
     return
 
 
-def _instructions(_: Any, whole: Any, first: Any, stride: Any, shape: Any) -> Any:  # noqa: ARG001
+def _instructions(_: Any, whole: Any, _first: Any, _stride: Any, shape: Any) -> Any:
     return instructions(whole, shape, types, arrayobj)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kernels import indices
 from kernels.jit import jit, jit_with_memory
 from kernels.metrics import METRICS
 from kernels.models import MODELS
@@ -143,6 +144,15 @@ def test_the_smaller_of_a_number_and_zero_is_refused() -> None:
 def test_what_cannot_be_compiled_is_refused_with_the_reason() -> None:
     with pytest.raises(ptx.NotForDeviceError, match="model vicsek1995: "):
         said_of(sorted_first)
+
+
+def test_marks_that_do_not_lie_together_are_read_as_those_that_do() -> None:
+    rng = np.random.default_rng(3)
+    apart = rng.random((200, 3)) < 0.3
+    together = indices.build_marks(200)
+    together[:200] = apart[:, 1]
+    for first in map(np.uint64, (0, 64, 128)):
+        assert indices.collected(apart[:, 1], first) == indices.word(together, first)
 
 
 ODD = [0.0, -0.0, 1.5, -2.0, math.inf, -math.inf, math.nan]

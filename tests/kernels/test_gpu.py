@@ -303,7 +303,7 @@ def test_an_error_at_launch_is_raised(there: Make) -> None:
     assert not driver.held
 
 
-def test_memory_that_a_launch_lacks_is_missing_memory(there: Make) -> None:
+def test_memory_that_a_launch_lacks_is_an_error_of_the_device(there: Make) -> None:
     there(fails={"cuLaunchKernel": ERROR.CUDA_ERROR_OUT_OF_MEMORY})
     with pytest.raises(DeviceError, match="cuLaunchKernel: words of"):
         list(_flying(some(3), gpu.Gpu()))
