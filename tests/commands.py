@@ -18,6 +18,7 @@ import pytest
 from sweep.cli import main
 from sweep.workers.executors import Serial
 from tests import ROOT
+from tests.patience import PATIENCE
 
 SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
 """The command as a process, without its arguments."""
@@ -68,7 +69,7 @@ def started_in_turn(
         | {"PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]), "COLUMNS": "200"},
         stdout=subprocess.PIPE,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
         check=True,
     ).stdout
     return [
@@ -80,7 +81,11 @@ def started_in_turn(
 def started(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The finished command, run in `folder` in a process of its own."""
     return subprocess.run(
-        [*SWEEP, *arguments], cwd=folder, capture_output=True, text=True, timeout=120
+        [*SWEEP, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
     )
 
 

@@ -12,6 +12,7 @@ import pytest
 from pyarrow import fs
 
 from sweep.store.locations import ObjectPath, location
+from tests.patience import PATIENCE
 
 CREDENTIALS = {
     "AWS_ACCESS_KEY_ID": "key",
@@ -48,7 +49,9 @@ class ObjectStore:
 
     def request(self, method: str, path: str) -> int:
         """The status of an answer."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        connection = http.client.HTTPConnection(
+            "127.0.0.1", self.port, timeout=PATIENCE
+        )
         connection.request(method, path, headers={"Content-Length": "0"})
         status = connection.getresponse().status
         connection.close()

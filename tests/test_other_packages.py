@@ -16,6 +16,7 @@ from tests import ROOT
 from tests.commands import SWEEP, started_in_turn
 from tests.oscillators import SPEC as SPEC_OF_CIRCLES
 from tests.other_packages import FILES, OFFERED, RULES, install
+from tests.patience import PATIENCE
 
 SPEC = """
 study: swirling
@@ -41,7 +42,7 @@ def said(
         env=os.environ | {"PYTHONPATH": str(folder / "site-packages")} | variables,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
     )
     assert found.returncode == code, found.stderr
     return found
@@ -252,7 +253,7 @@ def test_a_folder_of_the_path_that_is_none_of_packages_is_not_asked(
     found = said(tmp_path, "models", PYTHONPATH=str(here))
     assert "swirl" not in found.stdout
     found = subprocess.run(
-        [*SWEEP, "models"], cwd=here, capture_output=True, text=True, timeout=120
+        [*SWEEP, "models"], cwd=here, capture_output=True, text=True, timeout=PATIENCE
     )
     assert "swirl" not in found.stdout
     assert not trap.exists()

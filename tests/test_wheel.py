@@ -17,6 +17,7 @@ from sweep.published.starting import built_in_specs
 from sweep.store.repository import built_from, git_state
 from tests import ROOT
 from tests.commands import SWEEP
+from tests.patience import PATIENCE
 from tests.studies import SMALL
 
 MOST_BYTES = 2_400_000
@@ -34,7 +35,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def build(kind: str, source: Path, folder: Path) -> None:
     command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", folder]
-    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=120)
+    subprocess.run(
+        command, cwd=source, check=True, capture_output=True, timeout=PATIENCE
+    )
 
 
 def unpacked(source: Path, folder: Path) -> Path:
@@ -57,7 +60,7 @@ def run(site: Path, folder: Path, *command: str) -> str:
         env=environment,
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout + done.stderr
@@ -94,7 +97,7 @@ def test_a_wheel_runs_where_nothing_of_the_checkout_can_be_imported(
         cwd=tmp_path,
         capture_output=True,
         encoding="utf-8",
-        timeout=300,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     ours, theirs, sha, *table = done.stdout.splitlines()

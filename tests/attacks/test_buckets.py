@@ -19,6 +19,7 @@ from sweep.store.store import Store
 from tests import ROOT
 from tests.http_servers import Answer, HttpServer, Request
 from tests.object_stores import CREDENTIALS
+from tests.patience import PATIENCE
 
 PART = "00000000000000000001-aaaaaaaaaaaa"
 TIME = "2026-01-01T00:00:00.000Z"
@@ -207,7 +208,7 @@ def said(*liars: Liar) -> list[str]:
         [sys.executable, "-c", SCRIPT, *(liar.url for liar in liars)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
         cwd=ROOT,
     )
     assert done.returncode == 0, done.stderr

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE
 from tests.searches import TINY
 from tests.studies import SMALL, launched
 
@@ -67,7 +68,7 @@ class Hostile:
             env=ENVIRONMENT,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=PATIENCE,
         )
         assert self.ran() == ""
         assert done.returncode == 0, done.stderr

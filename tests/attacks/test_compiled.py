@@ -17,6 +17,7 @@ from kernels.caching import FOLDER, usual_folder
 from sweep.errors import CacheError
 from sweep.trial import compiled
 from sweep.trial.compiled import make_private, settle, usual
+from tests.patience import PATIENCE
 
 ONE_KERNEL = """
 from pathlib import Path
@@ -276,7 +277,7 @@ def ran(folder: Path, code: str, **environment: str) -> Done:
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
     )
 
 

@@ -14,6 +14,7 @@ from sweep.explorer.site import explorer
 from sweep.web.launching import Launcher
 from sweep.web.protocol import MOST_BYTES
 from sweep.web.server import PageServer
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
 from tests.web.chromium import in_a_thread
 
@@ -60,7 +61,7 @@ def sent(
     }
     given = usual | {name.replace("_", "-"): text for name, text in headers.items()}
     kept = {name: text for name, text in given.items() if text}
-    connection = http.client.HTTPConnection(address.netloc, timeout=60)
+    connection = http.client.HTTPConnection(address.netloc, timeout=PATIENCE)
     connection.request(method, f"{path or address.path}do/{action}", content, kept)
     response = connection.getresponse()
     said = response.read()
@@ -184,7 +185,7 @@ def test_what_was_stored_elsewhere_is_not_launched(folder: Path) -> None:
     made = explorer(folder / "results", None, launcher=launcher)[0]
     with in_a_thread(made) as server:
         address = urlsplit(server.url)
-        connection = http.client.HTTPConnection(address.netloc, timeout=60)
+        connection = http.client.HTTPConnection(address.netloc, timeout=PATIENCE)
         asked = "ask/refine?study=theirs&between=separation_weight+0+1"
         connection.request("GET", address.path + asked)
         said = json.loads(connection.getresponse().read())

@@ -28,6 +28,7 @@ from sweep.text import Harmless, guard_streams, harmless
 from sweep.workers.checkpoint import LOG
 from tests.attacks.hostile import give, give_plan
 from tests.commands import sweep
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
 
 STEERING = {
@@ -145,7 +146,7 @@ def test_a_process_prints_no_raw_text_in_a_traceback(tmp_path: Path) -> None:
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
     )
     assert done.returncode == 1
     assert r"RuntimeError: \u001b]0;owned\u0007" in done.stderr

@@ -27,6 +27,7 @@ from sweep.store.store import Store
 from sweep.workers.executors import Serial
 from tests import ROOT
 from tests.faults.campaign import tables
+from tests.patience import PATIENCE
 from tests.store.test_store import append, part_names
 from tests.studies import OWN_SMALL, SMALL, launched, relaunch
 
@@ -85,7 +86,7 @@ def test_three_processes_at_once_add_up_to_one_launch(
         )
         for number in (1, 2, 3)
     ]
-    ended = [process.communicate("go\n", timeout=120) for process in processes]
+    ended = [process.communicate("go\n", timeout=PATIENCE) for process in processes]
     assert [process.returncode for process in processes] == [0] * 3, ended
     assert sum(int(output) for output, _ in ended) == 40
     launched(spec, tmp_path / "whole")

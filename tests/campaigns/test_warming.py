@@ -20,6 +20,7 @@ from sweep.spec.recorded import lacks_boids
 from sweep.spec.study import parse_spec
 from sweep.trial.result import Result
 from tests.commands import SWEEP, sweep
+from tests.patience import PATIENCE
 from tests.searches import TINY
 from tests.studies import IMPOSSIBLE, SMALL
 
@@ -157,7 +158,7 @@ def test_a_launch_finds_all_that_it_needs_and_nothing_of_other_models(
             env=environment,
             capture_output=True,
             text=True,
-            timeout=600,
+            timeout=PATIENCE,
         )
         assert done.returncode == 0, done.stderr
         assert ("compiling" in done.stderr) == (command[0] == "warm")

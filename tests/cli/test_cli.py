@@ -25,6 +25,7 @@ from tests.commands import SWEEP, sweep
 from tests.commands import started as finished
 from tests.faults.campaign import LAUNCH, workers
 from tests.faults.jobs import run_or_die
+from tests.patience import PATIENCE
 from tests.runner_jobs import started
 from tests.studies import IMPOSSIBLE, SMALL, launched
 
@@ -60,7 +61,7 @@ assert sys.modules.keys().isdisjoint(heavy), sys.modules.keys() & heavy
         [sys.executable, "-c", code, "--help"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     assert "launch" in done.stdout
@@ -196,7 +197,7 @@ def test_a_full_disk_and_a_reader_who_leaves_end_a_command_quietly(
     command = [*SWEEP, "status", "small"]
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run(
-            command, cwd=folder, stdout=full, stderr=subprocess.PIPE, timeout=120
+            command, cwd=folder, stdout=full, stderr=subprocess.PIPE, timeout=PATIENCE
         )
     assert (done.returncode, done.stderr.count(b"\n")) == (2, 1)
     assert done.stderr.startswith(b"standard output cannot be written (")
@@ -204,7 +205,7 @@ def test_a_full_disk_and_a_reader_who_leaves_end_a_command_quietly(
     os.close(reading)
     with os.fdopen(writing, "wb") as pipe:
         done = subprocess.run(
-            command, cwd=folder, stdout=pipe, stderr=subprocess.PIPE, timeout=120
+            command, cwd=folder, stdout=pipe, stderr=subprocess.PIPE, timeout=PATIENCE
         )
     assert (done.returncode, done.stderr) == (0, b"")
 
@@ -375,7 +376,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) 
     ) as process:
         wait_for_part(tmp_path, process)
         os.killpg(process.pid, signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, errors
     assert errors.endswith(
         "interrupted; what is done is stored, and the same command goes on from there\n"
@@ -438,7 +439,7 @@ def test_a_worker_killed_at_any_moment_loses_no_trial(tmp_path: Path) -> None:
     ) as process:
         wait_for_part(tmp_path, process)
         os.kill(workers(process.pid)[0], signal.SIGKILL)
-        _, errors = process.communicate(timeout=120)
+        _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
     killed = launched_again(tmp_path / "results")
     quiet = launched(spec, tmp_path / "quiet")

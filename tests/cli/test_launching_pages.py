@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.commands import SWEEP, sweep
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
 
 LONG = SMALL.replace("steps: 9", "steps: 20000000")
@@ -66,7 +67,7 @@ def line_with(process: "subprocess.Popen[str]", words: str) -> str:
 def asked(url: str, question: str) -> Any:
     """What the page is told."""
     address = urlsplit(url)
-    connection = http.client.HTTPConnection(address.netloc, timeout=60)
+    connection = http.client.HTTPConnection(address.netloc, timeout=PATIENCE)
     try:
         connection.request("GET", f"{address.path}ask/{question}")
         return json.loads(connection.getresponse().read())
@@ -94,7 +95,7 @@ def test_the_page_of_a_launch_stays_until_ctrl_c(folder: Path) -> None:
         assert found["command"] == "sweep launch spec.yaml --workers 1"
         assert found["why_not"] == ""
         process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 0
+        assert process.wait(PATIENCE) == 0
         assert_gone(process, url)
 
 
@@ -110,7 +111,7 @@ def test_the_page_ends_with_a_launch_that_is_ended(
         while not asked(url, "state?study=small").get("running"):
             pass
         process.send_signal(number)
-        assert process.wait(60) == code
+        assert process.wait(PATIENCE) == code
         assert_gone(process, url)
 
 

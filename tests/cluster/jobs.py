@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-PATIENCE_SECONDS = 120.0
+from tests.patience import PATIENCE
 
 
 class Staged(NamedTuple):
@@ -23,7 +23,7 @@ def staged(job: Staged) -> int:
     """The number of the job; its file is named by number and process."""
     folder = Path(job.folder)
     (folder / f"began-{job.stage}-{job.number}-{os.getpid()}").touch()
-    deadline = time.monotonic() + PATIENCE_SECONDS
+    deadline = time.monotonic() + PATIENCE
     while job.stage > 0 and not (folder / f"allowed-{job.stage}").exists():
         if time.monotonic() > deadline:
             raise TimeoutError("the stage was never allowed")

@@ -10,6 +10,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.patience import PATIENCE
+
 SBATCH = """#!{python}
 import os, re, shutil, subprocess, sys, tempfile
 from pathlib import Path
@@ -79,5 +81,5 @@ def submit(
         env=os.environ | paths | variables,
         capture_output=True,
         text=True,
-        timeout=500,
+        timeout=PATIENCE,
     )

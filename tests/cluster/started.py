@@ -15,16 +15,16 @@ from urllib.parse import urlsplit
 
 from tests import ROOT
 from tests.lines import HERE, Line
+from tests.patience import PATIENCE
 
 TESTS = {"PYTHONPATH": str(ROOT)}
 """By which workers find the jobs of tests."""
-PATIENCE_SECONDS = 120.0
 SETTINGS = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}
 
 
 def until(condition: Callable[[], bool], what: str) -> None:
     """Wait for a condition, however slow the machine is."""
-    deadline = time.monotonic() + PATIENCE_SECONDS
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, f"in vain: {what}"
         time.sleep(0.05)

@@ -18,6 +18,7 @@ from random import Random
 
 from sweep.store.store import Store
 from tests.own_models import FILES
+from tests.patience import PATIENCE
 from tests.runner_jobs import processes_below
 from tests.studies import launched
 
@@ -212,7 +213,7 @@ def session(leader: int) -> set[int]:
     return found
 
 
-def assert_no_orphans(leader: int, patience: float = 10.0) -> None:
+def assert_no_orphans(leader: int, patience: float = PATIENCE) -> None:
     """Wait until no process of a session is left."""
     deadline = time.monotonic() + patience
     while left := session(leader):

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Hashable, Sequence
 from typing import NamedTuple
 
-PATIENCE_SECONDS = 120.0
+from tests.patience import PATIENCE
 
 State = Hashable
 """What a world holds, as far as operations can notice."""
@@ -62,7 +62,7 @@ class _Thread:
         self._wait()
 
     def _wait(self) -> None:
-        if not self._asked.acquire(timeout=PATIENCE_SECONDS):
+        if not self._asked.acquire(timeout=PATIENCE):
             raise AssertionError("an operation waits for another one, or never ends")
 
     def ask(self, look: Callable[[], Hashable]) -> None:

@@ -16,6 +16,7 @@ import pytest
 
 from tests.faults.campaign import assert_no_orphans, tables, workers
 from tests.own_models import FILES, OTHER_RULE, edited
+from tests.patience import PATIENCE
 from tests.studies import launched
 
 SPEC = """
@@ -41,7 +42,6 @@ LAUNCH = [
     "--workers",
     "1",
 ]
-PATIENCE = 120.0
 WENT_ON = re.compile(r"trial (\w+): goes on from step ([0-9,]+) of 80,000")
 
 

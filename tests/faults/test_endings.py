@@ -13,6 +13,7 @@ import pytest
 from sweep.store.store import Store
 from tests import ROOT
 from tests.faults.campaign import SPEC, assert_no_orphans, workers
+from tests.patience import PATIENCE
 from tests.runner_jobs import said_by_us, started
 
 DRIVEN = """
@@ -70,7 +71,7 @@ def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
         time.sleep(0.2)  # they say so just before
         process.kill()
         process.wait()
-        assert_no_orphans(process.pid, patience=5)
+        assert_no_orphans(process.pid)
 
 
 @pytest.mark.parametrize(
@@ -85,11 +86,11 @@ def test_being_told_to_end_is_like_ctrl_c(
     with started(driven("nap"), ROOT) as process:
         await_long_jobs(process)
         (os.killpg if whole_group else os.kill)(process.pid, number)
-        output, errors = process.communicate(timeout=20)
+        output, errors = process.communicate(timeout=PATIENCE)
         assert process.returncode == 130, errors
         assert int(output.split()[-1]) >= 3
         assert said_by_us(errors) == []
-        assert_no_orphans(process.pid, patience=5)
+        assert_no_orphans(process.pid)
 
 
 @pytest.mark.parametrize("pause", [0.0, pytest.param(0.1, marks=pytest.mark.slow)])
@@ -99,8 +100,8 @@ def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
         for _ in range(2):
             os.killpg(process.pid, signal.SIGINT)
             time.sleep(pause)
-        process.communicate(timeout=20)
-        assert_no_orphans(process.pid, patience=5)
+        process.communicate(timeout=PATIENCE)
+        assert_no_orphans(process.pid)
 
 
 HOLDING = """
@@ -132,10 +133,10 @@ def test_sigterm_ends_the_command_with_all_that_is_done_stored(tmp_path: Path) -
             assert process.stdout.readline() == "held\n"
         assert (folder / "lock").exists()
         process.terminate()
-        output, errors = process.communicate(timeout=30)
+        output, errors = process.communicate(timeout=PATIENCE)
         assert process.returncode == 130
         assert errors.splitlines()[-1].startswith("interrupted; what is done is stored")
-        assert_no_orphans(process.pid, patience=5)
+        assert_no_orphans(process.pid)
     assert len(Store(folder).trial_ids()) >= 2 + output.count("held")
     assert list((folder / "writing").iterdir()) == []
     assert not (folder / "lock").exists()

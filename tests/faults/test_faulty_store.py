@@ -20,6 +20,7 @@ from tests.faults import campaign
 from tests.faults.campaign import tables
 from tests.http_servers import HttpServer, Request
 from tests.object_stores import ObjectStore, object_store
+from tests.patience import PATIENCE
 from tests.studies import launched, relaunch
 
 LAUNCH = [*campaign.LAUNCH[:3], "launch", "spec.yaml", "--workers", "1", "--results"]
@@ -110,7 +111,9 @@ class Between:
         self, method: str, path: str, body: bytes, headers: dict[str, str]
     ) -> tuple[int, list[tuple[str, str]], bytes]:
         """What the store itself answers."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.target, timeout=60)
+        connection = http.client.HTTPConnection(
+            "127.0.0.1", self.target, timeout=PATIENCE
+        )
         try:
             connection.request(method, path, body, headers)
             answer = connection.getresponse()

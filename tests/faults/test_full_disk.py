@@ -18,6 +18,7 @@ import pytest
 from sweep.errors import StoreError
 from sweep.store import writer as writer_module
 from tests.faults.campaign import tables
+from tests.patience import PATIENCE
 from tests.studies import OWN_SMALL, SMALL, relaunch
 
 WRITES = [
@@ -187,7 +188,7 @@ def test_the_command_says_so_in_one_line_where_files_may_not_grow(
     )
     command = ["bash", "-c", f"{launch} launch spec.yaml --workers 1"]
     done = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, timeout=120
+        command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 2
     *_, last = done.stderr.splitlines()

@@ -17,6 +17,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Serial
 from tests.faults.shows import nursery
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched, read, same
 
 QUESTIONS = (
@@ -50,7 +51,7 @@ class Watchers:
         page, url = self.nursery.stdout.readline().split()
         self.page = int(page)
         address = urlsplit(url)
-        self.connection = http.client.HTTPConnection(address.netloc, timeout=60)
+        self.connection = http.client.HTTPConnection(address.netloc, timeout=PATIENCE)
         asked = self.random.choice(QUESTIONS)
         if self.kills % 4:
             self.connection.request("GET", f"{address.path}ask/{asked}")
@@ -74,7 +75,7 @@ class Watchers:
         assert self.nursery.stdout
         self.nursery.stdin.close()
         self.nursery.stdout.close()
-        assert self.nursery.wait(60) == 0
+        assert self.nursery.wait(PATIENCE) == 0
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from sweep.store.lock_files import LockFiles
 from sweep.store.processes import machine, started
 from sweep.store.store import Store
 from tests import ROOT
+from tests.patience import PATIENCE
 from tests.studies import SMALL, relaunch
 
 TAKERS = """
@@ -196,7 +197,7 @@ def test_who_has_slept_through_a_takeover_learns_of_it(store: Store) -> None:
         held.check()
         file = store.folder / "lock" / f"{held.token}.json"
         before = file.stat().st_mtime_ns
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE
         while file.stat().st_mtime_ns == before:
             assert time.monotonic() < deadline
             time.sleep(0.01)
@@ -248,7 +249,9 @@ def test_of_many_takers_one_has_it_at_a_time(store: Store) -> None:
     assert [taker.stdout.readline() for taker in takers if taker.stdout] == [
         "ready\n"
     ] * 4
-    ended = [taker.communicate("60\n", timeout=60) for taker in takers if taker.stdin]
+    ended = [
+        taker.communicate("60\n", timeout=PATIENCE) for taker in takers if taker.stdin
+    ]
     assert [taker.returncode for taker in takers] == [0] * 4, ended
     assert sum("taken over" in errors for _, errors in ended) >= 1
     log = (store.folder / "log").read_text().splitlines()

@@ -16,6 +16,7 @@ from sweep.own_code.installed import Installed
 from sweep.own_code.sources import Sources
 from tests.commands import SWEEP, started_in_turn
 from tests.other_packages import FILES, RULES, install
+from tests.patience import PATIENCE
 
 SPEC = """
 study: named
@@ -42,7 +43,7 @@ def said(folder: Path, *arguments: str, code: int = 0) -> str:
         env=os.environ | {"PYTHONPATH": str(folder / "site-packages")},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
     )
     assert found.returncode == code, found.stderr
     return found.stdout + found.stderr

@@ -37,6 +37,7 @@ from tests.faults import campaign
 from tests.faults.campaign import tables
 from tests.lines import Line
 from tests.object_stores import Crashed, Memory, ObjectStore, object_store
+from tests.patience import PATIENCE
 from tests.store.test_store import append, sorted_tables
 from tests.studies import SMALL, launched, relaunch, same
 
@@ -82,7 +83,7 @@ def test_a_killed_launch_goes_on_to_the_tables_of_a_folder(
     process = subprocess.Popen(
         command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True
     )
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + PATIENCE
     while process.poll() is None and not Store(folder).all_parts():
         assert time.monotonic() < deadline
         time.sleep(0.05)
@@ -516,7 +517,7 @@ def test_what_a_living_owner_beats_is_left_alone(
     monkeypatch.setattr(lock_module, "BEAT_SECONDS", 0.02)
     with Lock(store.place) as held:
         file = store.folder / "lock" / f"{held.token}.json"
-        before, deadline = file.stat().st_mtime_ns, time.monotonic() + 60
+        before, deadline = file.stat().st_mtime_ns, time.monotonic() + PATIENCE
         while file.stat().st_mtime_ns == before:
             assert time.monotonic() < deadline
             time.sleep(0.05)

@@ -21,6 +21,7 @@ from sweep.tables.cleaning import Waste, clean, find_waste
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.commands import SWEEP, sweep
+from tests.patience import PATIENCE
 from tests.studies import COVERING, SMALL, launched, relaunch
 
 SPEC = SMALL.replace("steps: 9", "steps: 3")
@@ -298,7 +299,7 @@ def gc(
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
         **how,
     )

@@ -11,17 +11,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 from uvicorn.protocols.websockets import websockets_sansio_impl
 
 from sweep.web.live import Live
 from sweep.web.server import PageServer
 from sweep.web.show import Show
 from sweep.web.state import begin
-
-PATIENCE = 90.0
-"""Seconds until something that must happen is given up, on however slow a machine."""
-
+from tests.patience import PATIENCE
 
 BEGIN_ANEW = """() => {
   const { view } = boidsweep;
@@ -67,6 +64,7 @@ def running_browser() -> Iterator[Browser]:
             "chromium is not installed: apt-get update && apt-get install -y chromium,"
             " as root"
         )
+    expect.set_options(timeout=1000 * PATIENCE)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=path, args=["--no-sandbox", "--disable-gpu"]

@@ -7,6 +7,8 @@ from typing import Any
 
 from deno import find_deno_bin
 
+from tests.patience import PATIENCE
+
 
 def printed(script: str, folder: Path) -> Any:
     """The JSON that a script prints; `folder` is room for it."""
@@ -17,7 +19,7 @@ def printed(script: str, folder: Path) -> Any:
         env={"DENO_DIR": str(folder / "deno"), "NO_COLOR": "1"},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 0, done.stderr[:2000]

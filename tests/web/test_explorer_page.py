@@ -19,11 +19,11 @@ from sweep.web.page import STATIC
 from sweep.web.server import PageServer
 from sweep.workers.executors import Serial
 from tests import plotted
+from tests.patience import PATIENCE
 from tests.publications import experiments
 from tests.web.chromium import in_a_thread
 from tests.web.test_access import CHECKS
 
-PATIENCE = 90_000.0
 Open = Callable[..., Page]
 
 
@@ -53,7 +53,7 @@ def opened(browser: Browser, server: PageServer) -> Iterator[Open]:
     def opened(address: str = "", **about: Any) -> Page:
         size = {"viewport": {"width": 1400, "height": 900}}
         page = browser.new_context(**{**size, **about}).new_page()
-        page.set_default_timeout(PATIENCE)
+        page.set_default_timeout(1000 * PATIENCE)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(
             "console",
@@ -71,7 +71,7 @@ def opened(browser: Browser, server: PageServer) -> Iterator[Open]:
 
 def seen(page: Page, selector: str) -> None:
     """Wait until something is there."""
-    expect(page.locator(selector).first).to_be_visible(timeout=PATIENCE)
+    expect(page.locator(selector).first).to_be_visible()
 
 
 def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
@@ -88,12 +88,12 @@ def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     words = page.locator(".player .record .exact").inner_text()
     assert words == "Every number equals the stored one, bit for bit."
     link = page.get_by_role("link", name="Open in the simulator")
-    expect(link).to_be_visible(timeout=PATIENCE)
+    expect(link).to_be_visible()
     address = link.get_attribute("href") or ""
     assert address.startswith("index.html#spec=")
     simulator = opened(address)
-    expect(simulator.locator(".status .exact")).to_be_visible(timeout=PATIENCE)
-    expect(simulator).to_have_title(re.compile("replicate 3"), timeout=PATIENCE)
+    expect(simulator.locator(".status .exact")).to_be_visible()
+    expect(simulator).to_have_title(re.compile("replicate 3"))
 
 
 def test_a_click_on_a_cell_shows_its_trials_and_the_address_keeps_it(
@@ -170,7 +170,7 @@ def test_an_answer_that_comes_late_does_not_undo_a_later_choice(opened: Open) ->
         page.evaluate(f"location.hash = '{here}&kind=scatter'")
     page.evaluate(f"location.hash = '{here}&trial={trial}'")
     beside = page.get_by_role("button", name=re.compile("^Play .* beside"))
-    expect(beside).to_have_count(2, timeout=PATIENCE)
+    expect(beside).to_have_count(2)
     asked: list[str] = []
     page.on("request", lambda request: asked.append(urlsplit(request.url).path))
     held[0].continue_()
@@ -244,7 +244,7 @@ def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(
     browser: Browser, server: PageServer
 ) -> None:
     page = browser.new_page()  # where the browser may say that it was refused
-    page.set_default_timeout(PATIENCE)
+    page.set_default_timeout(1000 * PATIENCE)
     page.goto(f"{server.url}#study=small&kind=heatmap")
     refusal = page.locator(".figure .refusal").first
     expect(refusal).to_contain_text("needs two settings that vary")
@@ -330,7 +330,7 @@ def test_a_new_scorecard_is_shown_without_a_reload_and_an_old_one_is_left_alone(
         row["status"] = "undecided"
     file.write_text(json.dumps(content))
     try:
-        expect(claim).to_contain_text("undecided", timeout=PATIENCE)
+        expect(claim).to_contain_text("undecided")
     finally:
         file.write_text(before)
 
@@ -344,7 +344,7 @@ def test_a_claim_leads_to_its_figure_and_a_trial_that_plays(
     page.get_by_role("button", name="start-speed").click()
     seen(page, "[aria-label=claim] img")
     wide = "document.querySelector('img.shown').naturalWidth"
-    page.wait_for_function(f"{wide} > 100", timeout=PATIENCE)
+    page.wait_for_function(f"{wide} > 100")
     page.locator("[aria-label=trials]:visible tbody button").first.click()
     seen(page, "[aria-label=player]:visible .record .exact")
     page.get_by_role("link", name="figure and points of tiny/small").click()
@@ -396,7 +396,7 @@ def test_everything_has_a_name_and_contrast_and_fits_any_window(
 def asked(server: PageServer, path: str, method: str = "GET", host: str = "") -> Any:
     """Status and content of an answer."""
     address = urlsplit(server.url)
-    connection = http.client.HTTPConnection(address.netloc, timeout=60)
+    connection = http.client.HTTPConnection(address.netloc, timeout=PATIENCE)
     connection.request(method, path, headers={"Host": host or address.netloc})
     response = connection.getresponse()
     content = response.read()

@@ -13,10 +13,9 @@ from sweep.store.places import place_of
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.launching import Launcher, proposed, spec_like, stored_spec
 from tests.commands import sweep
+from tests.patience import PATIENCE
 from tests.studies import OWN_SMALL, SMALL, launched, same
 
-PATIENCE = 120
-"""Seconds until a process that must end is given up, on however slow a machine."""
 MORE = SMALL.replace("replicates: 3", "replicates: 4")
 
 

@@ -14,7 +14,6 @@ from tests import plotted
 from tests.studies import SMALL, launched, relaunch
 from tests.web.chromium import in_a_thread
 
-PATIENCE = 90_000.0
 BOARD = "window.explorer.figure.boards[0]"
 
 

@@ -15,6 +15,7 @@ from sweep.web.live import Live
 from sweep.web.state import from_study
 from tests import ROOT
 from tests.oscillators import SPEC
+from tests.patience import PATIENCE
 from tests.web.chromium import Opened, running_server
 
 EVIL = '</script><script>hacked = 1</script><img src=x onerror="hacked = 1">\'{}'
@@ -110,7 +111,7 @@ def test_texts_of_own_files_never_become_elements(
         path.write_bytes(base64.b64decode(saved["data"]))
         offline = browser.new_page()
         offline.goto(path.as_uri())
-        offline.get_by_text("step 0 of 5").first.wait_for(timeout=60_000)
+        offline.get_by_text("step 0 of 5").first.wait_for(timeout=1000 * PATIENCE)
         assert offline.evaluate(STRANGE) == []
         assert offline.evaluate("window.hacked") is None
         offline.close()

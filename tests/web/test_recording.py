@@ -25,6 +25,7 @@ from sweep.web.flight import KeptFlight, fly
 from sweep.web.live import Live
 from sweep.web.replaying import AS_STORED
 from sweep.web.state import ViewState
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
 
 STATE = ViewState(
@@ -241,7 +242,7 @@ def played(browser: Browser, file: File, tmp_path: Path) -> Iterator[Page]:
 
 def clock(page: Page, words: str) -> None:
     """Wait until the page says which step it shows."""
-    page.get_by_text(re.compile(words)).first.wait_for(timeout=60_000)
+    page.get_by_text(re.compile(words)).first.wait_for(timeout=1000 * PATIENCE)
 
 
 def test_a_browser_plays_a_recording_from_disk_to_its_end(played: Page) -> None:

@@ -19,10 +19,10 @@ from sweep.web.live import Live
 from sweep.web.server import PageServer
 from sweep.web.state import begin
 from tests import plotted
+from tests.patience import PATIENCE
 from tests.web.chromium import in_a_thread
 from tests.web.test_axe import found
 
-PATIENCE = 90_000.0
 Open = Callable[..., Page]
 
 
@@ -65,7 +65,7 @@ def opened(browser: Browser) -> Iterator[Open]:
         context = browser.new_context(**{**size, **about})
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         page = context.new_page()
-        page.set_default_timeout(PATIENCE)
+        page.set_default_timeout(1000 * PATIENCE)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(
             "console",
@@ -127,9 +127,9 @@ def test_a_region_is_dragged_read_and_launched(
         not {"region", "point", "parts"} & parse_qs(urlsplit(page.url).fragment).keys()
     )
     assert launcher.started
-    assert launcher.started.process.wait(120) == 0
+    assert launcher.started.process.wait(PATIENCE) == 0
     expect(page.locator(".refine .launches .said")).to_contain_text(
-        "has come to its end", timeout=PATIENCE
+        "has come to its end"
     )
     many = int(re.findall(r"(\d+) to run", said)[0])
     expect(page.locator(".counts")).to_contain_text(f"{54 + many} done")
@@ -209,7 +209,7 @@ def test_the_simulator_launches_what_it_shows(opened: Open, folder: Path) -> Non
         page.locator("dialog .launches button.primary").click()
         expect(page.locator("dialog .said")).to_contain_text("is running")
         assert launcher.started
-        assert launcher.started.process.wait(120) == 0
+        assert launcher.started.process.wait(PATIENCE) == 0
         expect(page.locator("dialog .said")).to_contain_text("has come to its end")
         with page.context.expect_page() as following:
             page.get_by_role("link", name="Follow it in the explorer").click()

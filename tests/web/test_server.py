@@ -35,10 +35,9 @@ from sweep.web.protocol import Reply
 from sweep.web.rooms import REFUSED, TAKEN
 from sweep.web.server import PageServer
 from sweep.web.state import begin
+from tests.patience import PATIENCE
 from tests.studies import launched
 from tests.web.chromium import in_a_thread
-
-DEADLINE = 60.0
 
 
 class Watched(Live):
@@ -67,7 +66,7 @@ def watched() -> Watched:
 @pytest.fixture(scope="module")
 def server() -> Iterator[PageServer]:
     with pytest.MonkeyPatch.context() as patch, in_a_thread(PageServer(watched)) as one:
-        patch.setattr(rooms, "PATIENCE", DEADLINE)  # the first show loads the kernels
+        patch.setattr(rooms, "PATIENCE", PATIENCE)  # the first show loads the kernels
         yield one
 
 
@@ -82,7 +81,7 @@ def _empty(server: PageServer) -> Iterator[None]:
 
 def until(condition: Callable[[], bool]) -> None:
     """Wait for a condition."""
-    deadline = time.monotonic() + DEADLINE
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, "it never came"
         time.sleep(0.005)
@@ -97,7 +96,7 @@ class Page:
         address = urlsplit(server.url)
         about = {
             "origin": f"http://{address.netloc}",
-            "open_timeout": DEADLINE,
+            "open_timeout": PATIENCE,
         } | options
         self.connection = connect(f"ws://{address.netloc}{address.path}socket", **about)
         self.name = name
@@ -117,7 +116,7 @@ class Page:
 
     def hear(self) -> str:
         """Take one message, and return its type."""
-        content = self.socket.recv(DEADLINE)
+        content = self.socket.recv(PATIENCE)
         if isinstance(content, bytes):
             self.frames.append(content)
             return "frame"
@@ -168,7 +167,7 @@ def test_who_waits_for_the_compiler_is_told(
     told = threading.Event()
 
     def compiled() -> Live:
-        assert told.wait(DEADLINE)
+        assert told.wait(PATIENCE)
         return watched()
 
     monkeypatch.setattr(server.rooms, "begin", compiled)
@@ -189,7 +188,7 @@ def test_other_pages_go_on_while_a_model_or_a_metric_is_compiled(
 
     def compiler(job: Job) -> None:
         begun.append(f"{job.model} {' '.join(job.record.metrics)}")
-        assert ended.wait(DEADLINE)
+        assert ended.wait(PATIENCE)
 
     with Page(server, "one") as one, Page(server, "two") as two:
         one.wait("frame")
@@ -334,7 +333,7 @@ def test_a_page_that_takes_nothing_is_not_listened_to_for_ever(
         monkeypatch.setattr(playing, "Outbox", Noted)
         task = asyncio.create_task(player.play(line))
         ends = [asyncio.create_task(one.wait()) for one in (full, line.flooded)]
-        await asyncio.wait(ends, timeout=DEADLINE, return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait(ends, timeout=PATIENCE, return_when=asyncio.FIRST_COMPLETED)
         for _ in range(1000):  # what is ready to run runs
             await asyncio.sleep(0)
         assert full.is_set()
@@ -506,7 +505,7 @@ def test_a_page_says_hello_first(server: PageServer) -> None:
         f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}"
     ) as plain:  # type: ignore[arg-type]
         plain.send('{"type": "run"}')
-        assert json.loads(plain.recv(DEADLINE)) == {
+        assert json.loads(plain.recv(PATIENCE)) == {
             "type": "error",
             "message": "the first message of a page must be hello",
         }
@@ -556,7 +555,7 @@ def fetched(
     address = urlsplit(server.url)
     assert address.hostname
     connection = http.client.HTTPConnection(
-        address.hostname, address.port, timeout=DEADLINE
+        address.hostname, address.port, timeout=PATIENCE
     )
     connection.request("GET", path, headers={"Host": host or address.netloc})
     response = connection.getresponse()
@@ -688,7 +687,7 @@ class Slow(Watched):
 
     def advance(self, steps: int) -> Taken:
         if self.state.seed == 2:
-            assert self.answered.wait(DEADLINE)
+            assert self.answered.wait(PATIENCE)
         return super().advance(steps)
 
 

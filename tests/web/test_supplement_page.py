@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page
 
 from tests.explorer.supplements import FLOWN, content_of, written
+from tests.patience import PATIENCE
 from tests.searches import edited
 from tests.studies import launched
 
@@ -76,7 +77,7 @@ def shown(browser: Browser) -> Iterator[Callable[..., Page]]:
 
 def clock(page: Page, words: str) -> None:
     """Wait until the page says which step it shows."""
-    page.locator(".clock", has_text=re.compile(words)).wait_for(timeout=60_000)
+    page.locator(".clock", has_text=re.compile(words)).wait_for(timeout=1000 * PATIENCE)
 
 
 def marks(page: Page) -> Locator:

@@ -12,9 +12,9 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.cli.test_launching_pages import line_with, started
 from tests.commands import sweep
+from tests.patience import PATIENCE
 from tests.studies import SMALL
 
-PATIENCE = 90_000.0
 BOARD = "window.explorer.figure.boards[0]"
 ALLOWED = re.compile(r"status of 400")
 """A study that is not there yet is refused, which the browser logs."""
@@ -25,7 +25,7 @@ def page(browser: Browser) -> Iterator[Page]:
     """A page in which nothing goes wrong."""
     complaints: list[str] = []
     page = browser.new_context(viewport={"width": 1500, "height": 1000}).new_page()
-    page.set_default_timeout(PATIENCE)
+    page.set_default_timeout(1000 * PATIENCE)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on(
         "console",
@@ -56,9 +56,9 @@ def read_and_play(page: Page) -> None:
     expect(trials.locator("tbody tr")).to_have_count(3)
     trials.get_by_role("button", name="▶").first.click()
     exact = page.locator(".player .record .exact")
-    expect(exact).to_have_text(re.compile("bit for bit"), timeout=PATIENCE)
+    expect(exact).to_have_text(re.compile("bit for bit"))
     trials.get_by_role("button", name=re.compile("^Play .* beside")).first.click()
-    expect(exact).to_have_count(2, timeout=PATIENCE)
+    expect(exact).to_have_count(2)
     expect(page.get_by_role("heading", name="Two trials on one clock")).to_be_visible()
 
 
@@ -73,11 +73,11 @@ def refine(page: Page) -> int:
     page.mouse.up()
     page.locator(".refine > summary").click()
     launch = page.locator(".refine .launches button.primary")
-    expect(launch).to_have_text(re.compile(r"launch \d+ trials"), timeout=PATIENCE)
+    expect(launch).to_have_text(re.compile(r"launch \d+ trials"))
     (many,) = re.findall(r"\d+", launch.inner_text())
     launch.click()
     said = page.locator(".refine .launches .said")
-    expect(said).to_contain_text("has come to its end", timeout=PATIENCE)
+    expect(said).to_contain_text("has come to its end")
     return int(many)
 
 
@@ -87,21 +87,19 @@ def test_from_a_launch_to_a_file_for_readers(page: Page, tmp_path: Path) -> None
     words = ("launch", "spec.yaml", "--show", "--no-open", "--workers", "1")
     with started(tmp_path, *words) as process:
         page.goto(line_with(process, "http://"))
-        expect(page.locator(".counts")).to_contain_text("6 done", timeout=PATIENCE)
+        expect(page.locator(".counts")).to_contain_text("6 done")
         page.locator("#figure-kind").select_option("scatter")
         read_and_play(page)
         more = refine(page)
-        expect(page.locator(".counts")).to_contain_text(
-            f"{6 + more} done", timeout=PATIENCE
-        )
+        expect(page.locator(".counts")).to_contain_text(f"{6 + more} done")
         page.wait_for_function(f"() => {BOARD}.dots.length > 2")
         page.goto("about:blank")  # it would ask on
         process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 0
+        assert process.wait(PATIENCE) == 0
     made = sweep(tmp_path, "show", "small", "--to", "small.html", "--workers", "1")
     assert made.returncode == 0, made.stderr
     page.goto((tmp_path / "small.html").as_uri())
     clock = page.locator(".clock")
-    expect(clock).to_have_text("step 0 of 9", timeout=PATIENCE)
+    expect(clock).to_have_text("step 0 of 9")
     page.get_by_role("button", name="Play").first.click()
-    expect(clock).to_have_text(re.compile(r"step (\d+) of \1\b"), timeout=PATIENCE)
+    expect(clock).to_have_text(re.compile(r"step (\d+) of \1\b"))

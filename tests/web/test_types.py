@@ -29,6 +29,7 @@ from sweep.web.replaying import Replay
 from sweep.web.state import begin, from_study
 from sweep.web.twin import Twin
 from tests import ROOT
+from tests.patience import PATIENCE
 from tests.specs import GAINS
 from tests.studies import SMALL, launched
 from tests.web.test_protocol import DISC, RIGHT
@@ -104,6 +105,6 @@ def test_messages_are_of_the_types_by_which_the_page_is_checked(tmp_path: Path) 
         env={"DENO_DIR": str(tmp_path / "deno"), "NO_COLOR": "1"},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr[:4000]

@@ -23,10 +23,8 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import simulate
 from sweep.web.live import Live
 from sweep.web.widget import View
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
-
-PATIENCE = 90.0
-"""Seconds until something that must happen is given up, on however slow a machine."""
 
 
 class FrontEnd:

@@ -13,6 +13,7 @@ import pytest
 
 from sweep.workers import fingerprint
 from tests import ROOT
+from tests.patience import PATIENCE
 
 LAUNCH = """
 import os, signal, sys, time
@@ -79,7 +80,12 @@ def launched(folder: Path, *edits: tuple[str, str]) -> list[str]:
     environment = os.environ | {"PYTHONPATH": str(folder)}
     script = [sys.executable, "-c", LAUNCH.format(edits=edits)]
     done = subprocess.run(
-        script, cwd=folder, env=environment, capture_output=True, text=True, timeout=300
+        script,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()

@@ -25,6 +25,7 @@ from sweep.workers.chunks import MAX_CHUNK_JOBS, Chunks
 from sweep.workers.executors import Loky, Serial
 from sweep.workers.runner import Failure, drive
 from tests import ROOT, runner_jobs
+from tests.patience import PATIENCE
 
 SQUARES = {(job, job * job) for job in range(40)}
 
@@ -226,7 +227,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_promptly_without_orphans() -> None
             assert process.stdout.readline() == "batch\n"
         workers = runner_jobs.processes_below(process.pid)
         os.killpg(process.pid, signal.SIGINT)
-        output, errors = process.communicate(timeout=10)
+        output, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert runner_jobs.said_by_us(errors) == []
     kept = output.splitlines()[-1].split()
@@ -234,7 +235,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_promptly_without_orphans() -> None
     assert 6 <= int(kept[1]) < 100
     assert kept[2:] == ["{0.05}", "None"]
     assert len(workers) >= 2
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while any(processes.started(worker) for worker in workers):
         assert time.monotonic() < deadline, "orphan processes"
         time.sleep(0.05)
@@ -380,8 +381,7 @@ def test_workers_finish_together(workers: int, seed: int) -> None:
     assert max(free) < 1.04 * sum(truth) / workers
 
 
-def test_a_million_jobs_are_ordered_in_seconds() -> None:
-    start = time.perf_counter()
+def test_a_million_jobs_are_ordered() -> None:
+    """Work that grew with the square of their number would not end."""
     chunks = Chunks([index % 7 for index in range(1_000_000)], seconds=1.0)
-    chunks.take(2)
-    assert time.perf_counter() - start < 5
+    assert {index % 7 for index in chunks.take(2)} == {6}
