@@ -69,8 +69,24 @@ def running_browser() -> Iterator[Browser]:
         browser = playwright.chromium.launch(
             executable_path=path, args=["--no-sandbox", "--disable-gpu"]
         )
-        yield browser
+        with pytest.MonkeyPatch.context() as patch:
+            for name in ("new_context", "new_page"):
+                patch.setattr(browser, name, patient(getattr(browser, name)))
+            yield browser
         browser.close()
+
+
+def patient(make: Callable[..., Any]) -> Callable[..., Any]:
+    """Return `make`, which makes a page or a context, with our patience for what it
+    makes.
+    """
+
+    def made(**options: Any) -> Any:
+        new = make(**options)
+        new.set_default_timeout(1000 * PATIENCE)
+        return new
+
+    return made
 
 
 def in_the_cafeteria() -> Live:

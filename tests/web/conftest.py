@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from sweep.web.server import PageServer
-from tests.web.chromium import PATIENCE, Opened, running_browser, running_server
+from tests.web.chromium import Opened, running_browser, running_server
 
 
 @pytest.fixture(scope="session")
@@ -70,7 +70,6 @@ def page(browser: Browser) -> Iterator[Page]:
     """A page of its own, for any address, in which nothing goes wrong."""
     complaints: list[str] = []
     page = browser.new_context(viewport={"width": 1300, "height": 900}).new_page()
-    page.set_default_timeout(1000 * PATIENCE)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on(
         "console",

@@ -141,7 +141,6 @@ class Notebook:
         self.page = browser.new_page(
             viewport={"width": 1280, "height": 1060}, color_scheme="light"
         )
-        self.page.set_default_timeout(1000 * PATIENCE)
         self.complaints: list[str] = []
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on(

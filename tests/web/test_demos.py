@@ -88,7 +88,6 @@ def started(browser: Browser, server: PageServer) -> Iterator[Callable[..., Page
 
     def started(**about: object) -> Page:
         context = browser.new_context(**about)  # type: ignore[arg-type]
-        context.set_default_timeout(1000 * PATIENCE)
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         contexts.append(context)
         page = context.new_page()

@@ -53,7 +53,6 @@ def opened(browser: Browser, server: PageServer) -> Iterator[Open]:
     def opened(address: str = "", **about: Any) -> Page:
         size = {"viewport": {"width": 1400, "height": 900}}
         page = browser.new_context(**{**size, **about}).new_page()
-        page.set_default_timeout(1000 * PATIENCE)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(
             "console",
@@ -244,7 +243,6 @@ def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(
     browser: Browser, server: PageServer
 ) -> None:
     page = browser.new_page()  # where the browser may say that it was refused
-    page.set_default_timeout(1000 * PATIENCE)
     page.goto(f"{server.url}#study=small&kind=heatmap")
     refusal = page.locator(".figure .refusal").first
     expect(refusal).to_contain_text("needs two settings that vary")

@@ -65,7 +65,6 @@ def opened(browser: Browser) -> Iterator[Open]:
         context = browser.new_context(**{**size, **about})
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         page = context.new_page()
-        page.set_default_timeout(1000 * PATIENCE)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(
             "console",

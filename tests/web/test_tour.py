@@ -25,7 +25,6 @@ def page(browser: Browser) -> Iterator[Page]:
     """A page in which nothing goes wrong."""
     complaints: list[str] = []
     page = browser.new_context(viewport={"width": 1500, "height": 1000}).new_page()
-    page.set_default_timeout(1000 * PATIENCE)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on(
         "console",

@@ -21,7 +21,6 @@ from sweep.web.rooms import Rooms
 from sweep.web.server import PageServer
 from sweep.web.twin import Twin
 from tests import plotted
-from tests.patience import PATIENCE
 from tests.web.chromium import in_a_thread
 from tests.web.test_going_on import free_port
 
@@ -139,7 +138,6 @@ def test_trials_that_were_gone_to_are_shown_again_by_another_server(
 ) -> None:
     """In the player itself; the address says them, so that a reload finds them too."""
     page = browser.new_context(viewport={"width": 1300, "height": 900}).new_page()
-    page.set_default_timeout(1000 * PATIENCE)
     results, port = study.store.folder.parent, free_port()
     first, second, third, *_ = study.trials["trial_id"]
     replay = page.locator(".player .record")
