@@ -62,7 +62,8 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(
         patch.setattr(Checkpoints, "discard", note)
         next(store.folder.glob("parts/*/trials.parquet")).write_text("damaged")
         relaunch(long, tmp_path)
-    store.write_plan(study.plan.to_reader(), study.plan)
+    with (store.folder / "asked.parquet").open("wb"):
+        """A search up to version 0.18 has it."""
     seen |= {path.name for path in store.folder.iterdir()}
     assert seen == set(STORED)
 
