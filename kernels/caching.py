@@ -15,6 +15,7 @@ other sources is never read.
 
 import glob
 import hashlib
+import logging
 import os
 import sys
 import time
@@ -46,6 +47,8 @@ def usual_folder() -> Path:
 
 FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
+LOG = logging.getLogger("kernels")
+SAID = "BOIDSWEEP_KERNELS_NOT_KEPT"
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand, and those
 of kernels.fours.
@@ -90,11 +93,15 @@ class ByStamp(_CacheLocator):
         """numba asks this of each kind of place, and takes the first that it gets."""
         if function not in OURS:
             return None
-        FOLDER.mkdir(parents=True, exist_ok=True)
+        with suppress(OSError):  # nothing can be kept then, and `save` says so
+            FOLDER.mkdir(parents=True, exist_ok=True)
         return cls(function)
 
     def get_cache_path(self) -> str:
         return str(FOLDER)
+
+    def ensure_cache_path(self) -> None:
+        """Nothing: `ByClasses.save` does what can be done."""
 
     def get_source_stamp(self) -> str:
         return ""  # `ByClasses` asks for the stamp
@@ -210,10 +217,15 @@ class ByClasses:
 
     def save(self, key: Any, data: Any) -> None:
         """Keep what is compiled for a key, and once in a process remove what nobody
-        uses.
+        uses. Where that cannot be written it is used all the same, and a line says so.
         """
-        self._file(key[0]).save(key, data)
-        remove_unused(Path(self._folder))
+        folder = Path(self._folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file(key[0]).save(key, data)
+            remove_unused(folder)
+        except OSError as error:
+            _say_not_kept(folder, error)
 
     def holds_any(self) -> bool:
         """Whether the function is compiled already, for arguments of any types."""
@@ -246,6 +258,19 @@ class ByClasses:
             names = " ".join(sorted(taken))
             held.append(hashlib.sha256(names.encode()).hexdigest()[:8])
         return "-".join([self._name, *held, *sorted(packages - self._ours)])
+
+
+def _say_not_kept(folder: Path, error: OSError) -> None:
+    """Say that compiled code cannot be kept; once, as worker processes inherit that it
+    was said.
+    """
+    if SAID not in os.environ:
+        os.environ[SAID] = "1"
+        LOG.warning(
+            "%s: compiled kernels cannot be kept (%s): every process compiles them"
+            " anew. Make room there, or set NUMBA_CACHE_DIR to another folder.",
+            *(folder, error.strerror or error),
+        )
 
 
 def note_alone(function: Callable[..., Any]) -> None:

@@ -25,15 +25,24 @@ SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
 
 
 def python(code: str, folder: Path = ROOT, **environment: str) -> str:
-    """What `code` prints in a new process that finds kernels and sweep in `folder`, and
-    the tests' helpers.
+    """What `code` prints in a new process, as of `ended`, which must succeed."""
+    finished = ended(code, folder, **environment)
+    assert finished.returncode == 0, finished.stderr
+    return finished.stdout
+
+
+def ended(
+    code: str, folder: Path = ROOT, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """A new process that has run `code`, and that finds kernels and sweep in `folder`,
+    and the tests' helpers.
     """
     paths = os.pathsep.join([str(folder), str(ROOT)])
     environment = (
         os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
     )
     command = [sys.executable, "-W", "error", "-c", code]
-    finished = subprocess.run(
+    return subprocess.run(
         command,
         env=environment,
         cwd=folder,
@@ -41,8 +50,6 @@ def python(code: str, folder: Path = ROOT, **environment: str) -> str:
         text=True,
         check=False,
     )
-    assert finished.returncode == 0, finished.stderr
-    return finished.stdout
 
 
 IN_TURN = """

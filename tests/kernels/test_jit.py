@@ -11,7 +11,7 @@ import pytest
 from kernels.jit import jit
 from sweep.trial.simulation import run
 from tests import ROOT, builders
-from tests.commands import python
+from tests.commands import ended, python
 
 INTERPRETED = (
     "from tests import builders; import numba; assert numba.config.DISABLE_JIT\n"
@@ -133,6 +133,30 @@ def test_a_second_process_compiles_nothing(copied: Path) -> None:
     assert len(files[0]) > 0
     assert outcomes[0] == outcomes[1]
     assert files[0] == files[1]
+
+
+FULL = """
+import errno, os
+from kernels import caching
+
+def full(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+caching.IndexDataCacheFile.save = full
+"""
+
+
+def test_what_cannot_be_kept_is_compiled_all_the_same(copied: Path) -> None:
+    """A line says so, once for a process and those that it starts."""
+    (copied / "kernels" / "caller.py").write_text(CALLER)
+    cache = str(copied / "cache")
+    code = f"{FULL}{CALL}\nprint(caching.SAID in os.environ)"
+    done = ended(code, copied, NUMBA_CACHE_DIR=cache)
+    assert (done.returncode, done.stdout.split()[1:]) == (0, ["3.0", "True"])
+    assert cache_files(copied / "cache") == {}
+    [line] = done.stderr.splitlines()
+    said = "compiled kernels cannot be kept (No space left on device): every process"
+    assert line.startswith(f"{cache}/boidsweep/kernels: {said} compiles them anew.")
 
 
 SCALED = """
