@@ -106,10 +106,10 @@ def measure(
         report    is told how many of how many trials have been read and measured
 
     Raises ChoiceError for what is no such metric, for one that needs more than is
-    stored, and where all are recorded; CodeError for code that cannot be used or may not run; StoreError where
-    another process is launching the study, where trials are not what this machine and
-    this code compute, and where the store cannot be read or written. Whatever is
-    raised, what was stored stays.
+    stored, and where all are recorded; CodeError for code that cannot be used or may
+    not run; StoreError where another process is launching the study, where trials are
+    not what this machine and this code compute, and where the store cannot be read or
+    written. Whatever is raised, what was stored stays.
     """
     found = StoredStudy(name, results, trust=trust)
     with custody(found.store) as lock:

@@ -97,9 +97,10 @@ def _is_packed(place: Location, name: str, packed: PackedFile) -> bool:
         return False
     try:
         with open_stored(place) as file:
-            return hashlib.file_digest(file, "sha256").hexdigest() == packed.sums[member]
+            found = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:  # it is a folder, or none of ours
         return False
+    return found == packed.sums[member]
 
 
 def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:

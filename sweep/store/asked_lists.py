@@ -55,8 +55,8 @@ def asked_in(plan: pa.Table, file: Location, remedy: str) -> pa.Table:
         raise UnreadableError(file, f"has no lists under {ASKED_FOR}", remedy)
     lists = plan[ASKED_FOR].combine_chunks()
     rows = dict(zip(names, pc.list_flatten(lists).flatten(), strict=True))
-    rows["trial_id"] = plan["trial_id"].combine_chunks().take(
-        pc.list_parent_indices(lists)
+    rows["trial_id"] = (
+        plan["trial_id"].combine_chunks().take(pc.list_parent_indices(lists))
     )
     table = pa.table(rows, metadata=plan.schema.field(ASKED_FOR).metadata)
     return table.sort_by(ROW).drop_columns(ROW)

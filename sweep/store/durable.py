@@ -17,7 +17,6 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-
 LOG = logging.getLogger("sweep")
 HAS_NO_WAY = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
 """What a file system says that cannot flush folders. All else, as EIO and ENOSPC, means

@@ -90,7 +90,8 @@ def by_phase(study: StoredStudy) -> StoredStudy:
         return study
     if lacking := {"trial_id", PHASE} - set(asked.column_names):
         raise StoreError(
-            f"{study.store.folder / PLAN}: it has no column {min(lacking)}; {SEARCH_AGAIN}"
+            f"{study.store.folder / PLAN}: it has no column {min(lacking)};"
+            f" {SEARCH_AGAIN}"
         )
     rows = asked.select(["trial_id", PHASE]).to_pandas().drop_duplicates("trial_id")
     return PhasedSearch(study, rows.set_index("trial_id")[PHASE])

@@ -34,7 +34,7 @@ P = ParamSpec("P")
 
 IDLE_SECONDS = 30.0
 UNNOTICED_SECONDS = 1.0
-SHARED_MEMORY, SEMAPHORE = Path("/dev/shm"), "boidsweep"  # noqa: S108
+SHARED_MEMORY, SEMAPHORE = Path("/dev/shm"), "boidsweep"
 """Where Linux keeps semaphores with names, and how ours are called."""
 PATIENCE_SECONDS = 5.0
 ONE_THREAD = {
@@ -277,7 +277,7 @@ def _own_semaphores() -> None:
     for file in SHARED_MEMORY.glob(f"sem.{glob.escape(here())}~*~{SEMAPHORE}-*"):
         process = file.name.split("~")[1]
         if process.isdecimal() and started(int(process)) is None:
-            with suppress(OSError):  # another launch removes it, or it is another user's
+            with suppress(OSError):  # another launch has, or it is another user's
                 file.unlink()
 
 

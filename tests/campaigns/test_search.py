@@ -25,8 +25,8 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
-from sweep.tables.point_means import point_means
 from sweep.store.store import Store
+from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Loky, Serial

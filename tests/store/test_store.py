@@ -609,7 +609,11 @@ def test_what_a_search_has_asked_for_is_in_its_plan(tmp_path: Path) -> None:
     plan = pa.table({"trial_id": ["b", "c", "a"], "point": [0, 1, 2]})
     plan = plan.replace_schema_metadata(PROVENANCE)
     asked = pa.table(
-        {"run": ["x", "y", "x", "x"], "trial_id": ["a", "b", "a", "b"], "block": [*"1234"]}
+        {
+            "run": ["x", "y", "x", "x"],
+            "trial_id": ["a", "b", "a", "b"],
+            "block": [*"1234"],
+        }
     ).replace_schema_metadata({b"search": b"{}"})
     store.write_plan(plan.to_reader(), asked)
     assert [file.name for file in store.folder.glob("*.parquet")] == ["plan.parquet"]
@@ -620,7 +624,8 @@ def test_what_a_search_has_asked_for_is_in_its_plan(tmp_path: Path) -> None:
     assert found.schema.metadata == asked.schema.metadata
     store.write_plan(plan.to_reader(), asked.slice(0, 0))
     empty = store.read_asked()
-    assert empty is not None and empty.num_rows == 0
+    assert empty is not None
+    assert empty.num_rows == 0
     with pytest.raises(ValueError, match="only for trials of its plan"):
         store.write_plan(plan.slice(1).to_reader(), asked)
     store.write_plan(plan.to_reader())
@@ -635,7 +640,8 @@ def test_what_searches_up_to_0_18_have_asked_for_is_read(tmp_path: Path) -> None
     asked = plan.append_column("block", pa.array([1]))
     pq.write_table(asked, store.folder / "asked.parquet")
     found = store.read_asked()
-    assert found is not None and found.equals(asked)
+    assert found is not None
+    assert found.equals(asked)
     store.write_plan(plan.to_reader(), asked)
     assert not (store.folder / "asked.parquet").exists()
     assert store.read_asked() is not None
