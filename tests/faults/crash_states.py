@@ -145,8 +145,7 @@ def done(kind: Kind, results: Path) -> int:
 
 
 def tables(spec: str, results: Path) -> list[pd.DataFrame]:
-    """What a study has stored, but for how long it took; and what a search asked for.
-    """
+    """What a study has stored, less how long it took; and what a search asked for."""
     study = StoredStudy(read(spec).name, results)
     found = [study.trials, study.series, study.trajectories]
     if (asked := study.store.read_asked()) is not None:
