@@ -15,7 +15,6 @@ other sources is never read.
 
 import glob
 import hashlib
-import logging
 import os
 import sys
 import time
@@ -47,8 +46,8 @@ def usual_folder() -> Path:
 
 FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
-LOG = logging.getLogger("kernels")
-SAID = "BOIDSWEEP_KERNELS_NOT_KEPT"
+NOT_KEPT: dict[str, str] = {}
+"""The folders where what was compiled could not be kept, and why."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand, and those
 of kernels.fours.
@@ -93,7 +92,7 @@ class ByStamp(_CacheLocator):
         """numba asks this of each kind of place, and takes the first that it gets."""
         if function not in OURS:
             return None
-        with suppress(OSError):  # nothing can be kept then, and `save` says so
+        with suppress(OSError):  # nothing can be kept then, and `save` notes why
             FOLDER.mkdir(parents=True, exist_ok=True)
         return cls(function)
 
@@ -217,7 +216,7 @@ class ByClasses:
 
     def save(self, key: Any, data: Any) -> None:
         """Keep what is compiled for a key, and once in a process remove what nobody
-        uses. Where that cannot be written it is used all the same, and a line says so.
+        uses. What cannot be written is used all the same, and NOT_KEPT has why.
         """
         folder = Path(self._folder)
         try:
@@ -225,7 +224,7 @@ class ByClasses:
             self._file(key[0]).save(key, data)
             remove_unused(folder)
         except OSError as error:
-            _say_not_kept(folder, error)
+            NOT_KEPT[self._folder] = error.strerror or str(error)
 
     def holds_any(self) -> bool:
         """Whether the function is compiled already, for arguments of any types."""
@@ -258,19 +257,6 @@ class ByClasses:
             names = " ".join(sorted(taken))
             held.append(hashlib.sha256(names.encode()).hexdigest()[:8])
         return "-".join([self._name, *held, *sorted(packages - self._ours)])
-
-
-def _say_not_kept(folder: Path, error: OSError) -> None:
-    """Say that compiled code cannot be kept; once, as worker processes inherit that it
-    was said.
-    """
-    if SAID not in os.environ:
-        os.environ[SAID] = "1"
-        LOG.warning(
-            "%s: compiled kernels cannot be kept (%s): every process compiles them"
-            " anew. Make room there, or set NUMBA_CACHE_DIR to another folder.",
-            *(folder, error.strerror or error),
-        )
 
 
 def note_alone(function: Callable[..., Any]) -> None:

@@ -25,24 +25,15 @@ SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
 
 
 def python(code: str, folder: Path = ROOT, **environment: str) -> str:
-    """What `code` prints in a new process, as of `ended`, which must succeed."""
-    finished = ended(code, folder, **environment)
-    assert finished.returncode == 0, finished.stderr
-    return finished.stdout
-
-
-def ended(
-    code: str, folder: Path = ROOT, **environment: str
-) -> subprocess.CompletedProcess[str]:
-    """A new process that has run `code`, and that finds kernels and sweep in `folder`,
-    and the tests' helpers.
+    """What `code` prints in a new process that finds kernels and sweep in `folder`, and
+    the tests' helpers.
     """
     paths = os.pathsep.join([str(folder), str(ROOT)])
     environment = (
         os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
     )
     command = [sys.executable, "-W", "error", "-c", code]
-    return subprocess.run(
+    finished = subprocess.run(
         command,
         env=environment,
         cwd=folder,
@@ -50,6 +41,8 @@ def ended(
         text=True,
         check=False,
     )
+    assert finished.returncode == 0, finished.stderr
+    return finished.stdout
 
 
 IN_TURN = """
