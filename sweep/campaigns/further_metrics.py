@@ -47,10 +47,12 @@ class FurtherMetrics:
         if wrong:
             words = f"{'; '.join(wrong)}; `sweep metrics` lists them"
             raise ChoiceError(words, study.name)
-        there = expressions(study.store.schema("trials"))
         texts = {name.strip(): text.strip() for name, _, text in derive}
+        known_texts = expressions(study.store.schema("trials")) if derive else {}
         self.derive = {
-            name: text for name, text in texts.items() if there.get(name) != text
+            name: text
+            for name, text in texts.items()
+            if name not in recorded or known_texts.get(name) != text
         }
         if taken := self.derive.keys() & recorded:
             words = f"{min(taken)} is recorded already: choose another name for it"

@@ -155,6 +155,9 @@ def test_expressions_are_of_frames_or_of_series(tmp_path: Path) -> None:
         measured(tmp_path / "here", "gain = speed")
     with pytest.raises(ChoiceError, match="speed: recorded already, see `sweep table`"):
         measured(tmp_path / "here", asked[0])
+    relaunch(spec, tmp_path / "here")  # its trials are listed without it again
+    again = measured(tmp_path / "here", asked[0])
+    assert again.metrics == ["polarization", "gain"]
     series = spec.replace("trajectories: true", "heatmaps: false")
     launched(series, tmp_path / "series")
     assert measured(tmp_path / "series", "left = 1 - escapes").measured == 6
