@@ -4,6 +4,7 @@ that records them stores, or they are refused and nothing is stored.
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,9 @@ from sweep.spec.adding import with_metrics
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.recorded import lacks
 from sweep.spec.strict_yaml import parse_document, read_documents
+from sweep.store.buckets import Bucket
 from sweep.store.folders import Folder
+from sweep.store.locations import Location
 from sweep.store.lock import Lock
 from sweep.store.manifest import table_names
 from sweep.store.parquet import load_table
@@ -36,6 +39,7 @@ from tests import oscillators
 from tests.commands import sweep
 from tests.own_models import edited, written
 from tests.searches import TINY, searched
+from tests.store.test_whole_studies import in_memory
 from tests.studies import (
     SMALL,
     launched,
@@ -464,32 +468,34 @@ def in_two_files(study: StoredStudy, asked: pa.Table) -> None:
     pq.write_table(asked, study.store.folder / "asked.parquet")
 
 
+@pytest.mark.parametrize("kind", [Folder, Bucket])
 def test_what_a_search_asked_for_is_stored_with_its_plan_in_one_step(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: type[Folder | Bucket]
 ) -> None:
     """Wherever `sweep measure` is killed, the candidates have trials of the plan."""
     searched(FLOWN_SEARCH, tmp_path)
-    put, left = Folder.put, list[int]()
+    place: Location = tmp_path if kind is Folder else in_memory(tmp_path)[1]
+    put, left = kind.put, list[int]()
 
-    def killed(place: Folder, staged: Path) -> None:
+    def killed(store: Any, staged: Path) -> None:
         if not left:
             raise KeyboardInterrupt
         left.pop()
-        put(place, staged)
+        put(store, staged)
 
-    monkeypatch.setattr(Folder, "put", killed)
+    monkeypatch.setattr(kind, "put", killed)
     for writes in range(10):
         left[:] = range(writes)
         try:
-            measured(tmp_path, "polarization", study="tiny")
+            measure("tiny", ["polarization"], place, Serial())
             break
         except KeyboardInterrupt:
-            study = StoredStudy("tiny", tmp_path)
+            study = StoredStudy("tiny", place)
             asked, columns = read_asked(study).table, read_asked(study).about
             assert set(asked["trial_id"]) == set(study.plan["trial_id"].to_pylist())
             assert asked[columns["parameters"]].notna().all(axis=None)
     assert writes == 2
-    assert read_asked(StoredStudy("tiny", tmp_path)).table["polarization"].notna().all()
+    assert read_asked(StoredStudy("tiny", place)).table["polarization"].notna().all()
 
 
 def test_a_search_whose_two_files_were_left_apart_is_healed_by_the_same_command(
