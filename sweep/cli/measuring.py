@@ -55,8 +55,8 @@ def measure(
     if quiet:
         return
     if not done.metrics:
-        said = "what a killed measurement had left undone is done, see `sweep table`"
-        print(f"{study}: {said}", file=sys.stderr)
+        words = "what a killed measurement had left undone is done, see `sweep table`"
+        print(f"{study}: {words}", file=sys.stderr)
         return
     said = [
         f"{study}: {', '.join(done.metrics)} of {so_many(done.measured, 'trial')}"
