@@ -62,8 +62,7 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(
         patch.setattr(Checkpoints, "discard", note)
         next(store.folder.glob("parts/*/trials.parquet")).write_text("damaged")
         relaunch(long, tmp_path)
-    with (store.folder / "asked.parquet").open("wb"):
-        """A search up to version 0.18 has it."""
+    (store.folder / "asked.parquet").touch()  # of a search up to version 0.18
     seen |= {path.name for path in store.folder.iterdir()}
     assert seen == set(STORED)
 
