@@ -135,8 +135,7 @@ def _led_to(place: str, path: str, topics: dict[str, Topic]) -> str | None:
 
 def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
     """Find the paragraphs that have all these words, or words that begin so, whatever
-    their capital letters; of each the line with the first of the words. A word may begin
-    after `_`.
+    their capital letters; of each the line with the first of them. `_` parts words.
     """
     wanted = [
         re.compile(r"(?<![^\W_])" + re.escape(word), re.IGNORECASE)
