@@ -38,7 +38,7 @@ HEAD = """\
 # compiles the model, about 15 s of an idle core. Then `sweep table {study}` and
 # `sweep plot {study}`. `sweep models {model}` lists all settings, `sweep metrics`
 # what can be recorded, and `sweep guide writing` what else a spec can have. Say what
-# the study is for in a comment above this one and its empty line: `sweep odd` quotes it.
+# the study is for in a comment above this one and its empty line: `sweep odd` has it.
 """
 """It begins with an empty line: so it is not the comment that says what a study is for.
 """
