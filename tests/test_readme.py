@@ -41,20 +41,6 @@ def test_the_guide_lists_its_chapters() -> None:
 KINDS_OF_FIGURES = re.compile(r"The kinds are\n(.*?)\n\n", re.DOTALL)
 NUMBERS = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight"]
 NUMBERS += ["nine", "ten", "eleven", "twelve", "thirteen", "fourteen", "fifteen"]
-    "zero",
-    "one",
-    "two",
-    "three",
-    "four",
-    "five",
-    "six",
-    "seven",
-    "eight",
-    "nine",
-    "ten",
-    "eleven",
-    "twelve",
-]
 
 
 def test_the_guide_names_all_kinds_of_figures() -> None:
