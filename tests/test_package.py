@@ -154,6 +154,9 @@ def test_every_extra_that_is_named_is_one() -> None:
     listed = re.findall(r"boidsweep\[([a-z,]+)\]", written)
     assert {extra for one in listed for extra in one.split(",")} <= extras.keys()
     assert not re.search(r"pip install \\?[\"']?\.\[", written)
+    start = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`.*?`) \|", start, re.MULTILINE)
+    assert set(re.findall(r"`(\w+)`", " ".join(rows))) == extras.keys()
 
 
 @pytest.mark.parametrize("command", ["view", "show"])

@@ -6,6 +6,7 @@ from textwrap import dedent
 import pytest
 
 import sweep
+from sweep.figures import KINDS
 from sweep.spec.study import parse_spec
 from tests import ROOT
 from tests.studies import SMALL
@@ -35,6 +36,49 @@ def test_the_guide_lists_its_chapters() -> None:
     assert re.findall(r"^- \[(.*)\]\(#(.*)\)$", GUIDE, re.MULTILINE) == [
         (chapter, chapter.lower().replace(" ", "-")) for chapter in chapters
     ]
+
+
+KINDS_OF_FIGURES = re.compile(r"The kinds are\n(.*?)\n\n", re.DOTALL)
+NUMBERS = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight"]
+NUMBERS += ["nine", "ten", "eleven", "twelve", "thirteen", "fourteen", "fifteen"]
+
+
+def test_the_guide_names_all_kinds_of_figures() -> None:
+    listed = KINDS_OF_FIGURES.search(GUIDE)
+    assert listed
+    assert set(re.findall(r"`(\w+)`", listed[1])) == set(KINDS)
+
+
+def test_the_readme_counts_the_studies_and_those_that_are_judged() -> None:
+    """As its table of verdicts does."""
+    rows = re.findall(r"^\| (\w+) \| (\d+) \|", README, re.MULTILINE)
+    studies = {path.parent.name for path in ROOT.glob("experiments/*/published.yaml")}
+    assert {name for name, _ in rows} == studies
+    judged = NUMBERS[sum(count != "0" for _, count in rows)]
+    others = NUMBERS[sum(count == "0" for _, count in rows)]
+    words = " ".join(README.split())
+    count = NUMBERS[len(studies)]
+    assert f"{count.capitalize()} published studies are built in." in words
+    assert f"[statements of {judged} of them](#the-studies)" in words
+    assert f"Of the other {others} only" in words
+    assert f"runs what is missing of all {count}" in words
+    listed = re.findall(r"^\| \[(\w+)\]\(experiments", README, re.MULTILINE)
+    assert set(listed) == studies
+
+
+def test_no_text_counts_what_is_not_counted_by_a_test() -> None:
+    """Stories, examples and demos are without a number: they are seen at once."""
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    counted = re.compile(
+        rf"\b(?:{'|'.join(NUMBERS)}) (?:stories|tutorials|notebooks|demos"
+        r"|models of (?:other )?papers|built-in studies)\b",
+        re.IGNORECASE,
+    )
+    found = {
+        path.name: counted.findall(path.read_text(encoding="utf-8")) for path in pages
+    }
+    del found["CHANGELOG.md"]  # it says what was
+    assert {name: one for name, one in found.items() if one} == {}
 
 
 def test_make_help_explains_every_target() -> None:

@@ -12,7 +12,7 @@ from zipfile import ZipFile
 import pytest
 
 from kernels.identity import kernels_sha
-from sweep.cli.topics import all_topics
+from sweep.cli.topics import all_topics, readable
 from sweep.published.starting import built_in_specs
 from sweep.store.repository import built_from, git_state
 from tests import ROOT
@@ -117,6 +117,13 @@ def test_editors_and_type_checkers_find_the_kernels_of_a_wheel(installed: Path) 
     assert (installed / "sweep" / "py.typed").is_file()
 
 
+def test_a_wheel_has_the_pages_that_are_topics_and_no_others(installed: Path) -> None:
+    docs = installed / "sweep" / "docs"
+    brought = {path.relative_to(docs).as_posix() for path in docs.rglob("*.*")}
+    topics = {topic.path.removeprefix("docs/") for topic in all_topics().values()}
+    assert brought == topics - {"GUIDE.md"}
+
+
 @pytest.mark.slow
 def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
     installed: Path, tmp_path: Path
@@ -142,9 +149,10 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
 def test_a_wheel_teaches_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
     """The guide and its pages, and a study of a model that runs."""
     listed = run(installed, tmp_path, *SWEEP, "guide")
-    assert set(all_topics()) == {line.split()[0] for line in listed.splitlines()}
-    page = (ROOT / "docs" / "own-models.md").read_text(encoding="utf-8")
-    assert run(installed, tmp_path, *SWEEP, "guide", "own-models") == page
+    topics = all_topics()
+    assert set(topics) == {line.split()[0] for line in listed.splitlines()}
+    page = readable("one-question", topics)
+    assert run(installed, tmp_path, *SWEEP, "guide", "one-question") == page
     run(installed, tmp_path, *SWEEP, "init", "a.yaml", "--model", "nguyen2024")
     said = run(installed, tmp_path, *SWEEP, "launch", "a.yaml")
     assert "my/a: 96 new trials (96 done)" in said

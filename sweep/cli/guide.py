@@ -1,42 +1,56 @@
 """The command that shows the guide: its chapters, and the pages that it leads to."""
 
+import re
 from typing import Annotated
 
 import typer
 
 from sweep.cli.app import app
 from sweep.cli.completing import guide_topics
-from sweep.cli.topics import all_topics, slug, title
+from sweep.cli.topics import Topic, all_topics, readable, search, slug
 from sweep.errors import ChoiceError
-from sweep.text import unknown
+from sweep.text import shortened, similar, unknown
+
+FEW = 6
+"""Topics that an error names."""
 
 
 @app.command()
 def guide(
     topic: Annotated[
-        str | None,
+        list[str] | None,
         typer.Argument(
             help="A topic, or how it begins, as `searching`; without it all are"
-            " listed.",
+            " listed. With --search: words to find.",
             autocompletion=guide_topics,
         ),
     ] = None,
+    find: Annotated[
+        bool,
+        typer.Option("--search", help="Find the paragraphs that have all these words."),
+    ] = False,
 ) -> None:
     """The guide: how to write a spec, to search, to use clusters, and much more.
 
-    It is text in a pipe, as for `sweep guide searching | less`.
+    It is text in a pipe, as for `sweep guide searching | less`. `sweep guide --search
+    packet loss` prints the topic, the heading and the line of each paragraph that has
+    both words.
     """
     from rich.markdown import Markdown
 
     from sweep.cli.terminal import console
 
     topics = all_topics()
-    if topic is None:
-        width = max(map(len, topics))
-        for name, text in topics.items():
-            print(f"{name:<{width}}  {title(text)}")
+    words = " ".join(topic or [])
+    if find:
+        _print_found(words, topics)
         return
-    text = topics[_chosen(topic, topics)]
+    if not words:
+        width = max(map(len, topics))
+        for name, page in topics.items():
+            print(f"{name:<{width}}  {page.title}")
+        return
+    text = readable(_chosen(words, topics), topics)
     out = console()
     if out.is_terminal:
         out.print(Markdown(text, hyperlinks=False))
@@ -44,7 +58,7 @@ def guide(
         print(text, end="")
 
 
-def _chosen(topic: str, topics: dict[str, str]) -> str:
+def _chosen(topic: str, topics: dict[str, Topic]) -> str:
     """The topic of this name, or the only one that begins so, or that has it as a
     word. Raises ChoiceError where there is none.
     """
@@ -54,6 +68,31 @@ def _chosen(topic: str, topics: dict[str, str]) -> str:
     for found in ([wanted] if wanted in topics else [], begin, within):
         if len(found) == 1:
             return found[0]
+    speak = list(dict.fromkeys(found.topic for found in search(topic, topics)))
+    if begin or within or not speak:
+        kind = "topic (see `sweep guide`)"
+        raise ChoiceError(unknown(kind, topic, begin or within or topics))
+    more = ", ..." if len(speak) > FEW else ""
     raise ChoiceError(
-        unknown("topic (see `sweep guide`)", topic, begin or within or topics)
+        f'no topic is called "{shortened(topic)}"; these have it, as `sweep guide'
+        f" --search {shortened(topic)}` shows: {', '.join(speak[:FEW])}{more}"
     )
+
+
+def _print_found(words: str, topics: dict[str, Topic]) -> None:
+    """Print each paragraph that has these words, below the name of its topic."""
+    if not words.strip():
+        raise ChoiceError("--search needs a word, as in `sweep guide --search torus`")
+    topic = ""
+    for found in search(words, topics):
+        if found.topic != topic:
+            topic = found.topic
+            print(f"{topic}  {topics[topic].title}")
+        print(f"    {found.heading}: {found.line}")
+    if not topic:
+        text = " ".join(readable(name, topics) for name in topics)
+        written = sorted(set(re.findall(r"[a-z_]{3,}", text.lower())))
+        raise ChoiceError(
+            f'no paragraph of the guide has "{shortened(words)}"'
+            + next(filter(None, (similar(one, written) for one in words.split())), "")
+        )

@@ -13,7 +13,7 @@ from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
 from sweep.cli.terminal import console
-from sweep.design.plan import duration
+from sweep.design.plan import about
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import Settings, Value, settings_of
@@ -103,7 +103,7 @@ def built_in_table(workers: int) -> Table:
             study.name,
             plan.model,
             f"{most}{plan.trials:,}",
-            most + duration(plan.wall_seconds),
+            about(plan.wall_seconds, most),
             study.text,
         )
     return table

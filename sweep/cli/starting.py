@@ -44,7 +44,7 @@ def init(
 ) -> None:
     """Begin a study of your own, as a built-in one or with a model.
 
-    With --model it is a small one that takes about ten seconds and explains its keys. A
+    With --model it is a small one that takes some seconds and explains its keys. A
     file NAME.yaml has the study my/NAME: its results are apart from those of the
     built-in one. Tables and images that a built-in spec names are copied too.
 

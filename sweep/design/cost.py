@@ -49,6 +49,8 @@ BODY_SECONDS, BETWEEN_SECONDS = 1.5e-9, 0.5e-9
 """Of each body whose distance is looked at, and of each pair of one in range and one
 that may be hidden by it.
 """
+OBSTACLE_SECONDS = 2.6e-6
+"""Of each obstacle that is drawn for the world of a trial."""
 METRIC_SECONDS = 15e-9
 INTEGRAL_SECONDS = 1.5e-9
 PAIR_METRIC_SECONDS = 250e-9
@@ -126,7 +128,11 @@ def trial_seconds(
     cubic = n**2 * sum(metric.cubic for metric in measured)
     of_a_boid = METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing
     metrics = n * frames * (of_a_boid + CUBIC_METRIC_SECONDS * cubic)
-    return TRIAL_SECONDS + n * steps * boid_step + metrics
+    seconds = TRIAL_SECONDS + n * steps * boid_step + metrics
+    drawn = known.maps.get(str(settings["map"]))  # of a map of the spec it is None
+    if drawn is not None and drawn.random:
+        seconds += OBSTACLE_SECONDS * float(settings["n_obstacles"])
+    return seconds
 
 
 def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> float:

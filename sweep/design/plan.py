@@ -14,6 +14,8 @@ from sweep.spec.study import Study
 from sweep.text import so_many
 
 MOST_LOOKED_AT = 500
+LEAST_SAID = 0.1
+"""Seconds: the digits of a shorter estimate mean nothing."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Plan:
 
     def as_text(self) -> str:
         """The plan for a reader."""
-        about = "at most about" if self.until or self.refine else "about"
+        most = "at most " if self.until or self.refine else ""
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
@@ -81,16 +83,13 @@ class Plan:
         lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
         lines += [f"on error   {self.on_error}"] if self.on_error else []
         lines += [
+            (f"CPU time   {about(self.cpu_seconds, most)}{probed(self.probe_steps)}"),
             (
-                f"CPU time   {about} {duration(self.cpu_seconds)}"
-                f"{probed(self.probe_steps)}"
-            ),
-            (
-                f"wall time  {about} {duration(self.wall_seconds)} with"
+                f"wall time  {about(self.wall_seconds, most)} with"
                 f" {workforce(self.workers, self.threads)}"
                 f"{compiled(self.compiling_seconds)}"
             ),
-            f"results    {about} {size(self.result_bytes)}{self._last_states()}",
+            f"results    {most}about {size(self.result_bytes)}{self._last_states()}",
         ]
         if self.continued:
             trials, steps = f"{self.continued:,} trials", f"{self.steps_saved:,} steps"
@@ -200,14 +199,19 @@ def workforce(workers: int, threads: int) -> str:
 
 def compiled(seconds: float) -> str:
     """What compiling adds to the time of a plan, in words."""
-    return (
-        f", and once about {duration(seconds)} to compile the model" if seconds else ""
-    )
+    return f", and once {about(seconds)} to compile the model" if seconds else ""
 
 
 def probed(steps: int) -> str:
     """What follows estimated seconds that come from a probe of so many steps."""
     return f", estimated from a probe of {steps:,} steps" if steps else ""
+
+
+def about(seconds: float, most: str = "") -> str:
+    """An estimate of seconds in words; `most` is "at most " where it is a bound."""
+    if seconds < LEAST_SAID:
+        return f"less than {LEAST_SAID} s"
+    return f"{most}about {duration(seconds)}"
 
 
 def duration(seconds: float) -> str:

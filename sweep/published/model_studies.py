@@ -11,7 +11,7 @@ from typing import Any
 
 from kernels.catalogue import Catalogue
 from sweep.campaigns.plan import plan_of
-from sweep.design.plan import duration
+from sweep.design.plan import about
 from sweep.errors import SpecError
 from sweep.own_code.reading import named_model, study_of
 from sweep.published.starting import OWN, Begun, check_new_spec, for_editors
@@ -24,8 +24,8 @@ from sweep.text import unknown
 
 WORKERS = 2
 CPU_SECONDS = 12.0
-"""For all trials. With two workers, and with what Python takes to start, such a study
-takes about ten seconds.
+"""Most for all trials. With two workers, and with what Python takes to start, such a
+study takes at most about ten seconds.
 """
 FEWEST_TRIALS, MOST_TRIALS = 4, 32
 """A point."""
@@ -34,11 +34,11 @@ FACTORS = (0.5, 1, 2)
 MOST_SERIES, FRAMES = 3, 100
 HEAD = """\
 
-# A small study of {model}: about {wall} with {workers} workers. The first launch also
-# compiles the model, about 15 s. Then `sweep table {study}` and `sweep plot {study}`.
-# `sweep models {model}` lists all settings, `sweep metrics` what can be recorded,
-# and `sweep guide writing` says what else a spec can have. What the study is for you
-# say in a comment above this one and its empty line: `sweep odd` quotes it.
+# A small study of {model}: {wall} with {workers} workers. The first launch also
+# compiles the model, about 15 s of an idle core. Then `sweep table {study}` and
+# `sweep plot {study}`. `sweep models {model}` lists all settings, `sweep metrics`
+# what can be recorded, and `sweep guide writing` what else a spec can have. Say what
+# the study is for in a comment above this one and its empty line: `sweep odd` has it.
 """
 """It begins with an empty line: so it is not the comment that says what a study is for.
 """
@@ -163,9 +163,7 @@ def _text(
             "every": max(1, steps // FRAMES),
         },
     }
-    head = HEAD.format(
-        model=model.given, study=name, wall=duration(wall), workers=WORKERS
-    )
+    head = HEAD.format(model=model.given, study=name, wall=about(wall), workers=WORKERS)
     return for_editors(head + "".join(_lines(spec, _meanings(model))))
 
 

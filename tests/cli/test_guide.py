@@ -1,5 +1,6 @@
 """`sweep guide`, the first help, and what a shell completes."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from rich.console import Console
 
 import sweep.cli.guide as guide
 from sweep.cli.app import FIRST
-from sweep.cli.topics import all_topics, chapters
+from sweep.cli.topics import Topic, all_topics, chapters, readable, search
 from sweep.design.design import expand
 from sweep.spec.study import parse_spec
 from tests import ROOT
@@ -23,16 +24,19 @@ def test_the_topics_are_the_chapters_and_the_pages(tmp_path: Path) -> None:
     listed = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     assert listed["writing-a-spec"] == "Writing a spec"
     assert listed["own-models"] == "A model of your own"
-    pages = {page.stem for page in ROOT.glob("docs/*.md")}
+    assert listed["intervals"] == "Which interval a mean has"
+    assert listed["tutorials"] == "Tutorials"
+    folders = ("docs", "docs/tutorials", "docs/explanations")
+    pages = {page.stem for one in folders for page in ROOT.glob(f"{one}/*.md")}
     assert pages
-    assert set(listed) == pages | {
+    assert set(listed) == pages - {"index"} | {"tutorials", "explanations"} | {
         line.partition("(#")[2].rstrip(")")
         for line in GUIDE.splitlines()
         if line.startswith("- [") and "(#" in line
     }
 
 
-@pytest.mark.parametrize("asked", ["searching", "Searching", "sear"])
+@pytest.mark.parametrize("asked", ["searching", "Searching", "searchi"])
 def test_a_topic_is_the_text_of_its_chapter(asked: str, tmp_path: Path) -> None:
     said = sweep(tmp_path, "guide", asked).stdout
     assert said.startswith("## Searching\n\nA spec with `search`")
@@ -63,17 +67,82 @@ def test_an_unknown_topic_is_one_line(asked: str, message: str, tmp_path: Path) 
     assert done.stderr.count("\n") == 1
 
 
+def test_a_word_that_is_no_topic_leads_to_those_that_have_it(tmp_path: Path) -> None:
+    done = sweep(tmp_path, "guide", "polarisations", "torus")
+    assert 'unknown topic (see `sweep guide`) "polarisations torus"' in done.stderr
+    done = sweep(tmp_path, "guide", "torus")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert 'no topic is called "torus"; these have it' in done.stderr
+    assert "wind-and-gusts" in done.stderr
+
+
+@pytest.mark.parametrize("words", [("packet", "LOSS"), ("packet loss",)])
+def test_a_search_prints_topic_heading_and_line(
+    words: tuple[str, ...], tmp_path: Path
+) -> None:
+    found = sweep(tmp_path, "guide", "--search", *words).stdout
+    topic, line = found.splitlines()[:2]
+    assert topic == "what-boids-sense  What boids sense"
+    assert line.startswith("    What boids sense: | `packet_loss`")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("polarisations", "torus"), 'has "polarisations torus"; did you mean "polar'),
+        (("qqqqqqqq",), 'no paragraph of the guide has "qqqqqqqq"\n'),
+        ((), "--search needs a word, as in `sweep guide --search torus`"),
+    ],
+)
+def test_a_search_that_finds_nothing_is_one_line(
+    words: tuple[str, ...], message: str, tmp_path: Path
+) -> None:
+    done = sweep(tmp_path, "guide", "--search", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_words_of_a_search_may_stand_on_two_lines_of_a_paragraph() -> None:
+    text = "# A\n\nOne red\nlarge Fox_tail.\n\n## B\n\nA red\n\n- fox\n"
+    topics = {"a": Topic("docs/a.md", text)}
+    assert list(search("fox red", topics)) == [("a", "A", "large Fox_tail.")]
+    assert list(search("tail", topics)) == [("a", "A", "large Fox_tail.")]
+    assert [found.heading for found in search("red", topics)] == ["A", "B"]
+    assert list(search("ox", topics)) == []
+
+
+MARKUP = re.compile(r":::|<!--|\{grid|\{figure|\{toctree|!\[|\]\((?!https:)|:alt:")
+
+
 def test_a_terminal_gets_every_topic_without_marks(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     terminal = partial_terminal()
     monkeypatch.setattr("sweep.cli.terminal.console", lambda: terminal)
     for topic in all_topics():
-        guide.guide(topic)
+        guide.guide([topic])
     said = capsys.readouterr().out
     assert "Writing a spec" in said
     assert "\n## " not in said
-    assert "docs/own-models.md" in said  # where a link leads
+    assert "sweep guide own-models" in said  # where a link leads
+    assert MARKUP.findall(said) == []
+
+
+def test_a_pipe_gets_every_topic_without_markup_and_dead_links() -> None:
+    """Each link leads to a topic, or is its words alone; code stays as it is."""
+    topics = all_topics()
+    texts = {name: readable(name, topics) for name in topics}
+    code = re.compile(r"```.*?```|`[^`]*`", re.DOTALL)
+    marks = {name: MARKUP.findall(code.sub("", text)) for name, text in texts.items()}
+    assert {name for name, found in marks.items() if found} == set()
+    led = re.findall(r"\(`sweep guide ([^`]*)`\)", "".join(texts.values()))
+    assert len(led) > 50
+    assert set(led) <= set(topics)
+    assert "one question (`sweep guide one-question`)" in texts["start"]
+    assert "*(Figure: Each line" in texts["start"]
+    assert "`first.yaml`:\n\n```yaml\nstudy: my/first" in texts["start"]
+    assert "has no value, such as" in texts["faq"]
 
 
 def partial_terminal() -> Console:
@@ -108,7 +177,8 @@ def test_a_shell_completes_studies_models_and_topics(tmp_path: Path) -> None:
     assert completed(tmp_path, "table", "--results", "other", "") == ["my/slow"]
     assert completed(tmp_path, "models", "na") == ["nanobot"]
     assert completed(tmp_path, "view", "--model", "ngu") == ["nguyen2024"]
-    topics = ["searching", "see-the-swarm", "several-cores-for-one-trial"]
+    topics = ["search", "searching", "see-the-swarm", "seeds"]
+    topics += ["several-cores-for-one-trial"]
     assert sorted(completed(tmp_path, "guide", "se")) == topics
 
 

@@ -17,7 +17,7 @@ from sweep.design.cost import (
 )
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, SomeJobs
-from sweep.design.plan import duration, make_plan, size
+from sweep.design.plan import about, duration, make_plan, size
 from sweep.spec.settings import Value
 from sweep.spec.study import RecordSpec, parse_spec
 from tests import builders
@@ -144,6 +144,28 @@ def test_words_for_times_and_sizes() -> None:
         "11.6 days",
     ]
     assert [size(count) for count in (12, 1500, 2.5e9)] == ["12 B", "1.5 kB", "2.5 GB"]
+
+
+def test_an_estimate_of_less_than_a_tenth_of_a_second_has_no_digits() -> None:
+    assert [about(seconds) for seconds in (0.0, 0.09, 0.1, 90)] == [
+        "less than 0.1 s",
+        "less than 0.1 s",
+        "about 0.1 s",
+        "about 1.5 min",
+    ]
+    assert about(0.01, "at most ") == "less than 0.1 s"
+    assert about(3, "at most ") == "at most about 3.0 s"
+    said = make_plan(parse_spec(SMALL), workers=2).as_text()
+    assert "CPU time   less than 0.1 s\nwall time  less than 0.1 s with 2" in said
+
+
+def test_a_world_that_is_drawn_costs_by_its_obstacles() -> None:
+    """100,000 of them took 0.26 to 0.37 s a trial, and so much is estimated."""
+    many = SMALL.replace("n: 12", "n: 12, n_obstacles: 100000, start_free: true")
+    spec = parse_spec(many.replace("n: 12", "n: 12, map: random_obstacles"))
+    without = parse_spec(many.replace("n: 12", "n: 12, map: empty"))
+    drawn, empty = (make_plan(study, 1).cpu_seconds for study in (spec, without))
+    assert 0.2 < (drawn - empty) / 6 < 0.4
 
 
 def test_jobs_of_a_study_cost_what_each_of_them_does() -> None:

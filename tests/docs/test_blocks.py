@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,9 +11,11 @@ import typer.main
 
 from docs.building.blocks import Block, BlockError, PageRun, blocks, words
 from docs.building.documents import pages_of_documents, read
+from kernels.catalogue import BUILT_IN
 from sweep.cli import app
 from sweep.design.design import expand
 from sweep.own_code.reading import load_specs
+from sweep.spec.settings import settings_of
 from sweep.workers.executors import Serial
 from tests.commands import sweep
 from tests.plotted import SEARCHED
@@ -21,6 +24,7 @@ from tests.studies import SMALL, launched
 
 PAGES = [path for path in pages_of_documents() if list(blocks(path, read(path)))]
 LONG = {
+    "docs/recipes.md",
     "docs/tutorials/one-question.md",
     "docs/tutorials/own-model.md",
     "docs/tutorials/phase-diagram.md",
@@ -139,6 +143,22 @@ def test_commands_that_are_not_run_exist_with_their_options(block: Block) -> Non
         options = {name for one in commands[rest[0]].params for name in one.opts}
         given = {word.partition("=")[0] for word in rest if word.startswith("--")}
         assert given <= options, line
+        assert settings_given(rest) <= settings_known(rest), line
+
+
+def after(option: str, words: list[str]) -> list[str]:
+    """What follows each `option` of a command."""
+    return [given for one, given in pairwise(words) if one == option]
+
+
+def settings_given(words: list[str]) -> set[str]:
+    return {given.partition("=")[0] for given in after("--set", words)}
+
+
+def settings_known(words: list[str]) -> set[str]:
+    """Those of the model that a command names, and none without a model."""
+    models = after("--model", words)
+    return {name for model in models for name in settings_of(model, BUILT_IN)}
 
 
 def test_no_fence_is_overlooked() -> None:

@@ -7,8 +7,8 @@ from sweep.campaigns.search.candidates import check_candidates, references, sect
 from sweep.design.cost import study_cost
 from sweep.design.design import expand
 from sweep.design.plan import (
+    about,
     compiled,
-    duration,
     notes_of,
     probed,
     size,
@@ -71,11 +71,11 @@ class SearchPlan:
             ),
             *([f"on error   {self.on_error}"] if self.on_error else []),
             (
-                f"CPU time   at most about {duration(self.cpu_seconds)}"
+                f"CPU time   {about(self.cpu_seconds, 'at most ')}"
                 f"{probed(self.probe_steps)}"
             ),
             (
-                f"wall time  at most about {duration(self.wall_seconds)} with"
+                f"wall time  {about(self.wall_seconds, 'at most ')} with"
                 f" {workforce(self.workers, self.threads)}"
                 f"{compiled(self.compiling_seconds)}"
             ),
