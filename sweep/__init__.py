@@ -260,18 +260,30 @@ def pack(
 
 
 def unpack(
-    path: str | Path, name: str | None = None, results: "str | Location" = "results"
+    path: str | Path,
+    name: str | None = None,
+    results: "str | Location" = "results",
+    *,
+    to: str | Path | None = None,
 ) -> "LoadedStudy":
     """Store the study of a file that `pack` has written below `results`, as `name` or
     as it was called, and load it, as `sweep load` does. No code of it runs.
 
-    Raises StoreError for a file that is damaged or none of these, and where there is
-    such a study, and ChoiceError for what is no name of a study.
+    `to` is a new folder that gets its spec and its code, to launch it on. Raises
+    StoreError for a file that is damaged or none of these, and where there is such a
+    study, ChoiceError for what is no name of a study, and OutputError for a folder `to`
+    that exists.
     """
+    from sweep.sharing.laid_out import check_new, lay_out
     from sweep.sharing.unpacking import unpack
     from sweep.store.locations import location
 
-    return load(unpack(Path(path), location(results), name).study, results)
+    if to is not None:
+        check_new(Path(to))
+    stored = load(unpack(Path(path), location(results), name).study, results)
+    if to is not None:
+        lay_out(stored, Path(to))
+    return stored
 
 
 def cite(

@@ -122,12 +122,20 @@ class LoadedStudy(StoredStudy):
         return validity(self, metrics, half=half, confidence=confidence)
 
     def export(
-        self, path: Path | str, table: str = "trials", *, force: bool = False
+        self,
+        path: Path | str,
+        table: str = "trials",
+        *,
+        trials: str | Sequence[str] = (),
+        columns: str | Sequence[str] = (),
+        force: bool = False,
     ) -> Exported:
         """Write a table of these trials, and of no others, as one file for other
         programs: see `sweep.tables.exporting.export`.
         """
-        return export(self, Path(path), table, force=force)
+        return export(
+            self, Path(path), table, trials=trials, columns=columns, force=force
+        )
 
     def to_xarray(self, table: str = "trials") -> "xr.Dataset":
         """A table as an xarray.Dataset with units, its dimensions the axes of the study
