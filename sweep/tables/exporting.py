@@ -163,9 +163,7 @@ def _listed(study: StoredStudy, trials: Sequence[str]) -> pa.Array:
     return found
 
 
-def ordered_rows(
-    study: StoredStudy, name: str, trials: Sequence[str] = ()
-) -> pa.Table:
+def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> pa.Table:
     """A table of the spec's trials in the order of the plan, or of some of them, with
     the provenance of the study and of its parts. Raises ChoiceError for an unknown
     table or trial, and where it has no rows.

@@ -455,10 +455,10 @@ def test_a_flight_in_csv_has_a_row_a_frame_and_boid(
     about = json.loads(written[1].read_text())
     assert about["columns"]["x"]["unit"] == "px"
     assert about["provenance"]["trial"] == trial
-    with pytest.raises(OutputError, match="flight.csv: exists already"):
+    with pytest.raises(OutputError, match=r"flight\.csv: exists already"):
         check(study, trial, wanted)
     place.unlink()
-    with pytest.raises(OutputError, match="flight.csv.json: exists already"):
+    with pytest.raises(OutputError, match=r"flight\.csv\.json: exists already"):
         check(study, trial, wanted)
 
 
