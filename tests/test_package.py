@@ -242,6 +242,13 @@ WRONG = [
 ]
 
 
+def test_a_mapping_within_itself_is_nested_too_deeply() -> None:
+    whole = YAML(typ="safe").load(SMALL)
+    whole["fixed"] = {"n": [whole]}
+    with pytest.raises(TypeError, match=r"^spec \(mapping\), fixed\.n\[0\].*too deeply"):
+        sweep.plan(whole)
+
+
 @pytest.mark.parametrize(("change", "said"), WRONG)
 def test_what_no_spec_holds_is_said_with_its_key(
     change: dict[str, Any], said: str

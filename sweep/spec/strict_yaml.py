@@ -138,6 +138,8 @@ def dump(mapping: Mapping[str, Any]) -> str:
 
 def _plain(value: Any, place: Place) -> Any:
     """A value of dicts, lists, texts and numbers, also of numpy and pandas."""
+    if len(place) > MOST_LEVELS:
+        raise TypeError(f"{MAPPING}, {keys_in_words(place)}: is nested too deeply")
     if hasattr(value, "tolist"):  # an array or a number of numpy, a column of pandas
         value = value.tolist()
     if isinstance(value, Mapping):
@@ -145,19 +147,23 @@ def _plain(value: Any, place: Place) -> Any:
             _key(key, place): _plain(one, (*place, str(key)))
             for key, one in value.items()
         }
-    if isinstance(value, list | tuple | range) and len(place) <= MOST_LEVELS:
+    if isinstance(value, list | tuple | range):
         return [_plain(one, (*place, index)) for index, one in enumerate(value)]
     if isinstance(value, PathLike):
         value = fspath(value)
-    if value is None or isinstance(value, bool | int | float | str):
+    if isinstance(value, str):
+        return str.__str__(value)
+    if value is None or isinstance(value, bool):
         return value
+    if isinstance(value, int | float):
+        return int(value) if isinstance(value, int) else float(value)
     raise _not_plain(place, value)
 
 
 def _key(key: Any, place: Place) -> str:
     if not isinstance(key, str):
         raise _not_plain(place, key)
-    return str(key)
+    return str.__str__(key)
 
 
 def _not_plain(place: Place, value: Any) -> TypeError:
