@@ -245,7 +245,9 @@ WRONG = [
 def test_a_mapping_within_itself_is_nested_too_deeply() -> None:
     whole = YAML(typ="safe").load(SMALL)
     whole["fixed"] = {"n": [whole]}
-    with pytest.raises(TypeError, match=r"^spec \(mapping\), fixed\.n\[0\].*too deeply"):
+    with pytest.raises(
+        TypeError, match=r"^spec \(mapping\), fixed\.n\[0\].*too deeply"
+    ):
         sweep.plan(whole)
 
 
