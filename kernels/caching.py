@@ -61,7 +61,7 @@ MAKERS = tuple(
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
 STAMP_DIGITS = 64
-ENTRIES = ".nbi", ".ptx", ".cubin", ".alone", ".stamp"
+ENTRIES = ".nbi", ".ptx", ".cubin", ".alone", ".promises", ".stamp"
 """How the names of files end that are entries of the cache."""
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
@@ -348,8 +348,8 @@ def remove_unused(folder: Path) -> None:
 def _entry(file: str) -> str:
     """The entry to which a file of numba's belongs: an index `NAME.nbi`, data
     `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`. What is
-    compiled for a GPU, `NAME.ptx` and `NAME.cubin`, and a note of ours, `NAME.alone`
-    or `NAME.stamp`, are ones too; "" for others.
+    compiled for a GPU, `NAME.ptx` and `NAME.cubin`, and a note of ours, `NAME.alone`,
+    `NAME.promises` or `NAME.stamp`, are ones too; "" for others.
     """
     name = Path(file.partition(".tmp.")[0])
     if name.suffix == ".nbc":

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from sweep.design.plan import Plan
     from sweep.explorer.widget import Explored
     from sweep.sharing.citing import Citation
+    from sweep.spec.recorded import Over
     from sweep.spec.settings import Value
     from sweep.spec.study import Study
     from sweep.store.locations import Location
@@ -165,23 +166,27 @@ def compare(
     metrics: str | Sequence[str] = (),
     *,
     results: "str | Location" = "results",
-    half: bool = False,
+    over: "Over" = "last",
     method: "Method | None" = None,
+    half: bool = False,
 ) -> "Comparison":
     """What `other` has more or less than `one`, as `sweep compare` says it.
 
     Both are `STUDY`, `STUDY:setting=value` or `STUDY:PRESET`. `metrics` are all where
-    none is named, `half` takes means over the last half of a trial, and `method` says
-    how the rows are tested together. The table is `.rows` of the result: a row a point
-    and metric, with difference, interval, p and verdict. Raises ChoiceError for what
-    cannot be compared, and StoreError where nothing is stored.
+    none is named, `over="half"` takes means over the last half of a trial (as its older
+    form `half=True`), and `method` says how the rows are tested together. The table is
+    `.rows` of the result: a row a point and metric, with difference, interval, p and
+    verdict. Raises ChoiceError for what cannot be compared, and StoreError where
+    nothing is stored.
     """
+    from sweep.spec.recorded import is_half
     from sweep.store.locations import location
     from sweep.tables.comparison import compare_sides
     from sweep.tables.comparison_sides import read_side
 
     place = location(results)
     first, second = read_side(one, place), read_side(other, place)
+    half = is_half(over, half)
     return compare_sides(first, second, metrics, half=half, method=method)
 
 
@@ -260,18 +265,30 @@ def pack(
 
 
 def unpack(
-    path: str | Path, name: str | None = None, results: "str | Location" = "results"
+    path: str | Path,
+    name: str | None = None,
+    results: "str | Location" = "results",
+    *,
+    to: str | Path | None = None,
 ) -> "LoadedStudy":
     """Store the study of a file that `pack` has written below `results`, as `name` or
     as it was called, and load it, as `sweep load` does. No code of it runs.
 
-    Raises StoreError for a file that is damaged or none of these, and where there is
-    such a study, and ChoiceError for what is no name of a study.
+    `to` is a new folder that gets its spec and its code, to launch it on. Raises
+    StoreError for a file that is damaged or none of these, and where there is such a
+    study, ChoiceError for what is no name of a study, and OutputError for a folder `to`
+    that exists.
     """
+    from sweep.sharing.laid_out import check_new, lay_out
     from sweep.sharing.unpacking import unpack
     from sweep.store.locations import location
 
-    return load(unpack(Path(path), location(results), name).study, results)
+    if to is not None:
+        check_new(Path(to))
+    stored = load(unpack(Path(path), location(results), name).study, results)
+    if to is not None:
+        lay_out(stored, Path(to))
+    return stored
 
 
 def cite(

@@ -176,7 +176,8 @@ MAY_IMPORT = {
     "testing": "kernels errors text spec own_code design trial workers",
     "tables": "kernels errors text analysis spec design trial store workers",
     "campaigns": (
-        "kernels errors text analysis spec own_code design trial store workers tables"
+        "kernels errors text analysis spec own_code design trial store workers testing"
+        " tables"
     ),
     "figures": (
         "kernels errors text analysis spec own_code trial store tables campaigns"

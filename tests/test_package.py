@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from ruamel.yaml import YAML
@@ -209,6 +210,86 @@ def test_run_takes_a_text_a_mapping_or_a_file_and_returns_what_a_launch_stores(
             study.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds")
         )
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.usefixtures("in_process")
+def test_numbers_of_numpy_and_pandas_are_numbers_of_a_spec(tmp_path: Path) -> None:
+    plain = YAML(typ="safe").load(SMALL)
+    plain["record"]["trajectories"] = True
+    whole = sweep.run(plain, tmp_path / "plain")
+    given = plain | {
+        "fixed": {"n": np.int64(12), np.str_("steps"): np.array(9)},
+        "sweep": {"separation_weight": np.linspace(0.5, 1, 2)},
+        "replicates": np.uint8(3),
+        "seed": pd.Series([5]).iloc[0],
+        "record": {
+            "series": np.array(["speed"]),
+            "every": np.float64(2.0).astype(int),
+            "trajectories": np.True_,
+        },
+    }
+    study = sweep.run(given, tmp_path / "numpy")
+    read = YAML(typ="safe").load
+    assert read(study.spec) == read(whole.spec)
+    assert study.plan["trial_id"].equals(whole.plan["trial_id"])
+    column = {"separation_weight": pd.Series([0.5, 1.0])}
+    assert sweep.plan(plain | {"sweep": column}).points == 2
+    assert sweep.plan(plain | {"sweep": {"n_obstacles": range(3)}}).points == 3
+
+
+WRONG = [
+    ({"sweep": {"n": [12, 3 + 4j]}}, "sweep.n[1]: a spec holds only dicts"),
+    ({"fixed": {"n": {12}}}, "fixed.n: a spec holds only dicts"),
+    ({"fixed": {4: 12}}, "fixed: a spec holds only dicts with texts as keys"),
+    ({"seed": np.datetime64("2020-01-01")}, "seed: a spec holds only dicts"),
+]
+
+
+def test_a_mapping_within_itself_is_nested_too_deeply() -> None:
+    whole = YAML(typ="safe").load(SMALL)
+    whole["fixed"] = {"n": [whole]}
+    with pytest.raises(
+        TypeError, match=r"^spec \(mapping\), fixed\.n\[0\].*too deeply"
+    ):
+        sweep.plan(whole)
+
+
+@pytest.mark.parametrize(("change", "said"), WRONG)
+def test_what_no_spec_holds_is_said_with_its_key(
+    change: dict[str, Any], said: str
+) -> None:
+    whole = YAML(typ="safe").load(SMALL) | change
+    with pytest.raises(TypeError, match=re.escape(f"spec (mapping), {said}")):
+        sweep.plan(whole)
+
+
+MISTAKEN = [
+    ({"model": "nguyen"}, ', model: unknown model "nguyen"; did you mean'),
+    ({"fixed": {"n": -1, "steps": 9}}, ", fixed.n: "),
+    ({"fixed": {"n": np.uint64(2**63)}}, ", fixed.n: 9223372036854775808 is too large"),
+    ({"sweep": {"n": np.array([4, 0])}}, ", sweep.n[1]: "),
+    ({"sweeps": {}}, ', sweeps: unknown key "sweeps"; did you mean "sweep"?'),
+    ({"replicates": 0, "model": None}, ", model: "),
+    ({"model": "./lost.py"}, ', model: there is no file "lost.py"'),
+]
+
+
+def test_what_a_mapping_lacks_is_said_without_a_line() -> None:
+    whole = YAML(typ="safe").load(SMALL)
+    del whole["model"]
+    with pytest.raises(SpecError, match=r'^spec \(mapping\): missing key "model"'):
+        sweep.plan(whole)
+
+
+@pytest.mark.parametrize(("change", "said"), MISTAKEN)
+def test_mistakes_of_a_mapping_are_said_with_their_keys(
+    change: dict[str, Any], said: str
+) -> None:
+    whole = YAML(typ="safe").load(SMALL) | change
+    with pytest.raises(SpecError) as error:
+        sweep.plan(whole)
+    assert str(error.value).startswith(f"spec (mapping){said}")
+    assert "spec.yaml" not in str(error.value)
 
 
 @pytest.mark.usefixtures("in_process")

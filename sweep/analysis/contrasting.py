@@ -115,6 +115,12 @@ class Contrast:
             else (np.nan, np.nan)
         )
 
+    def p_value(self) -> float:
+        """The two-sided p-value of no difference, by the same distribution; NaN if
+        unknown. Of several contrasts that are judged together see `contrasts`.
+        """
+        return self.estimate.p_value()
+
 
 class Family(NamedTuple):
     """Contrasts looked at together: the bounds of intervals that all hold, and adjusted

@@ -35,6 +35,7 @@ from sweep.store.rows import Tables
 from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.store.stored_code import keep_code
+from sweep.testing.beforehand import check_promises
 from sweep.trial.probe import MOST_TRIALS, check_runs
 from sweep.trial.result import Result
 from sweep.workers.attempts import run_jobs
@@ -116,6 +117,7 @@ class _Campaign(Generic[P]):
                 if not self.spec_is_written:
                     # The plan of code that cannot run would hide what is stored.
                     check_runs(self.study, asked.some(MOST_TRIALS))
+                    check_promises(self.study)
                 self._publish(asked.plan)
                 unpublished = None
             # The ids and the plan of a million trials are a hundred megabytes.

@@ -13,6 +13,7 @@ from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.analysis.replication import CHANCE
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
+from sweep.spec.recorded import Over, column_over, is_half
 from sweep.spec.sampling import Analyses
 from sweep.tables.arrays import to_arrays
 from sweep.tables.boundary import Boundary, boundary
@@ -47,15 +48,24 @@ class LoadedStudy(StoredStudy):
         *,
         by: str | Sequence[str] | None = None,
         sort: str | Sequence[str] = (),
-        half: bool = False,
+        over: Over = "last",
         interval: MeanKind | None = None,
+        half: bool = False,
     ) -> pd.DataFrame:
         """Means of the metrics with 95 % intervals, a row a point, or a row for all
         points that agree in the settings `by`: see
         `sweep.tables.point_means.point_means`. `where` chooses points before.
+
+        `over` is "last" or "half": the last frame of a trial, or the mean over its last
+        half. `half=True` is the older form of `over="half"`, here and elsewhere.
         """
         found = point_means(
-            self, metrics, by=by, sort=sort, half=half, interval=interval
+            self,
+            metrics,
+            by=by,
+            sort=sort,
+            half=is_half(over, half),
+            interval=interval,
         )
         return found.rows
 
@@ -65,8 +75,9 @@ class LoadedStudy(StoredStudy):
         difference: Mapping[str, float | str] = NOTHING,
         *,
         against: StoredStudy | None = None,
-        half: bool = False,
+        over: Over = "last",
         chance: float = CHANCE,
+        half: bool = False,
     ) -> pd.DataFrame:
         """How many replicates each point needs for 95 % intervals of so narrow a
         `half_width`, a number or a share of the mean, {"speed": 0.05, "coverage":
@@ -86,7 +97,7 @@ class LoadedStudy(StoredStudy):
             against,
             half_widths=widths,
             differences=sizes,
-            half=half,
+            half=is_half(over, half),
             chance=chance,
         )
         return found.rows
@@ -113,21 +124,30 @@ class LoadedStudy(StoredStudy):
         self,
         metrics: str | Sequence[str] = (),
         *,
-        half: bool = False,
+        over: Over = "last",
         confidence: float = CONFIDENCE,
+        half: bool = False,
     ) -> Validity:
         """Whether the conclusions of a study whose spec has `validate` hold in each of
         its variants: see `sweep.tables.validity.validity`.
         """
-        return validity(self, metrics, half=half, confidence=confidence)
+        return validity(self, metrics, half=is_half(over, half), confidence=confidence)
 
     def export(
-        self, path: Path | str, table: str = "trials", *, force: bool = False
+        self,
+        path: Path | str,
+        table: str = "trials",
+        *,
+        trials: str | Sequence[str] = (),
+        columns: str | Sequence[str] = (),
+        force: bool = False,
     ) -> Exported:
         """Write a table of these trials, and of no others, as one file for other
         programs: see `sweep.tables.exporting.export`.
         """
-        return export(self, Path(path), table, force=force)
+        return export(
+            self, Path(path), table, trials=trials, columns=columns, force=force
+        )
 
     def to_xarray(self, table: str = "trials") -> "xr.Dataset":
         """A table as an xarray.Dataset with units, its dimensions the axes of the study
@@ -141,6 +161,7 @@ class LoadedStudy(StoredStudy):
         axis: str | None = None,
         analysis: Analyses | None = None,
         *,
+        over: Over = "last",
         confidence: float = CONFIDENCE,
         resamples: int = RESAMPLES,
         seed: int = 0,
@@ -150,7 +171,7 @@ class LoadedStudy(StoredStudy):
         """
         return sensitivity(
             self,
-            metric,
+            column_over(metric, over),
             axis,
             analysis,
             confidence=confidence,

@@ -49,7 +49,11 @@ def replay(
     ],
     results: Results = Path("results"),
     trajectory: Annotated[
-        Path | None, typer.Option(help="Write every frame to this .parquet file.")
+        Path | None,
+        typer.Option(
+            help="Write every frame to this .parquet file, or to a .csv file with a row"
+            " a frame and boid."
+        ),
     ] = None,
     animate: Annotated[
         Path | None,
@@ -278,6 +282,24 @@ def export(
         typer.Option("--to", help="A .parquet, .csv, .nc (netCDF) or .arrow file."),
     ],
     table: Annotated[Exportable, typer.Option(help="Which table.")] = Exportable.trials,
+    where: Where = None,
+    trial: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID",
+            help="Only this trial: its id, or its beginning. Repeatable.",
+        ),
+    ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN[,COLUMN]",
+            help=(
+                "Only these columns, beside which trial, frame and boid a row is of;"
+                ' "varied": settings that differ, "metrics": values of metrics.'
+            ),
+        ),
+    ] = None,
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
@@ -287,9 +309,17 @@ def export(
     from sweep.tables.exporting import export as write
     from sweep.tables.stored_study import StoredStudy
 
-    done = write(StoredStudy(study, results), to, table.value, force=force)
+    done = write(
+        StoredStudy(study, results).where(*(where or ())),
+        to,
+        table.value,
+        trials=trial or (),
+        columns=[one.strip() for one in columns.split(",")] if columns else (),
+        force=force,
+    )
     print(
-        f"{done.rows:,} rows of {table.value} in {', '.join(map(str, done.files))}",
+        f"{so_many(done.rows, 'row')} of {table.value} in"
+        f" {', '.join(map(str, done.files))}",
         file=sys.stderr,
     )
     print(f"{done.sha256}  {to}")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Results, StudyName, app, stop
+from sweep.cli.app import Results, StudyName, app
 
 
 @app.command()
@@ -14,7 +14,9 @@ def code(
     study: StudyName,
     to: Annotated[
         Path | None,
-        typer.Option("--to", help="Write the files into this new folder."),
+        typer.Option(
+            "--to", help="Write the spec and the code into this new folder, to launch."
+        ),
     ] = None,
     results: Results = Path("results"),
 ) -> None:
@@ -22,25 +24,23 @@ def code(
     starts from files beside its spec. It is read, and not run.
 
     Each version is shown by which any stored trial was computed, that of the spec as
-    last launched first. In a folder, several versions have a folder each.
+    last launched first. A folder gets the spec as last launched and that version of the
+    code, ready to launch, and each earlier version in a folder of its own.
     """
-    from sweep.tables.outputs import unfinished
+    from sweep.cli.spec_files import how_to_launch_on
+    from sweep.sharing.laid_out import lay_out
     from sweep.tables.stored_study import StoredStudy
 
-    versions = StoredStudy(study, results).own_code
+    stored = StoredStudy(study, results)
+    versions = stored.own_code
     if not versions:
         print(f"{study} was computed by no code but ours", file=sys.stderr)
-    if to and to.exists():
-        stop(f"{to}: exists already; name a new folder")
+    if to:
+        laid = lay_out(stored, to)
+        print(*laid.files, sep="\n")
+        print(how_to_launch_on(stored, laid), file=sys.stderr)
+        return
     for sha, texts in versions.items():
-        if to:
-            folder = to / sha[:12] if len(versions) > 1 else to
-            folder.mkdir(parents=True)
-            for name, text in texts.items():
-                with unfinished(folder / name, folder) as file:
-                    file.write(text.encode(errors="replace"))
-                print(folder / name)
-            continue
         print(f"# {'=' * 20} version {sha[:12]}: {', '.join(texts)}")
         for name, text in texts.items():
             print(f"# {'-' * 20} {name}")

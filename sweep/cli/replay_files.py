@@ -15,10 +15,11 @@ from sweep.replays.animation import (
     write_animation,
     write_picture,
 )
-from sweep.replays.flight import Report, write_flight
+from sweep.replays.flight import FLIGHTS, Report, write_flight
 from sweep.replays.video import find_ffmpeg
 from sweep.store.origin import PROVENANCE
 from sweep.store.provenance import machine
+from sweep.tables.exporting import BESIDE, about_of
 from sweep.tables.outputs import check_output
 from sweep.tables.stored_study import StoredStudy
 
@@ -58,7 +59,9 @@ def check(
                 " the trial"
             )
     if wanted.trajectory:
-        check_output(wanted.trajectory, [".parquet"], force=force)
+        check_output(wanted.trajectory, FLIGHTS, force=force)
+        if wanted.trajectory.suffix == ".csv":
+            check_output(about_of(wanted.trajectory), [BESIDE], force=force)
     if wanted.animation:
         check_output(wanted.animation, [".gif", ".mp4", ".html"], force=force)
         _check_animation(study, trial, wanted.animation, wanted.every)
@@ -77,14 +80,13 @@ def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
     if wanted.trajectory:
         about = stored.provenance | {"trial": job.trial_id, "run_again": machine()}
         metadata = {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
-        write_flight(
+        written += write_flight(
             job,
             wanted.trajectory,
             wanted.every or 1,
             metadata,
             _report(wanted.trajectory),
         )
-        written.append(wanted.trajectory)
     if wanted.animation:
         _animate(study, job, wanted.animation, wanted.every)
         written.append(wanted.animation)

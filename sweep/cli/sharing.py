@@ -55,15 +55,24 @@ def load(
     name: Annotated[
         str | None, typer.Option("--as", metavar="NAME", help="Call the study so.")
     ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            "--to", help="Write its spec and code into this new folder, to launch."
+        ),
+    ] = None,
     results: Results = Path("results"),
 ) -> None:
     """Make a study of a packed file again, after a check of all of it. No code of the
     study runs.
     """
-    from sweep.cli.spec_files import what_the_spec_needs
+    from sweep.cli.spec_files import how_to_launch_on, what_the_spec_needs
+    from sweep.sharing.laid_out import check_new, lay_out
     from sweep.sharing.unpacking import unpack
     from sweep.tables.stored_study import StoredStudy
 
+    if to:
+        check_new(to)
     done = unpack(file, results, name)
     print(done.place)
     if done.own_code:
@@ -72,7 +81,12 @@ def load(
             " it; where you have not launched it yourself it runs only with --trust",
             file=sys.stderr,
         )
-    if said := what_the_spec_needs(StoredStudy(done.study, results)):
+    stored = StoredStudy(done.study, results)
+    if to:
+        laid = lay_out(stored, to)
+        print(*laid.files, sep="\n")
+        print(how_to_launch_on(stored, laid), file=sys.stderr)
+    elif said := what_the_spec_needs(stored):
         print(said, file=sys.stderr)
 
 

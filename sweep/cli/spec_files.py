@@ -13,6 +13,7 @@ from sweep.store.locations import Location
 from sweep.text import shortened
 
 if TYPE_CHECKING:
+    from sweep.sharing.laid_out import LaidOut
     from sweep.tables.stored_study import StoredStudy
 
 
@@ -46,9 +47,22 @@ def _again(name: str, results: Location) -> str:
     if needed := what_the_spec_needs(stored):
         return needed
     if file := _file_of(stored):
-        command = "search" if stored.store.read_asked() is not None else "launch"
-        return f"sweep {command} {shlex.quote(str(file))} launches it on"
+        return f"{_command(stored)} {shlex.quote(str(file))} launches it on"
     return f"to launch it on, copy {stored.store.folder / SPEC}"
+
+
+def _command(stored: "StoredStudy") -> str:
+    searches = stored.store.read_asked() is not None
+    return "sweep search" if searches else "sweep launch"
+
+
+def how_to_launch_on(study: "StoredStudy", laid: "LaidOut") -> str:
+    """How to launch a study on whose spec and code were laid out, in words."""
+    words = [str(laid.spec)]
+    words += ["--code-from", str(laid.code_from)] if laid.code_from else []
+    place = str(study.store.results)
+    words += ["--results", place] if place != "results" else []
+    return f"{_command(study)} {shlex.join(words)} launches it on"
 
 
 def what_the_spec_needs(study: "StoredStudy") -> str:

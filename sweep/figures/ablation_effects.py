@@ -27,6 +27,7 @@ from sweep.figures.drawing import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.style import COLOURS, MARKERS, STYLE
 from sweep.spec.ablation import ALL, BUT
+from sweep.spec.recorded import Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
 SMALLEST_LOGARITHMIC = 8.0
@@ -46,6 +47,7 @@ def paired_effects(
     by: str | None = None,
     *,
     factor: bool = False,
+    over: Over = "last",
 ) -> pd.DataFrame:
     """The mean change of each metric that each detail of `preset` makes, with its
     simultaneous 95 % interval. Where the spec names the details, `preset` is the name
@@ -59,8 +61,10 @@ def paired_effects(
 
     Columns: `by`, if any, detail, added_to, metric, value, low, high, n. `added_to` is
     `nothing` or `all others`. The intervals hold together (Bonferroni). A pair counts
-    only if both of its trials are done and have a value.
+    only if both of its trials are done and have a value. `over="half"` takes the means
+    over the last half of each trial.
     """
+    metrics = [column_over(name, over) for name in metrics]
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
     trials = trials[trials["status"] == "done"]
     apart = [by] if by else []
@@ -116,13 +120,16 @@ def effects_figure(
     names: Mapping[Any, str] | None = None,
     *,
     factor: bool = False,
+    over: Over = "last",
 ) -> Figure:
     """A forest of `paired_effects`: a panel a metric and a row a detail, those first
     that change the first metric most. The last row has all details together.
 
     `metrics` gives the words for each column, and `names` those for each value of `by`.
-    Both are in the order in which they are drawn.
+    Both are in the order in which they are drawn. `over="half"` takes the means over
+    the last half of each trial.
     """
+    metrics = {column_over(name, over): text for name, text in metrics.items()}
     table = paired_effects(study, preset, list(metrics), by, factor=factor)
     rows = _rows(study, preset, table, next(iter(metrics)), factor=factor)
     lines = max(text.count("\n") for text in rows.values()) + 1

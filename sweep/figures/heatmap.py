@@ -39,7 +39,7 @@ from sweep.figures.scales import (
 )
 from sweep.figures.selection import Facet, Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
 MOST_LISTED, MOST_DRAWN = 30, 12
@@ -95,6 +95,8 @@ def heatmap_figure(
     metric: str,
     x: str | None = None,
     y: str | None = None,
+    *,
+    over: Over = "last",
 ) -> Figure:
     """The mean of `metric` over two settings, `x` and `y`, and beside it half the width
     of its 95 % interval.
@@ -103,11 +105,12 @@ def heatmap_figure(
     numbers with the most values. In a grid each cell is a point, and its mean is over
     replicates. A setting with more than 30 listed values, or 12 sampled ones, is
     divided into bins. The mean of a bin is over its points, whatever else is sampled; a
-    bin without points is white. Other listed settings become panels. Raises ChoiceError
-    for names that the study does not have, for fewer than two settings, and for more
-    than twelve panels.
+    bin without points is white. Other listed settings become panels. `over="half"`
+    takes the mean over the last half of each trial. Raises ChoiceError for names that
+    the study does not have, for fewer than two settings, and for more than twelve
+    panels.
     """
-    return draw_heatmap(heatmap_layout(study, metric, x, y))
+    return draw_heatmap(heatmap_layout(study, column_over(metric, over), x, y))
 
 
 def heatmap_layout(

@@ -17,7 +17,7 @@ from sweep.figures.drawing import legend, named, note, quantity, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import MOST_PANELS, select
 from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, is_half
 from sweep.tables.hysteresis import FoundLoop, hysteresis
 from sweep.tables.stored_study import StoredStudy
 
@@ -33,15 +33,18 @@ class Loops(NamedTuple):
     panels: list[FoundLoop]
 
 
-def hysteresis_figure(study: StoredStudy, metric: str, *, half: bool = False) -> Figure:
+def hysteresis_figure(
+    study: StoredStudy, metric: str, *, over: Over = "last", half: bool = False
+) -> Figure:
     """A metric against the continued axis, on the way up and down, with the 95 %
     intervals of the means over chains, and the area of the loop with its own.
 
     Between the values where both ways differ for sure the ground is grey. Other
-    settings that vary become panels. Raises ChoiceError as
+    settings that vary become panels. `over="half"` takes means over the last half of
+    each link; `half=True` is its older form. Raises ChoiceError as
     `sweep.tables.hysteresis.hysteresis`, and for more than twelve panels.
     """
-    (layout,) = hysteresis_layout(study, (metric,), half=half)
+    (layout,) = hysteresis_layout(study, (metric,), half=is_half(over, half))
     return draw_hysteresis(layout)
 
 

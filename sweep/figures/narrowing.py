@@ -28,7 +28,7 @@ from sweep.figures.marks import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Selection, recorded, select
 from sweep.figures.style import COLOURS, GREY, STYLE
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, column_over
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
@@ -49,7 +49,11 @@ class Narrowing(NamedTuple):
 
 
 def narrowing_figure(
-    study: StoredStudy, metric: str, *, by: str | None = None
+    study: StoredStudy,
+    metric: str,
+    *,
+    by: str | None = None,
+    over: Over = "last",
 ) -> Figure:
     """Half the width of the interval of the mean of `metric` against the number of
     trials that it is of, a line a point, both on logarithmic scales.
@@ -58,10 +62,12 @@ def narrowing_figure(
     that have a value, by the number of their replicate, and of all of them: the last
     one is that of `study.means`. The dashed line has the slope -1/2 of independent
     values whose standard deviation is known. With few trials Student's factor makes
-    intervals wider than that. Raises ChoiceError for names that the study does not
-    have, and where no point has `FEWEST` trials.
+    intervals wider than that. `over="half"` takes the mean over the last half of each
+    trial. Raises ChoiceError for names that the study does not have, and where no point
+    has `FEWEST` trials.
     """
-    return draw_narrowing(narrowing_layout(study, metric, by=by))
+    column = column_over(metric, over)
+    return draw_narrowing(narrowing_layout(study, column, by=by))
 
 
 def narrowing_layout(study: StoredStudy, metric: str, *, by: str | None) -> Narrowing:

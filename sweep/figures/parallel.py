@@ -28,6 +28,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, has_scale, select
 from sweep.figures.style import STYLE, VERMILION
+from sweep.spec.recorded import Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
 BEST = 0.05
@@ -55,17 +56,19 @@ class Upright(NamedTuple):
 def parallel_figure(
     study: StoredStudy,
     metric: str,
+    *,
+    over: Over = "last",
 ) -> Figure:
     """Every sampled setting and, last, the mean of `metric` as upright axes. Each line
     is a point.
 
     The best 5 % of the points of a panel are in colour: `coverage+` asks for the
     highest, `coverage_cv-` for the lowest. A setting that the spec draws
-    logarithmically has a logarithmic axis. Listed settings become panels. Raises
-    ChoiceError for names that the study does not have, where nothing is sampled, and
-    for more than twelve panels.
+    logarithmically has a logarithmic axis. Listed settings become panels. `over="half"`
+    takes the mean over the last half of each trial. Raises ChoiceError for names that
+    the study does not have, where nothing is sampled, and for more than twelve panels.
     """
-    return draw_parallel(parallel_layout(study, metric))
+    return draw_parallel(parallel_layout(study, column_over(metric, over)))
 
 
 def parallel_layout(

@@ -33,7 +33,7 @@ from sweep.figures.marks import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
@@ -56,6 +56,7 @@ def pareto_figure(
     second: str | None = None,
     *,
     by: str | None = None,
+    over: Over = "last",
 ) -> Figure:
     """The means of two metrics at every point, with both 95 % intervals, and the front:
     the points that no other one beats.
@@ -66,13 +67,13 @@ def pareto_figure(
     objectives of a search, or else the first metric of which more is better and the
     first of which less is. Where settings are sampled,
     the listed ones become colours and panels, each with a front of its own. Else all
-    points compete, unless `by` gives them colours. Raises ChoiceError for names that
-    the study does not have, where no two metrics are given or found, and for more than
-    twelve panels.
+    points compete, unless `by` gives them colours. `over="half"` takes means over the
+    last half of each trial, of metrics that are named. Raises ChoiceError for names
+    that the study does not have, where no two metrics are given or found, and for more
+    than twelve panels.
     """
-    return draw_pareto(
-        pareto_layout(study, [name for name in (first, second) if name], by=by)
-    )
+    names = [column_over(name, over) for name in (first, second) if name]
+    return draw_pareto(pareto_layout(study, names, by=by))
 
 
 def pareto_layout(

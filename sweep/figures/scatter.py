@@ -43,7 +43,7 @@ from sweep.figures.selection import (
     select,
 )
 from sweep.figures.style import COLOURS, MARKERS, STYLE
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
@@ -78,6 +78,7 @@ def scatter_figure(
     x: str | None = None,
     *,
     by: str | None = None,
+    over: Over = "last",
 ) -> Figure:
     """The mean of `metric` at every point against `x`. Without `x` each setting that is
     sampled, or else listed, has a panel.
@@ -85,10 +86,10 @@ def scatter_figure(
     In a panel of up to 60 points these have their 95 % intervals. A title gives
     Spearman's correlation of the points with its interval. Listed settings that are on
     no axis become colours (`by`, or the one with two or three values) and panels.
-    Raises ChoiceError for names that the study does not have and for more than twelve
-    panels.
+    `over="half"` takes the mean over the last half of each trial. Raises ChoiceError
+    for names that the study does not have and for more than twelve panels.
     """
-    return draw_scatter(scatter_layout(study, metric, x, by=by))
+    return draw_scatter(scatter_layout(study, column_over(metric, over), x, by=by))
 
 
 def scatter_layout(

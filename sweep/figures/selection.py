@@ -331,8 +331,7 @@ def recorded(study: StoredStudy, metric: str) -> str:
     """`metric`, or with `_mean` its mean over the last half, if the study has it.
     Raises ChoiceError.
     """
-    if Column.read(metric).metric not in study.metrics:
-        raise ChoiceError(unknown("metric", metric, study.metrics), study.name)
+    study.check_metric(Column.read(metric).metric)
     return metric
 
 

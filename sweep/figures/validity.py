@@ -23,7 +23,7 @@ from sweep.figures.drawing import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE, VERMILION
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, is_half
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.validity import AS_IT_IS, TURNS, UNJUDGED, Validity, validity
 
@@ -39,14 +39,17 @@ class Conclusions(NamedTuple):
     column: str
 
 
-def validity_figure(study: StoredStudy, metric: str, *, half: bool = False) -> Figure:
+def validity_figure(
+    study: StoredStudy, metric: str, *, over: Over = "last", half: bool = False
+) -> Figure:
     """The differences of each point to the first one along an axis in one metric, with
     their intervals: in the study, and with each time step, neighbour search and order
-    of updates that `validate` asks for.
+    of updates that `validate` asks for. `over="half"` takes means over the last half of
+    a trial; `half=True` is its older form.
 
     Raises ChoiceError for a study without `validate`, and for more than 60 differences.
     """
-    return draw_validity(validity_layout(study, metric, half=half))
+    return draw_validity(validity_layout(study, metric, half=is_half(over, half)))
 
 
 def validity_layout(

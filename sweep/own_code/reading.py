@@ -22,6 +22,7 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema import json_schema
 from sweep.spec.schema_parts import Schema
 from sweep.spec.strict_yaml import (
+    as_document,
     dump,
     parse_document,
     read_document,
@@ -62,14 +63,19 @@ def load_spec(path: Path, *, code: bool = True, code_from: Path | None = None) -
 
 def study_of(
     spec: str | Mapping[str, Any],
-    path: Path = Path("spec.yaml"),
+    path: Path | None = None,
     *,
     code: bool = True,
     code_from: Path | None = None,
 ) -> Study:
-    """The same for a YAML text or a mapping, as if it stood in the file `path`."""
+    """The same for a YAML text or a mapping, as if it stood in the file `path`. Without
+    one, errors of a mapping name its keys.
+    """
+    file = path or Path("spec.yaml")
+    if path is None and isinstance(spec, Mapping):
+        return _read(as_document(spec, file), code, code_from)
     text = spec if isinstance(spec, str) else dump(spec)
-    return _read(parse_document(text, path), code, code_from)
+    return _read(parse_document(text, file), code, code_from)
 
 
 def with_variants(study: Study) -> list[Study]:

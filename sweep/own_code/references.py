@@ -19,7 +19,7 @@ from sweep.own_code.entries import MODEL
 from sweep.own_code.installed import Installed, installed_package
 from sweep.own_code.places import PLACES
 from sweep.own_code.sources import SUFFIX, gather
-from sweep.spec.document import Document, Entry, Place
+from sweep.spec.document import Entry, Place
 from sweep.text import unknown
 
 FILE = re.compile(r"(?P<path>[^:]*\.(?:py|csv))(?::(?P<name>\w+))?")
@@ -156,9 +156,7 @@ def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
     """The same spec with plain names in the place of files. Raises SpecError where a
     file has no such entry, or none that is meant alone.
     """
-    document = Document(
-        root.document.path, root.document.text, dict(root.document.lines)
-    )
+    document = replace(root.document, lines=dict(root.document.lines))
     by_place = {one.entry.place: one for one in named}
     value = _replaced(root.value, (), by_place, known, document.lines)
     return replace(root, document=document, value=value)

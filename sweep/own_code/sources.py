@@ -24,8 +24,8 @@ PACKAGE = "__init__.py"
 MOST_BYTES = 2_000_000
 MOST_FILES = 100
 KEPT = (
-    ", where results are stored: `sweep code STUDY --to FOLDER` writes the code of a"
-    " study into a folder; copy the spec into that folder"
+    ", where results are stored: `sweep code STUDY --to FOLDER` writes spec and code"
+    " of a study into a folder, to launch there"
 )
 """Of a spec that is launched from where a launch has put it, without its files."""
 

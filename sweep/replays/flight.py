@@ -1,6 +1,4 @@
-"""One trial at full resolution: its frames one after the other, or all in a parquet
-file.
-"""
+"""One trial at full resolution: its frames one after the other, or all in a file."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -15,6 +13,7 @@ from sweep.design.jobs import Job
 from sweep.spec.study import RecordSpec
 from sweep.store.parquet import table_writer
 from sweep.store.rows import boid_columns, trajectories_schema
+from sweep.tables.exporting import csv_writer, write_about
 from sweep.tables.outputs import unfinished
 from sweep.trial.simulation import BOID_STEPS_A_CALL, Simulation
 from sweep.trial.state import Taken
@@ -23,6 +22,10 @@ NOTHING = RecordSpec(())
 """Records nothing but where boids are."""
 Report = Callable[[int, int], None]
 """Is told how many of how many steps are done."""
+FLIGHTS: dict[str, Callable[..., Any]] = {".parquet": table_writer, ".csv": csv_writer}
+"""How files of flights end, and what writes them: a row a frame with lists, as
+trajectories are stored, or a row a frame and boid.
+"""
 
 
 def frames(
@@ -86,22 +89,21 @@ def seen(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
 
 def write_flight(
     job: Job, path: Path, every: int, about: dict[bytes, bytes], report: Report
-) -> int:
-    """Write the frames of a trial as a table like `trajectories`. Returns their number.
+) -> list[Path]:
+    """Write the frames of a trial as a table like `trajectories`. Returns the files: a
+    CSV file has one beside it with units and provenance.
 
     job     the trial
-    path    the new parquet file
+    path    the new file, which ends in one of FLIGHTS
     every   steps between two frames
     about   the metadata of the table
     report  is told how many of how many steps are done
     """
     schema = trajectories_schema(job.known.models[job.model], {}).with_metadata(about)
-    count = 0
-    with unfinished(path) as file, table_writer(file, schema) as writer:
+    with unfinished(path) as file, FLIGHTS[path.suffix](file, schema) as writer:
         for taken in frames(job, every, report):
             writer.write_table(_table(job, taken, schema))
-            count += len(taken.steps)
-    return count
+    return [path, write_about(path, schema)] if path.suffix == ".csv" else [path]
 
 
 def _table(job: Job, taken: Taken, schema: pa.Schema) -> pa.Table:

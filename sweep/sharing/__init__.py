@@ -6,5 +6,6 @@ citing       the works that a study rests on
 packed_file  a file of a study, its members and their checksums
 packing      a study -> one file
 unpacking    one file -> a study
+laid_out     a study -> its spec and its code as files, to launch on
 stranger     the texts of that file for who has no boidsweep
 """

@@ -15,8 +15,17 @@ Place = tuple[str | int, ...]
 FOR_EDITORS = "# yaml-language-server:"
 """How a line begins that tells the YAML server of an editor where a schema is."""
 
+MAPPING = "spec (mapping)"
+"""What errors call a spec that is no file."""
+
 INTEGER_BOUND = 2**63
 """Whole numbers of a spec are smaller than this, so that they fit into int64."""
+
+
+def keys_in_words(place: Place) -> str:
+    """Keys and indices as `sweep.noise[2]`."""
+    parts = (f"[{one}]" if isinstance(one, int) else f".{one}" for one in place)
+    return "".join(parts).removeprefix(".")
 
 
 @dataclass(frozen=True)
@@ -28,6 +37,8 @@ class Document:
     path: Path
     text: str
     lines: dict[Place, int] = field(default_factory=dict, repr=False)
+    of_mapping: bool = False
+    """Whether it was made of a mapping of Python, whose user has seen no line of it."""
 
     @property
     def for_readers(self) -> list[str]:
@@ -50,13 +61,18 @@ class Document:
         known = place
         while known and known not in self.lines:
             known = known[:-1]
-        error = self.error_in_line(self.lines.get(known, 1), message)
+        error = self.error_in_line(self.lines.get(known, 1), message, known)
         error.place = place
         return error
 
-    def error_in_line(self, line: int, message: str) -> SpecError:
-        """The SpecError that says `message` with this line."""
-        return SpecError(f"{self.path.name}:{line}: {abridged(message)}", line)
+    def error_in_line(self, line: int, message: str, place: Place = ()) -> SpecError:
+        """The SpecError that says `message` with this line; of a mapping with the keys
+        that lead to `place`.
+        """
+        where = f"{self.path.name}:{line}"
+        if self.of_mapping:
+            where = f"{MAPPING}, {keys_in_words(place)}" if place else MAPPING
+        return SpecError(f"{where}: {abridged(message)}", line)
 
 
 @dataclass(frozen=True)

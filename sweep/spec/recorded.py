@@ -1,13 +1,14 @@
 """The names of metrics in a spec, and of the columns that trials have of them."""
 
 from collections.abc import Collection, Iterable
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
 from kernels.metrics.parts import OF, has_parts
 from kernels.model import WORKING, Model
 from sweep.analysis.mean_bounds import Declaration
+from sweep.errors import ChoiceError
 from sweep.spec.document import Entry
 from sweep.text import unknown
 
@@ -39,6 +40,30 @@ class Column(NamedTuple):
 def columns_of(metrics: Iterable[str]) -> list[str]:
     """The names of both columns of each metric."""
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
+
+
+Over = Literal["last", "half"]
+"""The last frame of a trial, or the mean over its last half."""
+
+
+def is_half(over: str, half: bool = False) -> bool:
+    """Whether means over the last half are asked for, by `over`, or by `half`, the form
+    of up to 0.18. Raises ChoiceError for an `over` that is none.
+    """
+    if over not in (allowed := get_args(Over)):
+        raise ChoiceError(unknown("value of over", over, allowed))
+    return half or over == "half"
+
+
+def column_over(metric: str, over: str) -> str:
+    """The column of a metric: over "half" that of its mean over the last half, and over
+    "last" the one of that name, as `speed_mean` names such a mean too. A direction, as
+    in `coverage+`, stays.
+    """
+    if not is_half(over):
+        return metric
+    name = metric.rstrip("+-")
+    return f"{Column.read(name)._replace(half=True)}{metric[len(name) :]}"
 
 
 def check_recorded(

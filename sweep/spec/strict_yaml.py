@@ -9,6 +9,7 @@ executed, and its size and depth are limited.
 import re
 from collections.abc import Callable, Mapping
 from io import StringIO
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,8 +18,16 @@ from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from sweep.errors import SpecError
-from sweep.spec.document import INTEGER_BOUND, Document, Entry, Place
+from sweep.spec.document import (
+    INTEGER_BOUND,
+    MAPPING,
+    Document,
+    Entry,
+    Place,
+    keys_in_words,
+)
 from sweep.spec.mistakes import Mistakes
+from sweep.text import shortened
 
 MOST_BYTES = 1_000_000
 MOST_LEVELS = 20
@@ -62,6 +71,13 @@ def _text(path: Path) -> str:
         raise SpecError(f"{path}: is not a text in UTF-8") from None
 
 
+def as_document(mapping: Mapping[str, Any], path: Path) -> Entry:
+    """The content of a mapping, as if it stood in the file `path`; errors name its
+    keys. Raises TypeError as `dump`, and SpecError where it is no strict YAML.
+    """
+    return _parsed(_Piece(dump(mapping), 0), path, of_mapping=True)
+
+
 def parse_document(text: str, path: Path) -> Entry:
     """The content of a YAML text of one document; errors name `path`. Raises SpecError
     where it is not strict YAML.
@@ -92,8 +108,9 @@ def _pieces(text: str) -> list[_Piece]:
     ]
 
 
-def _parsed(piece: _Piece, path: Path) -> Entry:
-    document, before = Document(path, piece.text), piece.lines_before
+def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
+    document = Document(path, piece.text, of_mapping=of_mapping)
+    before = piece.lines_before
     try:
         # The empty lines make all marks those of the file.
         root = YAML(typ="safe", pure=True).compose("\n" * before + piece.text)
@@ -108,20 +125,52 @@ def _parsed(piece: _Piece, path: Path) -> Entry:
 
 
 def dump(mapping: Mapping[str, Any]) -> str:
-    """The YAML text of a mapping of dicts, lists, texts and numbers. Raises TypeError
-    for anything else.
+    """The YAML text of a mapping of dicts, lists, texts and numbers, also those of
+    numpy. Raises TypeError, with the key, for anything else.
     """
     yaml: Any = YAML(typ="safe", pure=True)
     stream = StringIO()
     yaml.default_flow_style, yaml.sort_base_mapping_type_on_output = None, False
     yaml.representer.ignore_aliases, yaml.width = lambda _: True, 110
-    try:
-        yaml.dump(dict(mapping), stream)
-    except YAMLError as error:
-        raise TypeError(
-            f"a spec holds only dicts, lists, texts and numbers: {error}"
-        ) from None
+    yaml.dump(_plain(mapping, ()), stream)
     return stream.getvalue()
+
+
+def _plain(value: Any, place: Place) -> Any:
+    """A value of dicts, lists, texts and numbers, also of numpy and pandas."""
+    if len(place) > MOST_LEVELS:
+        raise TypeError(f"{MAPPING}, {keys_in_words(place)}: is nested too deeply")
+    if hasattr(value, "tolist"):  # an array or a number of numpy, a column of pandas
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {
+            _key(key, place): _plain(one, (*place, str(key)))
+            for key, one in value.items()
+        }
+    if isinstance(value, list | tuple | range):
+        return [_plain(one, (*place, index)) for index, one in enumerate(value)]
+    if isinstance(value, PathLike):
+        value = fspath(value)
+    if isinstance(value, str):
+        return str.__str__(value)
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, int | float):
+        return int(value) if isinstance(value, int) else float(value)
+    raise _not_plain(place, value)
+
+
+def _key(key: Any, place: Place) -> str:
+    if not isinstance(key, str):
+        raise _not_plain(place, key)
+    return str.__str__(key)
+
+
+def _not_plain(place: Place, value: Any) -> TypeError:
+    where = f"{MAPPING}, {keys_in_words(place)}" if place else MAPPING
+    given = f"{type(value).__name__} {shortened(repr(value))}"
+    said = "a spec holds only dicts with texts as keys, lists, texts and numbers"
+    return TypeError(f"{where}: {said}, not {given}")
 
 
 def _syntax_error(document: Document, error: YAMLError) -> SpecError:
@@ -148,9 +197,9 @@ class _YamlReader:
                 line, "anchors and aliases (& and *) are not allowed"
             )
         if len(place) > MOST_LEVELS:
-            raise self.document.error_in_line(line, "is nested too deeply")
+            raise self.document.error_in_line(line, "is nested too deeply", place)
         if isinstance(node, ScalarNode):
-            return self.scalar(node, line)
+            return self.scalar(node, place)
         if isinstance(node, SequenceNode) and node.tag == TAG + "seq":
             return [
                 self.read(child, (*place, index))
@@ -176,7 +225,8 @@ class _YamlReader:
             values[key] = self.read(value_node, (*place, key))
         return values
 
-    def scalar(self, node: ScalarNode, line: int) -> Any:
+    def scalar(self, node: ScalarNode, place: Place) -> Any:
+        line = node.start_mark.line + 1
         convert = SCALARS.get(str(node.tag))
         if convert is None:
             raise self.document.error_in_line(line, f"tag {node.tag} is not allowed")
@@ -184,11 +234,11 @@ class _YamlReader:
             return convert(node.value)
         except OverflowError:
             words = f"{node.value[:40]} is too large: whole numbers are below 2^63"
-            raise self.document.error_in_line(line, words) from None
+            raise self.document.error_in_line(line, words, place) from None
         except (ValueError, KeyError):
             kind = str(node.tag).removeprefix(TAG)
             raise self.document.error_in_line(
-                line, f'cannot read "{node.value[:40]}" as {kind}'
+                line, f'cannot read "{node.value[:40]}" as {kind}', place
             ) from None
 
 

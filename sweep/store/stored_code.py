@@ -23,7 +23,8 @@ from sweep.own_code.catalogue import (
     unloaded,
 )
 from sweep.own_code.installed import Installed
-from sweep.own_code.sources import MOST_BYTES, MOST_FILES, Sources
+from sweep.own_code.places import PLACES
+from sweep.own_code.sources import MOST_BYTES, MOST_FILES, SUFFIX, Sources
 from sweep.spec.study_folder import CODE, code_file
 from sweep.store.locations import Location, patiently
 from sweep.store.regular import fits, read_json, regular_size
@@ -36,6 +37,8 @@ PACKAGES = [[str]]
 MOST = 16_000_000
 """Bytes of the file; JSON unpacks to many times as much memory."""
 PURPOSE = b"boidsweep code "
+ENDINGS = (SUFFIX, PLACES)
+"""Of the files: code, and tables of places. Others may be settings of a program."""
 
 
 def _is_inside(name: str) -> bool:
@@ -132,6 +135,11 @@ def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]
     return _stored(store, origin)[1].sources.texts if "own" in origin else {}
 
 
+def stored_folder(store: Store, sha: str) -> str:
+    """The path from the folder of a spec to that from which its code was taken."""
+    return _read(store, sha)[1].folder
+
+
 def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
     """The files beside the spec that are no longer what an origin was computed by."""
     if "own" not in origin:
@@ -189,6 +197,8 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
             raise ValueError("its content is not what its name says")
         if astray := [name for name in stored["files"] if not _is_inside(name)]:
             raise ValueError(f"it has files outside its folder: {astray[0]}")
+        if odd := [one for one in stored["files"] if not one.endswith(ENDINGS)]:
+            raise ValueError(f"it has a file that is no code: {odd[0]}")
         if len(stored["files"]) > MOST_FILES or not dict(code.named):
             raise ValueError("it has too many files, or takes nothing from them")
         files = {name for name, _ in named if not code.package_of(name)}

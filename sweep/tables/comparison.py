@@ -35,7 +35,6 @@ from sweep.spec.recorded import Column
 from sweep.tables.choosing import as_names
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import Matching, match
-from sweep.text import unknown
 
 Together = Literal["holm", "bonferroni", "max_t"]
 Floats = NDArray[np.float64]
@@ -203,10 +202,7 @@ def shared_metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
     """
     for name in asked:
         for side in (one, other):
-            if name not in side.study.metrics:
-                raise ChoiceError(
-                    unknown("metric", name, side.study.metrics), side.study.name
-                )
+            side.study.check_metric(name)
         if _unit(one, name) != _unit(other, name):
             units = (
                 f"{_unit(one, name)} in {one.model} and {_unit(other, name)} in"

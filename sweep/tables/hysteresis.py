@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from sweep.analysis.hysteresis import Loop, loop
 from sweep.errors import ChoiceError
 from sweep.spec.continuing import DIRECTION, DOWN, UP
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, Over, is_half
 from sweep.tables.choosing import as_names
 from sweep.tables.stored_study import StoredStudy
-from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 LEAST = 2
@@ -40,13 +39,18 @@ class FoundLoop(NamedTuple):
 
 
 def hysteresis(
-    study: StoredStudy, metrics: str | Sequence[str] = (), *, half: bool = False
+    study: StoredStudy,
+    metrics: str | Sequence[str] = (),
+    *,
+    over: Over = "last",
+    half: bool = False,
 ) -> list[FoundLoop]:
     """The loops of a study with an axis that is continued in both directions.
 
     study    the stored study; `where` chooses among its points
     metrics  names of metrics; () for all that are recorded
-    half     the means over the last half of each link, or its last frame
+    over     "last" or "half": the last frame of each link, or its last half
+    half     True is the older form of over="half"
 
     Raises ChoiceError for a study without such an axis, where fewer than two of its
     values are chosen, and for a metric that is not recorded.
@@ -56,8 +60,8 @@ def hysteresis(
         words = 'no axis of it has "continue: both", so that there is no loop'
         raise ChoiceError(words, study.name)
     for name in as_names(metrics):
-        if name not in study.metrics:
-            raise ChoiceError(unknown("metric", name, study.metrics), study.name)
+        study.check_metric(name)
+    half = is_half(over, half)
     names = [str(Column(name, half)) for name in as_names(metrics) or study.metrics]
     return [one for name in names for one in _loops(study, continued["axis"], name)]
 

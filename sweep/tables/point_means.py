@@ -113,6 +113,8 @@ def _known(
     wrong = [name for name in dict.fromkeys(names) if name not in allowed]
     for name in wrong:
         with refusals.noted():
+            if what == "metric":
+                study.check_metric(name)
             listed = [one for one in allowed if one]
             raise ChoiceError(unknown(what, name, listed), study.name)
     return list(allowed if wrong else dict.fromkeys(names))

@@ -42,7 +42,7 @@ from sweep.tables.comparison import (
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import match
 from sweep.tables.stored_study import StoredStudy
-from sweep.text import so_many, unknown
+from sweep.text import so_many
 
 Floats = NDArray[np.float64]
 Goal = Literal["half width", "difference"]
@@ -161,10 +161,7 @@ def _sizes(
     for text in texts:
         name, _, size = (part.strip() for part in text.partition("="))
         with refusals.noted():
-            if name not in side.study.metrics:
-                raise ChoiceError(
-                    unknown("metric", name, side.study.metrics), side.study.name
-                )
+            side.study.check_metric(name)
         with refusals.noted():
             if name in found:
                 raise ChoiceError(f"{name} stands twice; allowed: one {goal} of it")

@@ -12,7 +12,7 @@ from kernels.settings import Actuation, Breakdowns, Medium, Sensing
 from sweep.design.design import expand
 from sweep.design.trial_ids import TRIAL_ID
 from sweep.errors import ChoiceError, SpecError, StoreError
-from sweep.spec.document import Document, Entry
+from sweep.spec.document import Document, Entry, Place
 from sweep.spec.keys import written
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
@@ -47,7 +47,7 @@ def check_recorded(
 class _Row(Document):
     """A row in the place of a YAML text: it has no lines that an error could name."""
 
-    def error_in_line(self, _line: int, message: str) -> SpecError:
+    def error_in_line(self, _line: int, message: str, _place: Place = ()) -> SpecError:
         return SpecError(message)
 
 

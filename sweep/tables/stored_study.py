@@ -24,7 +24,13 @@ from sweep.spec.ablation import fitted_preset, label
 from sweep.spec.continuing import DIRECTION
 from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
-from sweep.spec.recorded import columns_of, declaration_of
+from sweep.spec.recorded import (
+    Column,
+    Over,
+    column_over,
+    columns_of,
+    declaration_of,
+)
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
@@ -436,6 +442,19 @@ class StoredStudy:
         """The recorded metrics."""
         return list(self.about.record)
 
+    def check_metric(self, name: str) -> None:
+        """Raise ChoiceError unless a metric of that name is recorded."""
+        if name in self.metrics:
+            return
+        column = Column.read(name)
+        if column.half and column.metric in self.metrics:
+            raise ChoiceError(
+                f'"{name}" is the mean of {column.metric} over the last half: ask for'
+                f' {column.metric} with over="half", in a command --over half',
+                self.name,
+            )
+        raise ChoiceError(unknown("metric", name, self.metrics), self.name)
+
     @property
     def series_metrics(self) -> list[str]:
         """The metrics that are stored frame by frame."""
@@ -758,10 +777,13 @@ class StoredStudy:
         self,
         metrics: str | Sequence[str],
         varied: str | Sequence[str] | None = None,
+        *,
+        over: Over = "last",
     ) -> pd.DataFrame:
         """The mean of each metric with its 95 % interval, a row a point, as `by_point`
         has it; beside them the `varied` settings, by default those of the spec. A list
-        of one name may be this name.
+        of one name may be this name. `over` is "last" or "half": the last frame of a
+        trial, or its last half, whose means are also the metrics `speed_mean`.
 
         Each interval is that of the distribution of the metric, and the repeated one of
         a metric that decided how many trials a point has.
@@ -769,7 +791,7 @@ class StoredStudy:
         return by_point(
             self.trials,
             self.varied if varied is None else as_names(varied),
-            as_names(metrics),
+            [column_over(name, over) for name in as_names(metrics)],
             repeated=self.repeated,
             distributions=self.distributions,
         )

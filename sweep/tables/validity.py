@@ -27,7 +27,6 @@ from sweep.tables.comparison import (
 )
 from sweep.tables.comparison_sides import Side
 from sweep.tables.stored_study import StoredStudy
-from sweep.text import unknown
 
 SURVIVES, TURNS, OPEN, UNJUDGED = "survives", "turns", "not decided", "not judged"
 OUTCOMES = (SURVIVES, TURNS, OPEN, UNJUDGED)
@@ -114,8 +113,7 @@ def validity(
         )
     names = as_names(metrics) or study.metrics
     for name in names:
-        if name not in study.metrics:
-            raise ChoiceError(unknown("metric", name, study.metrics), study.name)
+        study.check_metric(name)
     words = {one["name"]: one["words"] for one in asked}
     others = {name: _variant(study, name, said) for name, said in words.items()}
     bits = {name: found for name, one in others.items() if (found := _bits(study, one))}

@@ -15,6 +15,7 @@ A broken promise is an AssertionError, which names file, line and rule; a promis
 does not apply is skipped, with the reason.
 
 promises     all of them by name, and what becomes of them
+beforehand   those that a launch tries of a model that is not built in
 subject      the model that is checked
 entrants     the metrics, maps, starts and samplers of a file that are checked
 offered      what these promise

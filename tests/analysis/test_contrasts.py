@@ -73,7 +73,7 @@ def test_trials_are_paired_by_replicate_whatever_the_order_of_rows() -> None:
     assert found.paired
     assert found.value == pytest.approx((one - other).mean())
     assert found.interval() == pytest.approx(tuple(expected.confidence_interval()))
-    assert found.estimate.p_value() == pytest.approx(expected.pvalue)
+    assert found.p_value() == pytest.approx(expected.pvalue)
     assert found.correlation == pytest.approx(np.corrcoef(one, other)[0, 1])
     assert found.variance_reduction == pytest.approx(
         (one.var() + other.var()) / (one - other).var()

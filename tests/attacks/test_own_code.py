@@ -1,6 +1,7 @@
 """Code of one's own runs where its user says so, and nowhere else."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 import sweep as package
 from sweep.campaigns.launch import launch
 from sweep.errors import CodeError, SpecError, StoreError
-from sweep.own_code.catalogue import _loaded
+from sweep.own_code.catalogue import OwnCode, _loaded
 from sweep.own_code.reading import code_of, load_spec
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
@@ -282,7 +283,11 @@ def test_all_code_is_shown_that_trust_would_run(stranger: Given) -> None:
     assert 'print("ran"' in said
     assert 'print("RAN"' in said
     done = sweep(stranger.folder, "code", "given", "--to", "both")
-    assert len({line.split("/")[1] for line in done.stdout.splitlines()}) == 2
+    spec, now, before = done.stdout.splitlines()
+    assert (spec, now) == ("both/spec.yaml", "both/mine.py")
+    assert re.fullmatch(r"both/version-[0-9a-f]{12}/mine\.py", before)
+    assert 'print("RAN"' in (stranger.folder / now).read_text()
+    assert 'print("ran"' in (stranger.folder / before).read_text()
 
 
 @pytest.mark.parametrize(
@@ -318,12 +323,41 @@ def test_a_description_cannot_take_the_name_of_an_entry_of_ours(
 def test_written_code_stays_in_its_folder(stranger: Given) -> None:
     assert "    METRICS = {" in sweep(stranger.folder, "code", "given").stdout
     done = sweep(stranger.folder, "code", "given", "--to", "theirs")
-    assert done.stdout == "theirs/mine.py\n"
+    assert done.stdout == "theirs/spec.yaml\ntheirs/mine.py\n"
     text = (stranger.folder / "theirs" / "mine.py").read_text()
     assert text == (stranger.folder / "mine.py").read_text()
     again = sweep(stranger.folder, "code", "given", "--to", "theirs")
     assert again.returncode == 2
     assert again.stderr == "theirs: exists already; name a new folder\n"
+
+
+@pytest.mark.parametrize("name", [".numba_config.yaml", "spec.yaml", "matplotlibrc"])
+def test_what_is_no_code_is_written_nowhere(
+    name: str, stranger: Given, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Programs would read it as their settings, in the folder of a launch."""
+    (file,) = (stranger.folder / "results" / "given").glob("code-*.json")
+    text = (stranger.folder / "mine.py").read_text()
+    changed(stranger.folder, {"files": {"mine.py": text, name: ""}})
+    monkeypatch.setattr(OwnCode, "sha", file.stem.removeprefix("code-"))
+    with pytest.raises(StoreError, match="a file that is no code: "):
+        package.load("given", stranger.folder / "results")
+
+
+@pytest.mark.parametrize("folder", ["../../../..", "a/../../../../..", "/tmp", "."])
+def test_a_folder_of_code_leads_out_of_no_folder_that_is_written(
+    folder: str, stranger: Given
+) -> None:
+    """Of a stranger are the path of the spec too, and the folder of its code."""
+    changed(stranger.folder, {"folder": folder})
+    before = set(stranger.folder.rglob("*"))
+    done = sweep(stranger.folder, "code", "given", "--to", "theirs")
+    assert done.returncode == (2 if folder == "/tmp" else 0)
+    new = {one for one in stranger.folder.rglob("*") if one not in before}
+    theirs = stranger.folder / "theirs"
+    assert all(one == theirs or one.is_relative_to(theirs) for one in new)
+    assert not (stranger.folder.parent / "mine.py").exists()
+    assert len([one for one in new if one.is_file()]) == (0 if done.returncode else 2)
 
 
 def test_a_launch_from_python_has_said_yes(given: Given) -> None:

@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.main import get_command
 
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
+from sweep.cli import app
 from sweep.spec.settings import settings_of
 from tests import ROOT
 from tests.commands import sweep
+from tests.own_models import METRICS
 from tests.searches import TINY
 from tests.studies import IMPOSSIBLE, SMALL
 
@@ -29,6 +32,10 @@ def is_mapping(value: object) -> bool:
     return isinstance(value, dict)
 
 
+def is_list(value: object) -> bool:
+    return isinstance(value, list)
+
+
 def is_text(value: object) -> bool:
     return isinstance(value, str)
 
@@ -38,9 +45,10 @@ TYPES = {
     "whole number": is_count,
     "number": lambda value: isinstance(value, float),
     "mapping": is_mapping,
+    "truth": lambda value: isinstance(value, bool),
     "counts": lambda value: is_mapping(value) and all(map(is_count, value.values())),
-    "list of texts": lambda value: all(map(is_text, value)),
-    "list of mappings": lambda value: all(map(is_mapping, value)),
+    "list of texts": lambda value: is_list(value) and all(map(is_text, value)),
+    "list of mappings": lambda value: is_list(value) and all(map(is_mapping, value)),
     "null": lambda value: value is None,
 }
 
@@ -73,6 +81,73 @@ def plan_keys(*, search: bool) -> dict[str, str]:
     plain, own = map(dict, map(ROW.findall, ALSO.split(page)[::2]))
     shared = re.findall(r"`(\w+)`", ALSO.search(page)[1])  # type: ignore[index]
     return own | {key: plain[key] for key in shared} if search else plain
+
+
+def test_every_command_with_json_has_a_chapter() -> None:
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    printing = [
+        name
+        for name, one in commands.items()
+        if any("--json" in parameter.opts for parameter in one.params)
+    ]
+    assert {f"sweep {name} --json" for name in printing} == chapters().keys()
+
+
+def rows_agree(printed: str, chapter: str, settings: str, *metrics: str) -> None:
+    """The rows that were printed, whose keys name this setting and these metrics."""
+    keys = chapters()[f"sweep {chapter} --json"]
+    wanted = {
+        key.replace("METRIC", metric).replace("SETTING", settings): types
+        for metric in metrics or ("",)
+        for key, types in keys.items()
+    }
+    rows = json.loads(printed)
+    assert rows
+    for row in rows:
+        agree(json.dumps(row), wanted)
+
+
+def test_tables_of_what_is_stored(folder: Path) -> None:
+    spec = SMALL.replace("replicates: 3", "replicates: 6")
+    (folder / "small.yaml").write_text(spec, encoding="utf-8")
+    sweep(folder, "launch", "small.yaml", "--quiet")
+    axis, asked = "separation_weight", ("--json", "--metric", "speed")
+    plain = json.loads(sweep(folder, "table", "small", *asked).stdout)
+    rows = [row | {"points": 1} for row in plain]  # where a row has several
+    rows_agree(json.dumps(rows), "table", axis, "speed")
+    said = sweep(folder, "power", "small", "--half-width", "speed=5%", "--json").stdout
+    rows_agree(said, "power", axis)
+    rows_agree(sweep(folder, "columns", "small", "--json").stdout, "columns", "")
+    sides = (f"small:{axis}=0.5", f"small:{axis}=1")
+    compared = sweep(folder, "compare", *sides, *asked, "--margin", "1").stdout
+    found = agree(compared, chapters()["sweep compare --json"])
+    page = PAGE.partition("## sweep compare --json")[2].partition("\n## ")[0]
+    named = set(re.findall(r"`(\w+)`", page))
+    told = {key.removesuffix("_b") for key in found["rows"][0]} | found["a"].keys()
+    ends = {f"{name}{end}" for name in named for end in ("_low", "_high")}
+    short = {name.removesuffix("_a") for name in named}
+    assert told <= named | ends | short
+    assert found["method"].keys() <= named
+
+
+def test_a_search_and_its_report(folder: Path) -> None:
+    done = sweep(folder, "search", "search.yaml", "--json", "--quiet")
+    agree(done.stdout, chapters()["sweep search --json"])
+
+
+def test_what_a_change_of_a_spec_would_do(folder: Path) -> None:
+    sweep(folder, "launch", "small.yaml", "--quiet")
+    other = SMALL.replace("[0.5, 1]", "[0.5, 2]")
+    (folder / "small.yaml").write_text(other, encoding="utf-8")
+    said = sweep(folder, "diff", "small.yaml", "--json").stdout
+    found = agree(said, chapters()["sweep diff --json"])
+    assert found["changes"][0].keys() == {"key", "before", "after"}
+    assert found["points"].keys() == {"added", "kept", "dropped"}
+
+
+def test_a_check(folder: Path) -> None:
+    (folder / "mine.py").write_text(METRICS, encoding="utf-8")
+    rows_agree(sweep(folder, "check", "mine.py", "--json").stdout, "check", "")
 
 
 def test_a_plan(folder: Path) -> None:

@@ -17,7 +17,7 @@ from sweep.web.state import from_job, from_study
 from sweep.workers.executors import Serial
 from tests.commands import sweep
 from tests.own_models import OTHER_RULE, SPEC, edited, written
-from tests.studies import launched, read
+from tests.studies import SMALL, launched, read, relaunch
 
 AXIS = "sweep: {cohesion_weight: [0.01, 0.02]}"
 UNTIL = SPEC.replace(
@@ -189,3 +189,71 @@ def test_an_old_trial_is_viewed_by_the_code_that_computed_it(
     while show.going:
         show.advance(3)
     assert "equal to what is stored" in said(folder, "replay", "drawn", trial)
+
+
+def test_spec_and_code_are_laid_out_to_launch_on(tmp_path: Path) -> None:
+    """After an edit, of which the earlier version lies apart."""
+    home = tmp_path / "home"
+    spec = written(home)
+    launched(spec, home / "results")
+    edited(home, *OTHER_RULE)
+    relaunch(spec, home / "results")
+    done = sweep(home, "code", "drawn", "--to", "work")
+    assert done.stderr == "sweep launch work/spec.yaml launches it on\n"
+    lines = done.stdout.splitlines()
+    names = ["drawn.py", "mine.py", "places.py", "rules.py"]
+    assert lines[:5] == [f"work/{name}" for name in ("spec.yaml", *names)]
+    [version] = {Path(line).parent.name for line in lines[5:]}
+    old, new = OTHER_RULE
+    assert new in (home / "work" / "rules.py").read_text()
+    assert old in (home / "work" / version / "rules.py").read_text()
+    for name in names:
+        assert (home / "work" / name).read_text() == (home / name).read_text()
+    trials = StoredStudy("drawn", home / "results").plan["trial_id"].to_pylist()
+    assert "nothing was missing" in said(home, "launch", "work/spec.yaml")
+    within = said(home / "work", "launch", "spec.yaml", "--results", "../results")
+    assert "nothing was missing" in within
+    again = StoredStudy("drawn", home / "results").plan["trial_id"].to_pylist()
+    assert again == trials
+
+
+def test_a_packed_study_is_laid_out_under_another_name(tmp_path: Path) -> None:
+    launched(written(tmp_path / "home"), tmp_path / "home" / "results")
+    said(tmp_path / "home", "pack", "drawn")
+    file = str(tmp_path / "home" / "drawn.zip")
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "drawn.py").write_text("mine")
+    assert "exists already" in said(tmp_path, "load", file, "--to=taken", code=2)
+    assert not (tmp_path / "results").exists()
+    shown = said(tmp_path, "load", file, "--as", "their/own", "--to", "work")
+    assert shown.endswith("sweep launch work/spec.yaml launches it on\n")
+    assert "study: their/own" in (tmp_path / "work" / "spec.yaml").read_text()
+    assert "nothing was missing" in said(tmp_path, "launch", "work/spec.yaml")
+    loaded = boidsweep.unpack(file, "other", tmp_path / "there", to=tmp_path / "mine")
+    assert (tmp_path / "mine" / "drawn.py").is_file()
+    assert loaded.name == "other"
+
+
+def test_code_from_another_folder_is_laid_out_there(tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    written(home)
+    inner = home / "specs"
+    inner.mkdir()
+    text = (home / "drawn.yaml").read_text()
+    (inner / "drawn.yaml").write_text(text.replace("./", "../"))
+    launch = ("launch", "specs/drawn.yaml", "--code-from", ".")
+    said(home, *launch)
+    shown = sweep(home, "code", "drawn", "--to", "work")
+    assert shown.stdout.startswith("work/specs/spec.yaml\nwork/drawn.py\n")
+    on = "launch work/specs/spec.yaml --code-from work"
+    assert shown.stderr == f"sweep {on} launches it on\n"
+    assert "nothing was missing" in said(home, *on.split())
+
+
+def test_a_study_without_code_of_its_own_is_laid_out_as_its_spec(
+    tmp_path: Path,
+) -> None:
+    launched(SMALL, tmp_path / "results")
+    done = sweep(tmp_path, "code", "small", "--to", "work")
+    assert done.stdout == "work/spec.yaml\n"
+    assert "nothing was missing" in said(tmp_path, "launch", "work/spec.yaml")

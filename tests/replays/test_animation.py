@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from matplotlib.patches import Circle
 from PIL import Image
+from pyarrow import csv
 
 import sweep.replays.flight as flight
 import sweep.replays.video as video
@@ -78,8 +79,9 @@ def test_long_flights_are_written_block_by_block(tmp_path: Path) -> None:
     blocks = [taken.steps for taken in frames(a_job, 7, silent)]
     assert len(blocks) > 4
     assert np.concatenate(blocks).tolist() == [*range(0, 450, 7), 450]
-    count = write_flight(a_job, tmp_path / "flight.parquet", 7, {}, silent)
-    assert count == pq.read_metadata(tmp_path / "flight.parquet").num_rows == 66
+    place = tmp_path / "flight.parquet"
+    assert write_flight(a_job, place, 7, {}, silent) == [place]
+    assert pq.read_metadata(place).num_rows == 66
 
 
 @pytest.mark.usefixtures("few_steps_a_call")
@@ -414,7 +416,7 @@ def test_an_mp4_is_written_where_it_will_be(
 
 
 WRONG = [
-    (Wanted(trajectory=Path("x.csv")), 'unknown kind of file ".csv"'),
+    (Wanted(trajectory=Path("x.txt")), 'unknown kind of file ".txt"'),
     (Wanted(animation=Path("x.avi")), 'unknown kind of file ".avi"'),
     (Wanted(picture=(3, Path("x.jpg"))), 'unknown kind of file ".jpg"'),
     (Wanted(picture=(10, Path("x.png"))), "there is no frame 10; it has frames 0 to 9"),
@@ -430,6 +432,34 @@ def test_a_mistake_is_said_before_any_work(
     with pytest.raises((ChoiceError, OutputError)) as error:
         check(study, trial, wanted)
     assert message in str(error.value)
+
+
+def test_a_flight_in_csv_has_a_row_a_frame_and_boid(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    place = tmp_path / "flight.csv"
+    wanted = Wanted(trajectory=place, every=3)
+    check(study, trial, wanted)
+    written = show(study, trial, wanted)
+    assert written == [place, tmp_path / "flight.csv.json"]
+    flight = csv.read_csv(place).to_pandas()
+    steps = [0, 3, 6, 9]
+    assert list(flight) == ["trial_id", "frame", "boid", "x", "y", "vx", "vy"]
+    assert set(flight["trial_id"]) == {trial}
+    assert flight["boid"].tolist() == list(range(12)) * len(steps)
+    assert flight["frame"].tolist() == np.repeat(steps, 12).tolist()
+    taken = list(seen(study.job(study.trial(trial)), 3, silent))
+    bodies = np.concatenate([one.bodies for one in taken], axis=1)
+    columns = flight[["x", "y", "vx", "vy"]].to_numpy(np.float64)
+    assert columns.T.tobytes() == bodies.tobytes()
+    about = json.loads(written[1].read_text())
+    assert about["columns"]["x"]["unit"] == "px"
+    assert about["provenance"]["trial"] == trial
+    with pytest.raises(OutputError, match=r"flight\.csv: exists already"):
+        check(study, trial, wanted)
+    place.unlink()
+    with pytest.raises(OutputError, match=r"flight\.csv\.json: exists already"):
+        check(study, trial, wanted)
 
 
 def test_the_command_writes_all_of_it(

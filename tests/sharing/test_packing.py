@@ -403,7 +403,7 @@ def test_the_commands_pack_and_load(results: Path, tmp_path: Path) -> None:
     assert "runs only with --trust" in sweep(tmp_path, "load", "own.zip").stderr
     lacking = sweep(tmp_path, "launch", "results/own/spec.yaml")
     assert (lacking.returncode, lacking.stderr.count("\n")) == (2, 1)
-    assert "`sweep code STUDY --to FOLDER` writes the code" in lacking.stderr
+    assert "`sweep code STUDY --to FOLDER` writes spec and code of" in lacking.stderr
 
 
 def test_a_notebook_packs_and_unpacks(results: Path, tmp_path: Path) -> None:

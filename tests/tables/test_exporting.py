@@ -4,6 +4,7 @@ provenance and a checksum.
 
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ import sweep.tables.netcdf as netcdf
 from kernels.model import BODY_COLUMNS, flaw
 from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError, OutputError
+from sweep.spec.recorded import columns_of
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from tests import builders, oscillators
@@ -33,6 +35,7 @@ from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 KEPT = COVERING.replace(
     "heatmaps: true", "heatmaps: true, trajectories: true, every: 8"
 )
+KEPT_SMALL = SMALL.replace("series:", "trajectories: true, series:")
 TABLES = ("trials", "series", "heatmaps", "trajectories")
 ENDINGS = (".parquet", ".arrow", ".csv", ".nc")
 
@@ -439,3 +442,88 @@ def test_the_command_prints_the_checksum(study: StoredStudy, tmp_path: Path) -> 
     again = sweep(tmp_path, *command)
     assert again.returncode == 2
     assert again.stderr == "speed.csv: exists already; --force replaces it\n"
+
+
+def test_some_trials_and_columns_are_exported(
+    study: StoredStudy, tmp_path: Path
+) -> None:
+    trials = study.trials
+    varied = study.varied
+    first, *_, last = trials["trial_id"]
+    path = tmp_path / "some.csv"
+    done = export(
+        study, path, trials=[last, first[:12]], columns=["varied", "metrics", "seed"]
+    )
+    assert done.rows == 2
+    read = csv.read_csv(path).to_pandas()
+    assert list(read) == ["trial_id", *varied, *columns_of(study.metrics), "seed"]
+    assert read["trial_id"].tolist() == [first, last]
+    wanted = trials.set_index("trial_id").loc[[first, last], list(read)[1:]]
+    pd.testing.assert_frame_equal(
+        read.set_index("trial_id"), wanted, check_dtype=False, check_exact=True
+    )
+    about = json.loads((tmp_path / "some.csv.json").read_text())
+    assert [*about["columns"]] == list(read)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_each_format_has_the_columns_that_are_asked_for(
+    ending: str, study: StoredStudy, tmp_path: Path
+) -> None:
+    path = tmp_path / f"some{ending}"
+    one = study.trials["trial_id"][1]
+    done = export(study, path, "trajectories", trials=one, columns=["vy", "x"])
+    assert done.rows == (4 * 10 if ending == ".csv" else 4)
+    found = {
+        ".csv": lambda: list(pd.read_csv(path)),
+        ".parquet": lambda: pq.read_table(path).column_names,
+        ".arrow": lambda: pa.ipc.open_file(path).read_all().column_names,
+        ".nc": lambda: [*opened(path).data_vars],
+    }[ending]()
+    boid = ["boid"] if ending == ".csv" else []
+    keys = ["provenance"] if ending == ".nc" else ["trial_id", "frame", *boid]
+    assert sorted(found) == sorted([*keys, "vy", "x"])
+
+
+WRONG = [
+    ({"columns": ["polarisation"]}, 'unknown column "polarisation"; did you mean "pol'),
+    ({"columns": ["varyed"]}, 'unknown column "varyed"; did you mean "varied"?'),
+    ({"columns": "metrics", "table": "series"}, "metrics are columns of trials; this"),
+    ({"trials": ["zz"]}, 'unknown trial "zz"'),
+]
+
+
+@pytest.mark.parametrize(("asked", "said"), WRONG)
+def test_what_is_not_there_cannot_be_chosen(
+    asked: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    small = launched(KEPT_SMALL, tmp_path / "results")
+    with pytest.raises(ChoiceError, match=re.escape(said)):
+        export(small, tmp_path / "x.csv", **asked)
+    assert not list(tmp_path.glob("x.csv*"))
+
+
+def test_the_command_exports_what_is_chosen_and_counts_the_rows_of_the_file(
+    tmp_path: Path,
+) -> None:
+    small = launched(KEPT_SMALL, tmp_path / "results")
+    command = ["export", "small", "--to", "x.csv", "--table", "trajectories"]
+    done = sweep(tmp_path, *command)
+    rows = len(pd.read_csv(tmp_path / "x.csv"))
+    assert done.stderr.startswith(f"{rows:,} rows of trajectories in x.csv, ")
+    assert rows == len(small.trajectories) * 12
+    trial = small.trials["trial_id"].iloc[-1]
+    more = ["--force", "--trial", trial, "--columns", "x, y"]
+    done = sweep(tmp_path, *command, *more)
+    assert f" {len(pd.read_csv(tmp_path / 'x.csv')):,} rows of" in f" {done.stderr}"
+    assert set(pd.read_csv(tmp_path / "x.csv")["trial_id"]) == {trial}
+    where = ["--force", "--where", "separation_weight < 0.7"]
+    done = sweep(tmp_path, *command, *where)
+    there = small.where("separation_weight < 0.7").trials["trial_id"]
+    assert set(pd.read_csv(tmp_path / "x.csv")["trial_id"]) == {*there}
+    both = sweep(tmp_path, *command, *where, "--trial", trial)
+    assert both.returncode == 2
+    assert "does not ask for it at the points that were chosen" in both.stderr
+    wrong = sweep(tmp_path, *command, "--force", "--columns", "vz")
+    assert wrong.returncode == 2
+    assert 'unknown column "vz"' in wrong.stderr

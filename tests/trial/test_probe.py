@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import sweep
+from kernels import caching
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.campaigns.launch import launch
@@ -21,6 +22,7 @@ from sweep.own_code.reading import load_spec
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
 from sweep.tables.stored_study import StoredStudy
+from sweep.testing import beforehand
 from sweep.trial import probe
 from sweep.trial.result import Result
 from sweep.workers.executors import Serial
@@ -169,3 +171,69 @@ def test_a_model_in_a_file_beside_the_spec_is_probed(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match=r"^spec.yaml:3: vortex.py, line \d+, .*range2"):
         sweep.run(spec, tmp_path / "results")
     assert not list(tmp_path.glob("results/**/*.parquet"))
+
+
+BLIND = ("return Sight(params.perception_range)", "return Sight(20.0)")
+"""It sees farther than it says: the grid finds others than all pairs."""
+UNPUBLISHED = ("publish(flock, others, work)", "pass")
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (BLIND, r'"grid" of sweep check: .*vortex\.py, line \d+: .*sight must declare'),
+        pytest.param(
+            UNPUBLISHED,
+            r'"calls" of sweep check: .*vortex\.py, line \d+: .*call publish\(',
+            marks=pytest.mark.slow,  # it compiles another model
+        ),
+    ],
+)
+def test_a_launch_of_a_model_that_breaks_a_promise_ends_before_any_work(
+    edit: tuple[str, str], said: str, tmp_path: Path
+) -> None:
+    assert VORTEX.count(edit[0]) == 1
+    (tmp_path / "vortex.py").write_text(VORTEX.replace(*edit))
+    (tmp_path / "own.yaml").write_text(OWN)
+    sentence = "^own.yaml:3: no trial runs, as the model breaks a promise: "
+    for _ in range(2):
+        with pytest.raises(SpecError, match=sentence + said):
+            launch(load_spec(tmp_path / "own.yaml"), tmp_path, Serial())
+    assert not list(tmp_path.glob("**/*.parquet"))
+
+
+def test_promises_are_tried_once_for_the_same_code_of_a_model_that_is_not_built_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = list[str]()
+    kept_in = tmp_path / "kernels"
+    monkeypatch.setattr(caching, "FOLDER", kept_in)
+    monkeypatch.setattr(
+        beforehand, "TRIED", {"calls": lambda about: tried.append(about.model.name)}
+    )
+    (tmp_path / "vortex.py").write_text(VORTEX)
+    (tmp_path / "own.yaml").write_text(OWN)
+    study = load_spec(tmp_path / "own.yaml")
+    beforehand.check_promises(study)
+    beforehand.check_promises(study)
+    assert tried == ["vortex"]
+    (tmp_path / "vortex.py").write_text(VORTEX.replace(*BLIND))
+    beforehand.check_promises(load_spec(tmp_path / "own.yaml"))
+    assert tried == ["vortex"] * 2
+    assert len(list(kept_in.glob("*.promises"))) == 2
+    beforehand.check_promises(parse_spec(SMALL))
+    assert tried == ["vortex"] * 2
+
+
+def test_what_a_model_raises_in_small_worlds_of_the_check_ends_no_launch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def raising(_about: object) -> None:
+        raise ValueError("this model wants 1000 boids")
+
+    monkeypatch.setattr(caching, "FOLDER", tmp_path / "kernels")
+    monkeypatch.setattr(beforehand, "TRIED", {"calls": raising})
+    (tmp_path / "vortex.py").write_text(VORTEX)
+    (tmp_path / "own.yaml").write_text(OWN)
+    beforehand.check_promises(load_spec(tmp_path / "own.yaml"))
+    assert not list(tmp_path.glob("kernels/*.promises"))

@@ -140,8 +140,7 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
     """The samples of `axis`, one for every combination of the other axes. Raises
     ChoiceError for an unknown metric.
     """
-    if Column.read(metric).metric not in study.metrics:
-        raise ChoiceError(unknown("metric", metric, study.metrics), study.name)
+    study.check_metric(Column.read(metric).metric)
     axes = study.axes
     others = [
         setting for name in axes if name != axis for setting in axes[name].settings
