@@ -393,7 +393,7 @@ def spelled(unit: str, model: Model) -> str:
 
 def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
     """The value of every setting in a preset of a model."""
-    values = known.models[model].presets[preset]
+    values = known.models[model].preset_values(preset)
     return {
         name: setting.coerce(values[name])
         for name, setting in settings_of(model, known).items()
