@@ -9,7 +9,13 @@ import numpy as np
 from sweep.design.chains import Links, linked
 from sweep.design.consistency import check_consistency
 from sweep.design.order import Fineness, fineness_of
-from sweep.design.points import Points, check_maps, fitted_to_map, united
+from sweep.design.points import (
+    Points,
+    check_maps,
+    fitted_to_borders,
+    fitted_to_map,
+    united,
+)
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.limits import (
     MOST_CELLS,
@@ -126,10 +132,13 @@ def _least_points(axes: Iterable[Axis]) -> int:
 
 def _product(study: Study, base: dict[str, Value]) -> Points:
     points = fitted_to_map(study, Points(base, {}, 1, np.zeros(1, np.int32)))
+    points = fitted_to_borders(study, points)
     for axis in study.axes:
         points = _multiplied(study, points, axis)
         if "map" in axis.columns:
             points = fitted_to_map(study, points)
+        if "borders" in axis.columns:
+            points = fitted_to_borders(study, points)
     return points
 
 
@@ -222,10 +231,15 @@ def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...
     """
     rejected = [0] * len(study.require)
     pending, unknown = list(range(len(study.require))), set(study.derive)
+    if "borders" in unknown:
+        unknown.add("minimum_image")
     for name in (None, *study.derive):
         if name is not None:
             points = _with_derived(study, points, name)
             unknown.discard(name)
+        if name == "borders":
+            points = fitted_to_borders(study, points)
+            unknown.discard("minimum_image")
         for index in [
             index for index in pending if not study.require[index].names & unknown
         ]:

@@ -1,19 +1,31 @@
 """What a spec would run, without running it."""
 
 import json
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from kernels.lanes.calls import names_in
+from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, evenly, expand
 from sweep.design.points import Points
 from sweep.design.robots import fly_alone
 from sweep.spec.expressions import parse
+from sweep.spec.settings import TORUS, WRAPS_ONLY
 from sweep.spec.study import Study
 from sweep.text import so_many
 
 MOST_LOOKED_AT = 500
+MEASURED_BY = {
+    "flock_range": {"flock_range", "FISSIONS", "FUSIONS"},
+    "contact_distance": {"contact_distance", "BOID_COLLISIONS", "PAIR_COLLISIONS"},
+    "goal_radius": {"goal_radius", "ARRIVED", "GOALS_REACHED"},
+}
+"""Ranges of metrics, and the names by which kernels read them or what they count."""
 
 
 @dataclass(frozen=True)
@@ -159,8 +171,9 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
 
 
 def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterator[str]:
-    """What of that which the spec gives changes nothing, and why, in words. A search
-    chooses the values of settings that are `free`.
+    """What of that which the spec gives changes nothing, and why, in words; and what of
+    its world a user might not expect. A search chooses the values of settings that are
+    `free`.
     """
     given = {*study.fixed, *study.derive, *design.columns, *free}
     unknown = {*study.derive, *free} if free else set()
@@ -173,8 +186,39 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
             points.evaluate(study, condition, ("model",)).any()
         ):
             yield f"{name} changes nothing: no point has {only.condition}"
+    yield from _of_torus(study, points)
+    yield from _too_long(study, points)
     if study.threads > 1:
         yield from _unthreaded(study, design)
+
+
+def _of_torus(study: Study, points: Points) -> Iterator[str]:
+    """That a torus wraps positions only, where the spec does not say so."""
+    only_wraps = (points.column("borders") == TORUS) & ~points.column("minimum_image")
+    if only_wraps.any() and not study.place_of("minimum_image"):
+        torus = f"the torus of preset {study.preset} {WRAPS_ONLY}"
+        yield f"{torus}; with `minimum_image: true` they do"
+
+
+def _too_long(study: Study, points: Points) -> Iterator[str]:
+    """Which ranges of recorded metrics are beyond half of the world. In an open one
+    that counts only of those that the preset has from COMMON.
+    """
+    half = np.minimum(points.column("width"), points.column("height")) / 2
+    is_closed = points.column("borders") != "open"
+    metrics = {name: study.known.metrics[name] for name in study.record.metrics}
+    for name, read in MEASURED_BY.items():
+        values, usual = points.column(name), COMMON[name]
+        taken = values == usual if not study.place_of(name) else False
+        beyond = (values > half) & (values < math.inf) & (is_closed | taken)
+        told = [one for one in metrics if names_in(metrics[one].measure) & read]
+        if told and beyond.any():
+            first, unit = int(np.argmax(beyond)), study.settings[name].unit
+            yield (
+                f"{name} is {values[first]:g} {unit}, more than half of the world,"
+                f" {half[first]:g} {unit}: what boids do hardly changes"
+                f" {', '.join(told)}"
+            )
 
 
 def _unthreaded(study: Study, design: Design) -> Iterator[str]:

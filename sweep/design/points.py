@@ -1,5 +1,5 @@
-"""Points while a design is being built, and what their maps ask for: a size of the
-world, and a unit of length.
+"""Points while a design is being built, and what follows from their maps and borders: a
+size of the world, a unit of length, and whether a torus is periodic.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ from sweep.spec.axes import distinct_rows
 from sweep.spec.document import Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import Expression
-from sweep.spec.settings import Value, Values
+from sweep.spec.settings import TORUS, Value, Values
 from sweep.spec.study import Study
 
 SIDES = ("width", "height")
@@ -124,6 +124,19 @@ def fitted_to_map(study: Study, points: Points) -> Points:
             for map_name, size in sizes.items():
                 columns[name][columns["map"] == map_name] = size
     return replace(points, base=base, columns=columns)
+
+
+def fitted_to_borders(study: Study, points: Points) -> Points:
+    """The points with `minimum_image` where the study leaves it out."""
+    if study.place_of("minimum_image"):
+        return points
+    torus = points.column("borders") == TORUS
+    sees_across = torus & study.periodic
+    if sees_across.all() or not sees_across.any():
+        base = points.base | {"minimum_image": bool(sees_across.any())}
+        return replace(points, base=base)
+    columns = points.columns | {"minimum_image": sees_across}
+    return replace(points, columns=columns)
 
 
 def check_maps(study: Study, points: Points) -> None:

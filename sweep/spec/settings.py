@@ -50,6 +50,13 @@ MOST_PLACES, MOST_PLACE = 100, 1e15
 
 
 USUAL_PRESET = "as_run"
+TORUS = "torus"
+WRAPS_ONLY = (
+    "wraps positions only: boids do not see each other across its borders"
+)
+"""Of the torus of a preset that does not have `minimum_image`."""
+BROUGHT = {"width": "map", "height": "map", "minimum_image": "borders"}
+"""Settings that follow from another one where they are left out."""
 
 
 class NotAllowedError(ValueError):
@@ -398,6 +405,16 @@ def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Valu
         name: setting.coerce(values[name])
         for name, setting in settings_of(model, known).items()
     }
+
+
+def only_wrapping(model: Model) -> list[str]:
+    """The presets of a model whose torus wraps positions only."""
+    values = {name: model.preset_values(name) for name in model.presets}
+    return [
+        name
+        for name, one in values.items()
+        if one["borders"] == TORUS and not one["minimum_image"]
+    ]
 
 
 def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
