@@ -175,11 +175,11 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
     its world a user might not expect. A search chooses the values of settings that are
     `free`.
     """
-    given = {*study.fixed, *study.derive, *design.columns, *free}
     unknown = {*study.derive, *free} if free else set()
     points = Points(design.base, design.columns, design.n_points, design.fineness)
     for name, setting in study.settings.items():
-        if (only := setting.only_where) is None or name not in given:
+        only, given = setting.only_where, study.place_of(name) or name in free
+        if only is None or not given:
             continue
         condition = parse(only.condition, study.settings)
         if condition.names.isdisjoint(unknown) and not (

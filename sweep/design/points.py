@@ -2,8 +2,9 @@
 size of the world, a unit of length, and whether a torus is periodic.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,17 +127,13 @@ def fitted_to_map(study: Study, points: Points) -> Points:
     return replace(points, base=base, columns=columns)
 
 
-def fitted_to_borders(study: Study, points: Points) -> Points:
-    """The points with `minimum_image` where the study leaves it out."""
-    if study.place_of("minimum_image"):
-        return points
-    torus = points.column("borders") == TORUS
-    sees_across = torus & study.periodic
-    if sees_across.all() or not sees_across.any():
-        base = points.base | {"minimum_image": bool(sees_across.any())}
-        return replace(points, base=base)
-    columns = points.columns | {"minimum_image": sees_across}
-    return replace(points, columns=columns)
+def across(study: Study, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The `minimum_image` that goes with the borders among some values of settings, of
+    one point or of many, where the study leaves it out: a torus is periodic.
+    """
+    if "borders" not in values or study.place_of("minimum_image"):
+        return {}
+    return {"minimum_image": values["borders"] == TORUS}
 
 
 def check_maps(study: Study, points: Points) -> None:

@@ -558,20 +558,6 @@ class Study:
             return place
         return next((axis.place for axis in self.axes if setting in axis.columns), None)
 
-    @property
-    def periodic(self) -> bool:
-        """Whether boids see each other across the borders of a torus where the spec
-        leaves `minimum_image` out. They do where it says itself what the borders are;
-        a torus of a preset is as the preset says, also on an axis to another preset.
-        """
-        of_presets = any(
-            axis.ablated and not axis.named
-            for axis in self.axes
-            if "borders" in axis.columns
-        )
-        named = self.place_of("borders") is not None and not of_presets
-        return named or bool(self.preset_settings["minimum_image"])
-
 
 def parse_spec(
     spec: str | Mapping[str, Any],
