@@ -285,7 +285,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "reach",
-        "synchronous and torus, seen across its borders",
+        "and torus, seen across its borders",
         (
             marked(SIGHT),
             ('    "gain": 0.01,', '    "gain": 0.01, "borders": "torus",'),
