@@ -238,7 +238,8 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.usefixtures("entered")
 @pytest.mark.parametrize("model", [*MODELS, "vortex"])
 def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
-    for preset, values in MODELS[model].presets.items():
+    for preset in MODELS[model].presets:
+        values = MODELS[model].preset_values(preset)
         message = json.loads(
             json.dumps(
                 controls(model, preset, experiments=Path("nowhere")), allow_nan=False
