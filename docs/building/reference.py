@@ -235,13 +235,17 @@ def _settings(name: str, model: Model, known: Catalogue) -> str:
     groups = list(dict.fromkeys(setting.group for setting in settings))
     told = [*torus_text(model), spreads_text(every)]
     presets = [model.preset_values(preset) for preset in model.presets]
-    return "\n" + "".join(f"{line}.\n\n" for line in told) + "\n".join(
-        f"## {GROUP_NAMES[group]}\n\n"
-        + table(
-            ["setting", "what it is", "allowed", *map(code, model.presets)],
-            [_setting(one, presets) for one in settings if one.group == group],
+    return (
+        "\n"
+        + "".join(f"{line}.\n\n" for line in told)
+        + "\n".join(
+            f"## {GROUP_NAMES[group]}\n\n"
+            + table(
+                ["setting", "what it is", "allowed", *map(code, model.presets)],
+                [_setting(one, presets) for one in settings if one.group == group],
+            )
+            for group in groups
         )
-        for group in groups
     )
 
 

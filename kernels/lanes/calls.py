@@ -48,7 +48,7 @@ def calls(function: Any, other: Any) -> bool:
 @cache
 def names_in(function: Any) -> frozenset[str]:
     """The globals and attributes that a function of ours reads, itself or by others."""
-    return frozenset(name for one in _reached(function) for name in one.__code__.co_names)
+    return frozenset().union(*(one.__code__.co_names for one in _reached(function)))
 
 
 @cache

@@ -205,7 +205,7 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
     varied = axis.columns
     if axis.named or not axis.ablated:  # from preset to preset it is as these say
         brought = across(study, varied).items()
-        varied = varied | {name: one for name, one in brought if (one != base[name]).any()}
+        varied = varied | {name: one for name, one in brought if any(one != base[name])}
     for name, values in varied.items():
         # The columns of the first axis are used as they are: a copy would double a
         # large sample.

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kernels.lanes.calls import names_in
+from kernels.metrics import RANGES, ranges_of
 from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, evenly, expand
@@ -20,12 +20,6 @@ from sweep.spec.study import Study
 from sweep.text import so_many
 
 MOST_LOOKED_AT = 500
-MEASURED_BY = {
-    "flock_range": {"flock_range", "FISSIONS", "FUSIONS"},
-    "contact_distance": {"contact_distance", "BOID_COLLISIONS", "PAIR_COLLISIONS"},
-    "goal_radius": {"goal_radius", "ARRIVED", "GOALS_REACHED"},
-}
-"""Ranges of metrics, and the names by which kernels read them or what they count."""
 
 
 @dataclass(frozen=True)
@@ -206,12 +200,12 @@ def _too_long(study: Study, points: Points) -> Iterator[str]:
     """
     half = np.minimum(points.column("width"), points.column("height")) / 2
     is_closed = points.column("borders") != "open"
-    metrics = {name: study.known.metrics[name] for name in study.record.metrics}
-    for name, read in MEASURED_BY.items():
+    read = {one: ranges_of(study.known.metrics[one]) for one in study.record.metrics}
+    for name in RANGES:
         values, usual = points.column(name), COMMON[name]
         taken = values == usual if not study.place_of(name) else False
         beyond = (values > half) & (values < math.inf) & (is_closed | taken)
-        told = [one for one in metrics if names_in(metrics[one].measure) & read]
+        told = [one for one, ranges in read.items() if name in ranges]
         if told and beyond.any():
             first, unit = int(np.argmax(beyond)), study.settings[name].unit
             yield (

@@ -51,9 +51,7 @@ MOST_PLACES, MOST_PLACE = 100, 1e15
 
 USUAL_PRESET = "as_run"
 TORUS = "torus"
-WRAPS_ONLY = (
-    "wraps positions only: boids do not see each other across its borders"
-)
+WRAPS_ONLY = "wraps positions only: boids do not see each other across its borders"
 """Of the torus of a preset that does not have `minimum_image`."""
 BROUGHT = {"width": "map", "height": "map", "minimum_image": "borders"}
 """Settings that follow from another one where they are left out."""

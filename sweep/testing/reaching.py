@@ -145,8 +145,8 @@ def _behind(
 
 
 def _about(job: Job, observer: int, distances: Floats, angles: Floats) -> Floats:
-    """Places about the observer: it is in the middle of the world, and in a periodic one
-    at a corner.
+    """Places about the observer: it is in the middle of an open world, and at a corner
+    of a periodic one.
     """
     distances[observer] = 0.0
     around: Floats = distances * np.stack([np.cos(angles), np.sin(angles)])

@@ -116,7 +116,8 @@ def _texts(model: Model) -> dict[str, str]:
     """What presets stand for, of those of which there is something to say."""
     texts = {name: PRESETS[name] for name in model.presets if name in PRESETS}
     for name in only_wrapping(model):
-        texts[name] = "; ".join(filter(None, [texts.get(name), f"its torus {WRAPS_ONLY}"]))
+        before = [texts[name]] if name in texts else []
+        texts[name] = "; ".join([*before, f"its torus {WRAPS_ONLY}"])
     return texts
 
 

@@ -19,6 +19,7 @@ from tests.testing.models import LINE, doing, inside, written
 
 DEF = "def advance(flock, world, params, work, record, rng, steps):"
 ONLY_TORUS = """demands=(Demand("borders == 'torus'", "it is no torus"),),"""
+ONLY_BOUNDED = ONLY_TORUS.replace("'torus'", "'bounded'")
 SIGHT, REACH = "def sight(params):", "def obstacle_reach(params):"
 SYMMETRIES = 'symmetries={"translation": {}, "quarter_turn": {}, "permutation": {}},'
 AT_ONCE = (SYMMETRIES, f'{SYMMETRIES} at_once={{"update": "synchronous"}},')
@@ -398,7 +399,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
         (
             "reach",
             "it has no flight in an open world, nor in a periodic one",
-            (("sight=sight,", f"sight=sight, {ONLY_TORUS.replace('torus', 'bounded')}"),),
+            (("sight=sight,", f"sight=sight, {ONLY_BOUNDED}"),),
         ),
         (
             "reach",
