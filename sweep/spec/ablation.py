@@ -225,7 +225,7 @@ def differing(
     kept |= {name for name, source in BROUGHT.items() if source in given}
     kept |= {*WORLD} if kept & {*WORLD} else set()
     names = [name for name in one if one[name] != two[name] and name not in kept]
-    details = {name: (name,) for name in names}
+    details: dict[str, Detail] = {name: (name,) for name in names}
     for group in TOGETHER:
         changed = tuple(name for name in names if name in group)
         details |= dict.fromkeys(changed, changed)

@@ -163,7 +163,7 @@ def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expr
     return ordered
 
 
-def _read_by(expression: Expression, derived: Container[str]) -> set[str]:
+def _read_by(expression: Expression, derived: Container[str]) -> frozenset[str]:
     """The settings whose values an expression reads, with those from which some of
     them follow.
     """
