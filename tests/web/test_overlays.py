@@ -267,6 +267,19 @@ def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
         )
 
 
+def test_the_page_says_which_torus_wraps_positions_only() -> None:
+    message = controls("nguyen2024", "as_run", experiments=Path("nowhere"))
+    texts = {one["name"]: one["texts"] for one in message["models"]}
+    half = [
+        (model, preset)
+        for model, said in texts.items()
+        for preset, text in said.items()
+        if "its torus wraps positions only: boids do not see each other" in text
+    ]
+    assert half == [("nguyen2024", "as_run")]
+    assert texts["nguyen2024"]["as_run"].startswith("what the authors' program does")
+
+
 def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
     message = controls("rustamani2024", "as_run", ("lab",), experiments=Path("nowhere"))
     names = {entry["name"] for entry in message["maps"]}
