@@ -74,8 +74,9 @@ CONFUSED = COMMON | {
     "start_center_x": 5.0,
     "start_center_y": 5.0,
     "start_radius": 1.0,
-    "flock_range": 0.5,
+    "flock_range": 0.5,  # ranges of metrics: a part of the swarm's radius, about 1
     "contact_distance": 0.01,
+    "goal_radius": 0.5,
     "pixel": 0.1,
 }
 WEAK = CONFUSED | {"chase_weight": 0.1}

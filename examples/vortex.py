@@ -36,11 +36,15 @@ class Params(NamedTuple):
     dt: Annotated[float, TIME_STEP, InParts("time")]  # equations continuous in time
 
 
+RANGE = 200.0  # how far boids see
+
 STANDARD = (
     COMMON  # what most models leave alone
-    | {"cohesion_weight": 0.01, "swirl_weight": 0.01, "perception_range": 200.0}
+    | {"cohesion_weight": 0.01, "swirl_weight": 0.01, "perception_range": RANGE}
     | {"max_speed": 3.0, "dt": 1.0, "n": 50, "steps": 400, "map": "empty"}
     | {"width": 400.0, "height": 400.0, "start_speed": 1.0}
+    # For metrics, in the model's own unit: a flock, a contact, an arrival at the goal.
+    | {"flock_range": RANGE, "contact_distance": RANGE / 40, "goal_radius": RANGE / 4}
 )
 
 

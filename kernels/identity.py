@@ -150,7 +150,8 @@ def _model_stamp(model: Model | None, preset: str) -> str:
         if callable(value) and value is not model.params
     }
     boids = [list(model.state), model.kinds]
-    return _hash([functions, _shape(model.params), model.presets[preset], boids])
+    values = model.preset_values(preset)
+    return _hash([functions, _shape(model.params), values, boids])
 
 
 def _metric_stamp(metric: Metric | None) -> str:

@@ -114,12 +114,13 @@ NONE_DECLARED: Mapping[Symmetry, Mapping[str, Any]] = {}
 class Model(NamedTuple):
     """A published model.
 
-    `presets` gives every setting a value, choices by name; `metrics` are those recorded
-    unless a study says otherwise. These are functions of the model's Params:
-    `sight(params)` says whom a boid sees, `obstacle_reach(params)` how far beyond its
-    surface an obstacle acts, and `goal_seekers(params, n)` how many of n boids know
-    the goal. `pair_potential(params)` and `occupancy(params)` are for models that have
-    one. `faces_heading` says that a boid at rest looks where it last flew; else it
+    `presets` gives every setting a value, choices by name; only `minimum_image` may be
+    left out, see `preset_values`. `metrics` are those recorded unless a study says
+    otherwise. These are functions of the model's Params: `sight(params)` says whom a
+    boid sees, `obstacle_reach(params)` how far beyond its surface an obstacle acts, and
+    `goal_seekers(params, n)` how many of n boids know the goal.
+    `pair_potential(params)` and `occupancy(params)` are for models that have one.
+    `faces_heading` says that a boid at rest looks where it last flew; else it
     looks all round.
 
     `symmetries` are those that it has, each with the settings that it needs:
@@ -185,6 +186,13 @@ class Model(NamedTuple):
             for name, about in settings.items()
             if about.rule
         )
+
+    def preset_values(self, preset: str) -> dict[str, Any]:
+        """The values of a preset. Where it leaves `minimum_image` out, its torus is
+        periodic: boids see each other across the borders.
+        """
+        values = self.presets[preset]
+        return {"minimum_image": values.get("borders") == "torus"} | values
 
     def seeks_goal(self, params: Any, n: int) -> bool:
         """Whether some rule with a weight leads some of `n` boids to the goal."""

@@ -151,7 +151,9 @@ class WorldSettings(NamedTuple):
         ),
     ]
     minimum_image: Annotated[
-        bool, About("boids see each other across the borders of a torus")
+        bool,
+        About("boids see each other across the borders of a torus"),
+        OnlyWhere("borders == 'torus'"),
     ]
     n_obstacles: Annotated[
         int, About("number of obstacles of map random_obstacles", low=0, high=100_000)
@@ -539,7 +541,6 @@ class Observation(NamedTuple):
 
 COMMON: dict[str, Any] = {
     "borders": "open",
-    "minimum_image": False,
     "n_obstacles": 0,
     "obstacle_radius": 25.0,
     "obstacle_margin": 100.0,
@@ -597,7 +598,9 @@ COMMON: dict[str, Any] = {
     "footprint_radius": 2.0,
     "coverage_cv_ddof": 0,
 }
-"""Values for the settings that most models leave alone."""
+"""Values for the settings that most models leave alone. Without `minimum_image` a
+preset has a torus that is periodic: see `Model.preset_values`.
+"""
 
 MOST_PIXELS = 10**8
 PIXELS = (

@@ -65,6 +65,7 @@ AS_RUN = COMMON | {
     "width": 240.0,
     "height": 180.0,
     "borders": "torus",
+    "minimum_image": False,
     "start_speed": 2.0,
 }
 

@@ -19,7 +19,7 @@ from kernels.models import MODELS
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep import cli
-from sweep.cli.listing import spreads_text
+from sweep.cli.listing import spreads_text, torus_text
 from sweep.own_code.reading import named_model, study_of
 from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import GROUPS, Setting, settings_of
@@ -233,19 +233,24 @@ def _settings(name: str, model: Model, known: Catalogue) -> str:
     every = settings_of(name, known)
     settings = every.values()
     groups = list(dict.fromkeys(setting.group for setting in settings))
-    spreads = f"\n{spreads_text(every)}.\n\n"
-    return spreads + "\n".join(
-        f"## {GROUP_NAMES[group]}\n\n"
-        + table(
-            ["setting", "what it is", "allowed", *map(code, model.presets)],
-            [_setting(one, model) for one in settings if one.group == group],
+    told = [*torus_text(model), spreads_text(every)]
+    presets = [model.preset_values(preset) for preset in model.presets]
+    return (
+        "\n"
+        + "".join(f"{line}.\n\n" for line in told)
+        + "\n".join(
+            f"## {GROUP_NAMES[group]}\n\n"
+            + table(
+                ["setting", "what it is", "allowed", *map(code, model.presets)],
+                [_setting(one, presets) for one in settings if one.group == group],
+            )
+            for group in groups
         )
-        for group in groups
     )
 
 
-def _setting(setting: Setting, model: Model) -> list[object]:
-    values = [preset[setting.name] for preset in model.presets.values()]
+def _setting(setting: Setting, presets: list[dict[str, Any]]) -> list[object]:
+    values = [preset[setting.name] for preset in presets]
     return [code(setting.name), setting.text, setting.allowed(), *map(_value, values)]
 
 

@@ -27,12 +27,27 @@ from kernels.metrics import (
     shape,
     spectrum,
 )
-from kernels.metrics.ground import Better, Distribution, Ground, Metric
+from kernels.metrics.ground import (
+    RANGES,
+    Better,
+    Distribution,
+    Ground,
+    Metric,
+    ranges_of,
+)
 from kernels.metrics.parts import OF, of_part
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
 
-__all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric"]
+__all__ = [
+    "METRICS",
+    "RANGES",
+    "Better",
+    "Distribution",
+    "Ground",
+    "Metric",
+    "ranges_of",
+]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
 _VASARHELYI = "Vasarhelyi et al. (2018)"

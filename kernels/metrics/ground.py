@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
+from kernels.lanes.calls import names_in
 from kernels.model import PairPotential
 from kernels.moving import Motion
 from kernels.recording import FIRST_STATE, Frames
@@ -13,6 +14,16 @@ from kernels.state import Floats, Kinds, World
 Better = Literal["high", "low"]
 Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
 X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
+
+
+RANGES = {
+    "flock_range": {"flock_range", "FISSIONS", "FUSIONS"},
+    "contact_distance": {"contact_distance", "BOID_COLLISIONS", "PAIR_COLLISIONS"},
+    "goal_radius": {"goal_radius", "ARRIVED", "GOALS_REACHED"},
+}
+"""Settings that are ranges of metrics, and the names by which kernels read each of
+them, or what is counted within it.
+"""
 
 
 class Ground(NamedTuple):
@@ -84,3 +95,9 @@ class Metric(NamedTuple):
         """Whether the metric looks at the bodies."""
         counted = self.covers or self.counts or self.pairs
         return not (counted or self.integrates or self.follows)
+
+
+def ranges_of(metric: Metric) -> list[str]:
+    """The settings in RANGES on which a metric depends."""
+    read = names_in(metric.measure)
+    return [name for name, names in RANGES.items() if names & read]

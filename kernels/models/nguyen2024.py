@@ -96,6 +96,7 @@ AS_RUN = AS_WRITTEN | {
     "range_inclusive": False,
     "update": "sequential",
     "borders": "torus",
+    "minimum_image": False,  # their program wraps positions, and measures in the plane
     "obstacle_positions": "integer",
     "start_positions": "integer",
     "start_velocities": "components",

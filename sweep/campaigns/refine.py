@@ -21,7 +21,7 @@ from sweep.campaigns.until import beyond, filled
 from sweep.design.design import Design, expand
 from sweep.design.jobs import Counts, Jobs
 from sweep.spec.axes import Axis
-from sweep.spec.settings import Value
+from sweep.spec.settings import TORUS, Value
 from sweep.spec.study import Study
 
 
@@ -85,7 +85,10 @@ class _Grid:
         self.study, self.rule = study, rule
         varied = [name for axis in study.axes for name in axis.columns]
         others = [name for name in varied if name not in rule.scales]
-        rows = _rows(expand(study), [*others, *rule.scales])
+        design = expand(study)
+        if "borders" in others and TORUS in design.values_of("borders"):
+            others = [*dict.fromkeys([*others, "minimum_image"])]  # as it is there
+        rows = _rows(design, [*others, *rule.scales])
         end = len(others)
         self.others = others
         self.groups = list(dict.fromkeys(row[:end] for row in rows))

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS
+from kernels.model import Model
 from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
@@ -16,7 +17,13 @@ from sweep.cli.terminal import console
 from sweep.design.plan import about
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
-from sweep.spec.settings import Settings, Value, settings_of
+from sweep.spec.settings import (
+    WRAPS_ONLY,
+    Settings,
+    Value,
+    only_wrapping,
+    settings_of,
+)
 from sweep.tables.boundary import boundary
 from sweep.tables.causes import Cause, causes_of
 from sweep.tables.chains import cut_off
@@ -46,18 +53,20 @@ def model_settings(name: str, known: Catalogue) -> Table:
     """Every setting of a model, with its unit, range and preset values, and which may
     differ from robot to robot.
     """
-    presets, settings = known.models[name].presets, settings_of(name, known)
-    table = Table("setting", *presets, "allowed", "what it is", title=name)
-    table.caption = spreads_text(settings)
+    model, settings = known.models[name], settings_of(name, known)
+    presets = [model.preset_values(preset) for preset in model.presets]
+    table = Table("setting", *model.presets, "allowed", "what it is", title=name)
+    table.caption = "\n".join([*torus_text(model), spreads_text(settings)])
     for setting in settings.values():
-        values = [brief(preset[setting.name]) for preset in presets.values()]
+        values = [brief(preset[setting.name]) for preset in presets]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
     return table
 
 
 def model_json(name: str, known: Catalogue) -> dict[str, Any]:
     """What `model_settings` shows, for programs."""
-    presets, settings = known.models[name].presets, settings_of(name, known)
+    model, settings = known.models[name], settings_of(name, known)
+    presets = {preset: model.preset_values(preset) for preset in model.presets}
     spreads = {one.spread_of: one.name for one in settings.spreads.values()}
     return {
         "model": name,
@@ -84,6 +93,13 @@ def model_json(name: str, known: Catalogue) -> dict[str, Any]:
 def _finite(value: Value) -> Value:
     """A value as JSON can have it: an infinite one as text."""
     return str(value) if isinstance(value, float) and math.isinf(value) else value
+
+
+def torus_text(model: Model) -> list[str]:
+    """A line for each preset of a model whose torus wraps positions only."""
+    return [
+        f"The torus of preset {preset} {WRAPS_ONLY}" for preset in only_wrapping(model)
+    ]
 
 
 def spreads_text(settings: Settings) -> str:

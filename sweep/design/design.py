@@ -9,7 +9,7 @@ import numpy as np
 from sweep.design.chains import Links, linked
 from sweep.design.consistency import check_consistency
 from sweep.design.order import Fineness, fineness_of
-from sweep.design.points import Points, check_maps, fitted_to_map, united
+from sweep.design.points import Points, across, check_maps, fitted_to_map, united
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.limits import (
     MOST_CELLS,
@@ -97,7 +97,7 @@ def expand(study: Study) -> Design:
     """
     designs = by_design(study.axes)
     _check_size(study, sum(map(_least_points, designs)))
-    base = study.preset_settings | study.fixed
+    base = study.preset_settings | study.fixed | across(study, study.fixed)
     products = [_product(replace(study, axes=axes), base) for axes in designs]
     _check_size(study, sum(points.count for points in products))
     points, repeated = united(products)
@@ -201,12 +201,16 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
     }
     row = np.arange(count) - np.repeat(np.cumsum(repeats) - repeats, repeats)
     outside = np.repeat(~applies, repeats)
-    whole = points.count == 1 and bool(applies[0])
-    for name, values in axis.columns.items():
+    whole, base = points.count == 1 and bool(applies[0]), points.base
+    varied = axis.columns
+    if axis.named or not axis.ablated:  # from preset to preset it is as these say
+        brought = across(study, varied).items()
+        varied = varied | {name: one for name, one in brought if any(one != base[name])}
+    for name, values in varied.items():
         # The columns of the first axis are used as they are: a copy would double a
         # large sample.
         columns[name] = values if whole else values[row]
-        columns[name][outside] = points.base[name]
+        columns[name][outside] = base[name]
     fineness = np.maximum(
         np.repeat(points.fineness, repeats),
         np.where(outside, 0, fineness_of(axis)[row]),
@@ -222,10 +226,11 @@ def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...
     """
     rejected = [0] * len(study.require)
     pending, unknown = list(range(len(study.require))), set(study.derive)
+    unknown |= {*across(study, study.derive)}
     for name in (None, *study.derive):
         if name is not None:
             points = _with_derived(study, points, name)
-            unknown.discard(name)
+            unknown -= {name, *across(study, {name: ""})}
         for index in [
             index for index in pending if not study.require[index].names & unknown
         ]:
@@ -256,4 +261,5 @@ def _with_derived(study: Study, points: Points, name: str) -> Points:
         raise study.document.error(
             ("derive", name), f'"{expression.text}": {error}{where}'
         ) from None
-    return replace(points, columns=points.columns | {name: column})
+    columns = points.columns | {name: column}
+    return replace(points, columns=columns | across(study, {name: column}))

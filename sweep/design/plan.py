@@ -1,15 +1,21 @@
 """What a spec would run, without running it."""
 
 import json
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from kernels.metrics import RANGES, ranges_of
+from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, evenly, expand
 from sweep.design.points import Points
 from sweep.design.robots import fly_alone
 from sweep.spec.expressions import parse
+from sweep.spec.settings import TORUS, WRAPS_ONLY
 from sweep.spec.study import Study
 from sweep.text import so_many
 
@@ -158,22 +164,54 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
 
 
 def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterator[str]:
-    """What of that which the spec gives changes nothing, and why, in words. A search
-    chooses the values of settings that are `free`.
+    """What of that which the spec gives changes nothing, and why, in words; and what of
+    its world a user might not expect. A search chooses the values of settings that are
+    `free`.
     """
-    given = {*study.fixed, *study.derive, *design.columns, *free}
     unknown = {*study.derive, *free} if free else set()
     points = Points(design.base, design.columns, design.n_points, design.fineness)
     for name, setting in study.settings.items():
-        if (only := setting.only_where) is None or name not in given:
+        only, given = setting.only_where, study.place_of(name) or name in free
+        if only is None or not given:
             continue
         condition = parse(only.condition, study.settings)
         if condition.names.isdisjoint(unknown) and not (
             points.evaluate(study, condition, ("model",)).any()
         ):
             yield f"{name} changes nothing: no point has {only.condition}"
+    yield from _of_torus(study, points)
+    yield from _too_long(study, points)
     if study.threads > 1:
         yield from _unthreaded(study, design)
+
+
+def _of_torus(study: Study, points: Points) -> Iterator[str]:
+    """That a torus wraps positions only, where the spec does not say so."""
+    only_wraps = (points.column("borders") == TORUS) & ~points.column("minimum_image")
+    if only_wraps.any() and not study.place_of("minimum_image"):
+        torus = f"the torus of preset {study.preset} {WRAPS_ONLY}"
+        yield f"{torus}; with `minimum_image: true` they do"
+
+
+def _too_long(study: Study, points: Points) -> Iterator[str]:
+    """Which ranges of recorded metrics are beyond half of the world. In an open one
+    that counts only of those that the preset has from COMMON.
+    """
+    half = np.minimum(points.column("width"), points.column("height")) / 2
+    is_closed = points.column("borders") != "open"
+    read = {one: ranges_of(study.known.metrics[one]) for one in study.record.metrics}
+    for name in RANGES:
+        values, usual = points.column(name), COMMON[name]
+        taken = values == usual if not study.place_of(name) else False
+        beyond = (values > half) & (values < math.inf) & (is_closed | taken)
+        told = [one for one, ranges in read.items() if name in ranges]
+        if told and beyond.any():
+            first, unit = int(np.argmax(beyond)), study.settings[name].unit
+            yield (
+                f"{name} is {values[first]:g} {unit}, more than half of the world,"
+                f" {half[first]:g} {unit}: what boids do hardly changes"
+                f" {', '.join(told)}"
+            )
 
 
 def _unthreaded(study: Study, design: Design) -> Iterator[str]:

@@ -1,9 +1,10 @@
-"""Points while a design is being built, and what their maps ask for: a size of the
-world, and a unit of length.
+"""Points while a design is being built, and what follows from their maps and borders: a
+size of the world, a unit of length, and whether a torus is periodic.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from sweep.spec.axes import distinct_rows
 from sweep.spec.document import Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import Expression
-from sweep.spec.settings import Value, Values
+from sweep.spec.settings import TORUS, Value, Values
 from sweep.spec.study import Study
 
 SIDES = ("width", "height")
@@ -124,6 +125,15 @@ def fitted_to_map(study: Study, points: Points) -> Points:
             for map_name, size in sizes.items():
                 columns[name][columns["map"] == map_name] = size
     return replace(points, base=base, columns=columns)
+
+
+def across(study: Study, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The `minimum_image` that goes with the borders among some values of settings, of
+    one point or of many, where the study leaves it out: a torus is periodic.
+    """
+    if "borders" not in values or study.place_of("minimum_image"):
+        return {}
+    return {"minimum_image": values["borders"] == TORUS}
 
 
 def check_maps(study: Study, points: Points) -> None:

@@ -304,7 +304,8 @@ def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
             f'{file}: a setting of {name} is called "{taken}", as a metric is: tables'
             " have one column of that name"
         )
-    for preset, values in model.presets.items():
+    for preset in model.presets:
+        values = model.preset_values(preset)
         for setting, about in settings.items():
             try:
                 about.coerce(values[setting])

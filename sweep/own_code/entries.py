@@ -227,7 +227,8 @@ def _check_presets(file: str, model: Model) -> None:
     if not model.presets:
         raise CodeError(f"{file}: {model.name} has no preset")
     names = [name for _, group in GROUPS for name in group._fields]
-    for preset, values in model.presets.items():
+    for preset in model.presets:
+        values = model.preset_values(preset)
         missing = [
             name for name in (*model.params._fields, *names) if name not in values
         ]

@@ -18,7 +18,7 @@ from sweep.published.variants import (
     value_of,
 )
 from sweep.spec.ablation import WORLD, differing, fitted_preset
-from sweep.spec.settings import NotAllowedError, Setting, Value
+from sweep.spec.settings import TORUS, NotAllowedError, Setting, Value
 from sweep.spec.study import Study
 
 PERCENTS = (2, 10)
@@ -108,6 +108,8 @@ def _of_other_presets(studies: Mapping[str, Study]) -> dict[str, Moves]:
             after = fitted_preset(study.model, preset, study.known)
             for detail in differing(before, after, given):
                 values = {name: after[name] for name in detail}
+                if values.get("borders") == TORUS and not after["minimum_image"]:
+                    values["minimum_image"] = False
                 found[f"{detail[0]}-of-{preset}"][spec] = values
     return found
 

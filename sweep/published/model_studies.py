@@ -55,7 +55,7 @@ class _Model:
 
     def usual(self, setting: str) -> Any:
         """The value of a setting in the preset."""
-        return self.known.models[self.name].presets[self.preset][setting]
+        return self.known.models[self.name].preset_values(self.preset)[setting]
 
     def settings(self) -> Mapping[str, Setting]:
         return settings_of(self.name, self.known)

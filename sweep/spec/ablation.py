@@ -7,9 +7,10 @@ for each; and, last, all of them at once.
 
 Of another preset each setting in which it differs is a detail. Settings that the study
 gives elsewhere stay as given, and so do `n` and `steps`. The map with its width and
-height is one detail, and stays where the study gives any of the three. A named detail
-has one setting or several, which change together; each setting is of one detail, and
-has no value elsewhere.
+height is one detail, and stays where the study gives any of the three. The borders with
+`minimum_image` are one detail, too. A named detail has one setting or several, which
+change together; each setting is of one detail, and has no value elsewhere. Borders that
+it names bring `minimum_image`, where the spec leaves that out.
 """
 
 import re
@@ -23,7 +24,9 @@ from sweep.spec.axis_keys import ABLATE, LEAVE_OUT
 from sweep.spec.document import Entry
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.settings import (
+    BROUGHT,
     DTYPES,
+    TORUS,
     NotAllowedError,
     Value,
     Values,
@@ -32,6 +35,8 @@ from sweep.spec.settings import (
 )
 
 WORLD = ("map", "width", "height")
+TOGETHER = (WORLD, ("borders", "minimum_image"))
+"""Settings that are one detail of a preset."""
 SCALE = ("n", "steps")
 
 FEWEST_LEFT_OUT = 3
@@ -147,6 +152,9 @@ def _named(name: str, entry: Entry, reader: AxisReader, given: Collection[str]) 
         details[detail] = tuple(found)
         after |= found
     mistakes.check()
+    if "borders" in of and "minimum_image" not in {*of, *given}:
+        details[of["borders"]] += ("minimum_image",)
+        after["minimum_image"] = after["borders"] == TORUS
     groups = tuple(details.values())
     columns = _columns(reader, before, after, groups, _rows(entry, groups))
     return Axis(
@@ -211,16 +219,17 @@ def differing(
     one: Mapping[str, Value], two: Mapping[str, Value], given: Collection[str]
 ) -> tuple[Detail, ...]:
     """The details in which two presets differ. A detail is the name of one setting, or
-    those of the settings of the world, which change together.
+    those of the settings of the world, or of its borders, which change together.
     """
-    names = [
-        name for name in one if one[name] != two[name] and name not in (*SCALE, *given)
-    ]
-    world = tuple(name for name in names if name in WORLD)
-    details = [world if name in WORLD else (name,) for name in names]
-    if set(WORLD) & set(given):
-        details = [detail for detail in details if detail != world]
-    return tuple(dict.fromkeys(details))
+    kept = {*SCALE, *given}
+    kept |= {name for name, source in BROUGHT.items() if source in given}
+    kept |= {*WORLD} if kept & {*WORLD} else set()
+    names = [name for name in one if one[name] != two[name] and name not in kept]
+    details: dict[str, Detail] = {name: (name,) for name in names}
+    for group in TOGETHER:
+        changed = tuple(name for name in names if name in group)
+        details |= dict.fromkeys(changed, changed)
+    return tuple(dict.fromkeys(details.values()))
 
 
 def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]:

@@ -15,7 +15,7 @@ from sweep.spec.expressions import CONDITION, KINDS, Expression
 from sweep.spec.limits import MOST_CELLS, beyond
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.samplers import in_blocks
-from sweep.spec.settings import NotAllowedError, Setting, Value, no_setting
+from sweep.spec.settings import BROUGHT, NotAllowedError, Setting, Value, no_setting
 from sweep.text import unknown
 
 
@@ -153,7 +153,7 @@ def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expr
         ready = {
             name: expression
             for name, expression in pending.items()
-            if not expression.names & pending.keys()
+            if not _read_by(expression, unsorted) & pending.keys()
         }
         if not ready:
             raise entry.child(next(iter(pending))).error(
@@ -161,6 +161,14 @@ def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expr
             )
         ordered |= ready
     return ordered
+
+
+def _read_by(expression: Expression, derived: Container[str]) -> frozenset[str]:
+    """The settings whose values an expression reads, with those from which some of
+    them follow.
+    """
+    left_out = {name for name in expression.names if name not in derived}
+    return expression.names | {BROUGHT[name] for name in left_out & BROUGHT.keys()}
 
 
 def check_once(
@@ -199,9 +207,8 @@ def _check_conditions(
     }
     for axis in axes:
         needed = axis.when.names if axis.when else frozenset()
-        for name in sorted(
-            needed | {"map"} if needed & {"width", "height"} else needed
-        ):
+        needed |= {BROUGHT[name] for name in needed & BROUGHT.keys()}
+        for name in sorted(needed):
             if name in later:
                 raise root.document.error(
                     (*axis.place, "when"),

@@ -50,6 +50,11 @@ MOST_PLACES, MOST_PLACE = 100, 1e15
 
 
 USUAL_PRESET = "as_run"
+TORUS = "torus"
+WRAPS_ONLY = "wraps positions only: boids do not see each other across its borders"
+"""Of the torus of a preset that does not have `minimum_image`."""
+BROUGHT = {"width": "map", "height": "map", "minimum_image": "borders"}
+"""Settings that follow from another one where they are left out."""
 
 
 class NotAllowedError(ValueError):
@@ -393,11 +398,21 @@ def spelled(unit: str, model: Model) -> str:
 
 def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
     """The value of every setting in a preset of a model."""
-    values = known.models[model].presets[preset]
+    values = known.models[model].preset_values(preset)
     return {
         name: setting.coerce(values[name])
         for name, setting in settings_of(model, known).items()
     }
+
+
+def only_wrapping(model: Model) -> list[str]:
+    """The presets of a model whose torus wraps positions only."""
+    values = {name: model.preset_values(name) for name in model.presets}
+    return [
+        name
+        for name, one in values.items()
+        if one["borders"] == TORUS and not one["minimum_image"]
+    ]
 
 
 def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:

@@ -255,8 +255,8 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
         and _among(after.trials, before.trials) < len(after.trials)
     ):
         yield (
-            "the specs are the same: a table or an image has changed,"
-            " or the first was not run to its end"
+            "the specs are the same: a table or an image has changed, this version"
+            " reads it otherwise, or the first was not run to its end"
         )
 
 

@@ -59,8 +59,8 @@ def presets(subject: Subject) -> None:
     model = subject.model
     if not model.presets:
         raise AssertionError(f"{of_field(model, 'presets')}: there is no preset")
-    for preset, values in model.presets.items():
-        _check_preset(subject, preset, values)
+    for preset in model.presets:
+        _check_preset(subject, preset, model.preset_values(preset))
     for name in model.metrics:
         if name not in subject.known.metrics:
             said = unknown("metric", name, subject.known.metrics)

@@ -28,10 +28,10 @@ BOIDS, STEPS = 14, 10
 SIDE = 6
 """Of the world, in ranges of sight: so there are cells that are no neighbours."""
 BORDERS: tuple[dict[str, Any], ...] = (
-    {"borders": "open"},
-    {"borders": "torus"},
+    {"borders": "open", "minimum_image": False},
+    {"borders": "torus", "minimum_image": False},
     {"borders": "torus", "minimum_image": True},
-    {"borders": "bounded"},
+    {"borders": "bounded", "minimum_image": False},
 )
 BODIES = ("x", "y", "vx", "vy")
 SCRATCH = ("work.near.", "work.before.")

@@ -32,6 +32,10 @@ OBSTACLES = 12
 MOST_TRIES = 6
 NEAREST, FARTHEST = 0.3, 0.9
 """Of the range: where those stand who are near a boid, and outside its cone."""
+CORNER = 0.01
+"""Of the side of a periodic world: the place of the observer along both axes."""
+MOST_ROOM = 2
+"""Ranges beyond which boids would come near again on the other side of such a world."""
 
 Places = Callable[[float], Floats | None]
 """Of the boids (2, N), if they are so much farther away as what moves within a step
@@ -51,14 +55,20 @@ def reach(subject: Subject) -> None:
     `sight`, be they too far away or outside its cone, and with or without obstacles
     beyond `obstacle_reach`.
 
-    Where boids move by d within a step, that is tried from 2 d beyond the range on.
+    Where boids move by d within a step, that is tried from 2 d beyond the range on. It
+    is tried in an open world, and across the borders of a periodic one.
     """
-    tried = 0
+    fitting, tried = 0, 0
     for job in every_way(subject, obstacles=False, n=BOIDS):
-        state = begun(job) if job.settings["borders"] == "open" else None
+        is_open = job.settings["borders"] == "open"
+        fits = is_open or job.settings["minimum_image"]
+        state = begun(job) if fits else None
         if state is not None:
+            fitting += 1
             tried += sum(_boids(subject, job, state, one) for one in (0, BOIDS - 1))
-            tried += _obstacles(subject, job, state)
+            tried += _obstacles(subject, job, state) if is_open else 0
+    if not fitting:
+        raise SkipTest("it has no flight in an open world, nor in a periodic one")
     if not tried:
         raise SkipTest("its boids see everyone, and obstacles act from anywhere")
 
@@ -107,7 +117,9 @@ def _unseen(
 def _ring(job: Job, observer: int, draw: int, beyond: float, length: float) -> Places:
     """Places farther away than `beyond`, up to about twice as far."""
 
-    def places(room: float) -> Floats:
+    def places(room: float) -> Floats | None:
+        if job.settings["minimum_image"] and room > MOST_ROOM * length:
+            return None
         rng = np.random.default_rng(draw)
         distances = beyond * (1 + 1e-9) + room + length * rng.random(BOIDS)
         return _about(job, observer, distances, rng.uniform(0, 2 * math.pi, BOIDS))
@@ -133,10 +145,15 @@ def _behind(
 
 
 def _about(job: Job, observer: int, distances: Floats, angles: Floats) -> Floats:
-    """Places about the middle of the world, in which the observer is."""
+    """Places about the observer: it is in the middle of an open world, and at a corner
+    of a periodic one.
+    """
     distances[observer] = 0.0
     around: Floats = distances * np.stack([np.cos(angles), np.sin(angles)])
-    return float(job.settings["width"]) / 2 + around
+    side = float(job.settings["width"])
+    if job.settings["minimum_image"]:
+        return np.mod(CORNER * side + around, side)
+    return side / 2 + around
 
 
 def _obstacles(subject: Subject, job: Job, state: State) -> int:
@@ -209,6 +226,10 @@ def _after(
     simulation.restore(state._replace(arrays=arrays))
     go(simulation, 1)
     flock = np.stack(simulation.flock[:4])
-    moved = np.hypot(*(flock[:2] - places))
+    ways = flock[:2] - places
+    if job.settings["minimum_image"]:
+        side = float(job.settings["width"])
+        ways -= side * np.round(ways / side)
+    moved = np.hypot(*ways)
     outcome = Observed(flock[:, observer].tobytes(), repr(simulation.noise.state))
     return outcome, float(np.nanmax(moved))

@@ -15,7 +15,15 @@ from kernels.model import Model
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.derived_metrics import DerivedMetric
 from sweep.spec.recorded import lacks
-from sweep.spec.settings import Setting, Value, preset_settings, settings_of, spelled
+from sweep.spec.settings import (
+    WRAPS_ONLY,
+    Setting,
+    Value,
+    only_wrapping,
+    preset_settings,
+    settings_of,
+    spelled,
+)
 from sweep.web.claimed import published
 from sweep.web.opened import OpenedSpec
 from sweep.web.protocol import OVERLAYS, Reply, plain
@@ -74,7 +82,7 @@ def controls(
                 "name": name,
                 "source": one.source,
                 "presets": list(one.presets),
-                "texts": {key: PRESETS[key] for key in one.presets if key in PRESETS},
+                "texts": _texts(one),
             }
             for name, one in known.models.items()
         ],
@@ -102,6 +110,15 @@ def controls(
         ],
         "overlays": list(OVERLAYS),
     }
+
+
+def _texts(model: Model) -> dict[str, str]:
+    """What presets stand for, of those of which there is something to say."""
+    texts = {name: PRESETS[name] for name in model.presets if name in PRESETS}
+    for name in only_wrapping(model):
+        before = [texts[name]] if name in texts else []
+        texts[name] = "; ".join([*before, f"its torus {WRAPS_ONLY}"])
+    return texts
 
 
 def _differences(

@@ -23,6 +23,7 @@ from sweep.spec.document import Document, Entry
 from sweep.spec.keys import written
 from sweep.spec.maps import OwnMap, map_as_written, read_maps, shape_as_written
 from sweep.spec.settings import (
+    TORUS,
     NotAllowedError,
     Setting,
     Value,
@@ -140,7 +141,7 @@ class ViewState:
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
         """The state with other values of settings or `seed`. Another map brings its own
-        size.
+        size, and other borders `minimum_image`.
         """
         changed = dict(changes)
         seed = changed.pop("seed", self.seed)
@@ -160,6 +161,10 @@ class ViewState:
             state = state._resized(
                 {side: changed.pop(side, self.settings[side]) for side in SIDES}
             )
+        if "borders" in changed:
+            fixed = {**state.fixed}
+            fixed.pop("minimum_image", None)
+            state = replace(state, fixed=fixed)
         return state._fixing(changed).checked()
 
     def place(self, shapes: list[Shape]) -> "ViewState":
@@ -346,9 +351,9 @@ class ViewState:
 
     def _fixing(self, changes: Mapping[str, object]) -> "ViewState":
         """The state with other values of settings. `fixed` has only those that differ
-        from the preset.
+        from the preset, and from what its borders bring.
         """
-        known, preset = self._fields(), self._preset
+        known = self._fields()
         fixed = dict(self.fixed)
         for name, value in changes.items():
             if name not in known:
@@ -357,12 +362,7 @@ class ViewState:
                 fixed[name] = known[name].coerce(value)
             except NotAllowedError as error:
                 raise SpecError(str(error)) from None
-        return replace(
-            self,
-            fixed={
-                name: value for name, value in fixed.items() if value != preset[name]
-            },
-        )
+        return replace(self, fixed=_differing(fixed, self._preset))
 
     def _fields(self) -> dict[str, Any]:
         known = self._known_settings
@@ -437,8 +437,8 @@ def from_job(job: Job) -> ViewState:
         seed=job.seed,
         fixed={
             key: value
-            for key, value in job.settings.items()
-            if value != preset[key] and key not in brought
+            for key, value in _differing(job.settings, preset).items()
+            if key not in brought
         },
         own=own,
         literal=job.literal,
@@ -448,6 +448,18 @@ def from_job(job: Job) -> ViewState:
         plots=job.record.names[:MOST_PLOTS],
         derive=job.record.derive,
     ).checked()
+
+
+def _differing(
+    values: Mapping[str, Value], preset: Mapping[str, Value]
+) -> dict[str, Value]:
+    """The values that differ from those of a preset: a torus in the place of its
+    borders is periodic there.
+    """
+    borders = values.get("borders", preset["borders"])
+    if borders != preset["borders"]:
+        preset = {**preset, "minimum_image": borders == TORUS}
+    return {name: value for name, value in values.items() if value != preset[name]}
 
 
 def _study(state: ViewState) -> Study:

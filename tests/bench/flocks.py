@@ -48,7 +48,7 @@ def large(n: int, update: str) -> Job:
     and no frame but the first.
     """
     scale, steps = (n / 100) ** 0.5, 10**9
-    values = MODELS[MODEL].presets["as_run"] | {
+    values = MODELS[MODEL].preset_values("as_run") | {
         "map": "empty",
         "n": n,
         "steps": steps,

@@ -202,6 +202,27 @@ def test_other_settings_are_groups(tmp_path: Path, jobs: list[Job]) -> None:
     assert jobs
 
 
+@pytest.mark.parametrize(
+    ("axis", "found"),
+    [
+        ("borders: [torus, bounded]", {("torus", True), ("bounded", False)}),
+        ("it: {ablate: as_written}", {("torus", False), ("open", False)}),
+        (
+            "borders: {values: [torus, open], when: drag > 1}",
+            {("torus", False)},
+        ),
+    ],
+)
+def test_further_points_have_the_torus_of_the_first(
+    axis: str, found: set[tuple[str, bool]], tmp_path: Path, jobs: list[Job]
+) -> None:
+    first = 3 * len(found)
+    launched(LINE.replace("sweep:", f"sweep:\n  {axis}"), tmp_path)
+    seen = [(one.settings["borders"], one.settings["minimum_image"]) for one in jobs]
+    assert {*seen} == found
+    assert len({job.point for job in jobs}) > first
+
+
 def test_the_cells_of_two_axes_hold_the_boundary(
     tmp_path: Path, jobs: list[Job]
 ) -> None:

@@ -15,7 +15,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from kernels.catalogue import BUILT_IN
+from kernels.models import MODELS
 from sweep.cli import app, main
+from sweep.cli.listing import model_settings, torus_text
 from sweep.cli.output import check_output_stream, flush_output, spelled
 from sweep.tables.means_text import INTERVALS
 from sweep.workers import flying
@@ -338,7 +341,6 @@ def test_replay_of_an_unknown_trial_is_one_line(folder: Path) -> None:
 @pytest.mark.parametrize("command", ["models", "maps", "metrics"])
 def test_listings_name_everything(folder: Path, command: str) -> None:
     from kernels.metrics import METRICS
-    from kernels.models import MODELS
     from kernels.worlds import MAPS
 
     names = {"models": MODELS, "maps": MAPS, "metrics": METRICS}[command]
@@ -358,6 +360,28 @@ def test_the_settings_of_a_model_are_listed(folder: Path) -> None:
     assert refused in said
     assert below.split(": ")[1] == said.strip().split("may differ: ")[1]
     assert 'unknown model "aziel"' in sweep(folder, "models", "aziel").stderr
+
+
+@pytest.mark.parametrize(
+    ("model", "lines"),
+    [
+        (
+            "nguyen2024",
+            [
+                "The torus of preset as_run wraps positions only: boids do not see each"
+                " other across its borders"
+            ],
+        ),
+        ("vicsek1995", []),
+        ("aziel_chen2025", []),
+    ],
+)
+def test_a_torus_that_wraps_positions_only_is_named(
+    model: str, lines: list[str]
+) -> None:
+    assert torus_text(MODELS[model]) == lines
+    caption = str(model_settings(model, BUILT_IN).caption)
+    assert caption.splitlines()[:-1] == lines
 
 
 def test_the_schema_is_json(folder: Path) -> None:

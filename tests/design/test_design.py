@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from kernels.catalogue import BUILT_IN
 from sweep.design.design import Design, Rejection, expand
+from sweep.design.jobs import Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import SpecError
 from sweep.spec.expressions import parse
@@ -274,6 +275,10 @@ def test_absurd_number_of_trials_is_refused() -> None:
         expand(parse_spec(spec))
 
 
+WRAPS = (
+    "the torus of preset as_run wraps positions only: boids do not see each other"
+    " across its borders; with `minimum_image: true` they do"
+)
 IDLE = "nearest changes nothing: no point has neighbours == 'nearest'"
 NOISE = "changes nothing: no point has position_noise > 0 or velocity_noise > 0"
 
@@ -317,7 +322,7 @@ NOISE = "changes nothing: no point has position_noise > 0 or velocity_noise > 0"
 def test_the_plan_says_which_settings_change_nothing(
     lines: str, said: list[str]
 ) -> None:
-    assert make_plan(short_study(lines), 1).notes == tuple(said)
+    assert make_plan(short_study(lines), 1).notes == (*said, WRAPS)
 
 
 @pytest.mark.parametrize(
@@ -350,6 +355,189 @@ def test_what_a_setting_waits_for_is_a_condition_on_others() -> None:
     for model in BUILT_IN.models:
         known = settings_of(model, BUILT_IN)
         waits = {name: one.only_where for name, one in known.items() if one.only_where}
-        assert len(waits) == 11
+        assert len(waits) == 12
         for name, one in waits.items():
             assert name not in parse(one.condition, known).names
+
+
+PERIODIC = [
+    ("fixed: {borders: torus}", [True]),
+    ("fixed: {borders: torus, minimum_image: false}", [False]),
+    ("fixed: {borders: bounded}", [False]),
+    ("fixed: {n: 5}", [False]),
+    ("fixed: {minimum_image: true}", [True]),
+    ("sweep: {borders: [open, torus, bounded]}", [False, True, False]),
+    ("sweep: {both: {zip: {borders: [torus, open], n: [3, 4]}}}", [True, False]),
+    (
+        'sweep: {n: [3, 4], borders: {values: [torus, bounded], when: "n == 3"}}',
+        [True, False, False],
+    ),
+    (
+        "fixed: {minimum_image: false}\nsweep: {borders: [open, torus]}",
+        [False, False],
+    ),
+    ("sweep: [{borders: [torus]}, {n: [3]}]", [True, False]),
+    (
+        "sweep: {n: [3, 4]}\nderive: {borders: \"'torus' if n == 3 else 'open'\"}",
+        [True, False],
+    ),
+    (
+        "sweep: {n: [3, 4]}\nderive:\n  steps: 2 if minimum_image else 1\n"
+        "  borders: \"'torus' if n == 3 else 'open'\"\n",
+        [True, False],
+    ),
+    ("sweep: {borders: [open, torus]}\nrequire: [minimum_image]", [True]),
+    (
+        "sweep: {n: [3, 4]}\nderive: {borders: \"'torus' if n == 3 else 'open'\"}\n"
+        "require: [not minimum_image]",
+        [False],
+    ),
+    (
+        "sweep:\n  borders: [open, torus]\n"
+        "  drag: {values: [0, 1], when: minimum_image}\n",
+        [False, True, True],
+    ),
+    ("sweep: {it: {ablate: {wall: {borders: bounded}}}}", [False, False]),
+    ("sweep: {it: {ablate: {across: {minimum_image: true}}}}", [False, True]),
+]
+"""Keys of a spec of nguyen2024, as_run, whose own torus wraps positions only, and what
+`minimum_image` is at its points.
+"""
+
+
+@pytest.mark.parametrize(("keys", "across"), PERIODIC)
+def test_a_torus_that_a_spec_names_is_periodic(keys: str, across: list[bool]) -> None:
+    study = short_study(keys)
+    points = expand(study)
+    found = [points.settings(point) for point in range(points.n_points)]
+    assert [one["minimum_image"] for one in found] == across
+    for one in found:
+        if "steps" in study.derive:
+            assert one["steps"] == (2 if one["minimum_image"] else 1)
+
+
+def test_borders_that_a_detail_names_are_periodic_with_it() -> None:
+    """They change together, unless the spec says otherwise."""
+    head = short("preset: as_written").replace("preset: as_run\n", "")
+
+    def found(details: str) -> list[tuple[Value, Value]]:
+        study = parse_spec(f"{head}sweep: {{it: {{ablate: {{{details}}}}}}}\n")
+        points = map(expand(study).settings, range(expand(study).n_points))
+        return [(one["borders"], one["minimum_image"]) for one in points]
+
+    flat, across, wraps = ("open", False), ("torus", True), ("torus", False)
+    assert found("round: {borders: torus}") == [flat, across]
+    assert found("round: {borders: torus, minimum_image: false}, more: {drag: 1}") == [
+        *(flat, wraps, flat, wraps),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("preset", "other"), [("as_run", "as_written"), ("as_written", "as_run")]
+)
+def test_the_torus_of_a_preset_is_the_same_on_the_way_to_another(
+    preset: str, other: str
+) -> None:
+    text = SHORT.replace("as_run", preset) + f"sweep: {{it: {{ablate: {other}}}}}\n"
+    design = expand(parse_spec(text))
+    assert set(design.columns["borders"]) == {"open", "torus"}
+    assert design.base["minimum_image"] is False
+
+
+def test_borders_that_are_swept_come_before_what_asks_for_them() -> None:
+    keys = "sweep:\n  drag: {values: [0], when: minimum_image}\n  borders: [torus]\n"
+    with pytest.raises(SpecError, match='when cannot use "borders" here: it is swept'):
+        short_study(keys)
+
+
+POINTS = [
+    ("nguyen2024, preset: as_run, fixed: {n: 30}", ["e63919f629424a43"]),
+    (
+        "nguyen2024, preset: as_run, sweep: {borders: [open, bounded]}",
+        ["a72eb908d1281366", "279b4cab578844ee"],
+    ),
+    (
+        "vicsek1995, preset: as_written, sweep: {noise: [0.1, 1]}",
+        ["4e1206402163423f", "4c18d8dd1c8bfc1b"],
+    ),
+    (
+        "vicsek1995, preset: as_written, fixed: {borders: open, minimum_image: false}",
+        ["896dcdb19836b797"],
+    ),
+    ("vicsek1995, preset: as_written, fixed: {borders: open}", ["896dcdb19836b797"]),
+    (
+        "couzin2002, preset: as_run, fixed: {borders: torus, minimum_image: false}",
+        ["99bd5b6fe3c3afcf"],
+    ),
+    (
+        "couzin2002, preset: as_run, fixed: {borders: torus, minimum_image: true}",
+        ["01a42e2e28e1ef3c"],
+    ),
+    ("couzin2002, preset: as_run, fixed: {borders: torus}", ["01a42e2e28e1ef3c"]),
+]
+"""Specs whose points have had these ids since before a torus was periodic by itself."""
+
+
+@pytest.mark.parametrize(("keys", "ids"), POINTS)
+def test_points_keep_their_ids_where_boids_see_the_same(
+    keys: str, ids: list[str]
+) -> None:
+    study = parse_spec(
+        f"{{study: kept, replicates: 1, record: {{metrics: [speed]}}, model: {keys}}}"
+    )
+    assert Jobs(study, expand(study)).points == ids
+
+
+SHORTER = "fixed: {width: 80, height: 90, map: empty, borders: bounded"
+
+
+@pytest.mark.parametrize(
+    ("keys", "noted"),
+    [
+        ("fixed: {n: 5}", [WRAPS]),
+        ("sweep: {borders: [open, torus]}", []),
+        ("fixed: {borders: torus}", []),
+        ("fixed: {minimum_image: false}", []),
+        ("fixed: {minimum_image: true}", []),
+        ("fixed: {borders: bounded}", []),
+        (
+            SHORTER + "}\nrecord: {metrics: [flock_count, boids_lost, fusions, speed]}",
+            [
+                "flock_range is 50 px, more than half of the world, 40 px: what boids"
+                " do hardly changes flock_count, boids_lost, fusions"
+            ],
+        ),
+        (
+            SHORTER + ", contact_distance: 41}\nrecord: {metrics: [pair_collisions,"
+            " in_contact_of_working, escapes]}",
+            [
+                "contact_distance is 41 px, more than half of the world, 40 px: what"
+                " boids do hardly changes pair_collisions, in_contact_of_working"
+            ],
+        ),
+        (SHORTER + "}\nrecord: {metrics: [polarization]}", []),
+        (SHORTER + ", flock_range: .inf}\nrecord: {metrics: [flock_count]}", []),
+        (
+            "sweep: {borders: [open]}\nfixed: {width: 80, height: 90, map: empty,"
+            " flock_range: 60}\nrecord: {metrics: [flock_count]}",
+            [],
+        ),
+        (
+            "sweep: {borders: [open]}\nfixed: {width: 80, height: 90, map: empty}\n"
+            "record: {metrics: [flock_count]}",
+            [
+                "flock_range is 50 px, more than half of the world, 40 px: what boids"
+                " do hardly changes flock_count"
+            ],
+        ),
+    ],
+)
+def test_the_plan_says_what_of_the_world_one_might_not_expect(
+    keys: str, noted: list[str]
+) -> None:
+    head = SHORT
+    if "record:" in keys:
+        head = "".join(
+            line for line in SHORT.splitlines(True) if not line.startswith("record")
+        )
+    assert make_plan(parse_spec(f"{head}{keys}\n"), 1).notes == tuple(noted)

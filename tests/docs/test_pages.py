@@ -146,6 +146,8 @@ def test_a_model_shows_its_equations_and_the_values_of_its_presets(made: Made) -
     assert "Eqs. (1) and (2): v += a dt" in text
     row = next(line for line in text.splitlines() if line.startswith("| `drag`"))
     assert row.endswith("| a number from 0 to 1 | 0 | 0.1 |")
+    assert "The torus of preset as_run wraps positions only: boids do" in text
+    assert "wraps positions only" not in made.pages["reference/models/vicsek1995"]
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)

@@ -1,6 +1,7 @@
 """Flights of the examples, as a spec beside their files describes them."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,12 @@ def job(
     metrics: Sequence[str] = ("speed",),
     every: int = 1,
     seed: int = 1,
+    folder: Path = EXAMPLES,
     **settings: Any,
 ) -> Job:
-    """One trial of an example, whose series are of these metrics, by name or file."""
+    """One trial of an example, or of its like in another folder, whose series are of
+    these metrics, by name or file.
+    """
     spec = {
         "study": "example",
         "model": f"./{model}.py",
@@ -33,7 +37,7 @@ def job(
         "seed": seed,
         "record": {"series": list(metrics), "every": every},
     }
-    study = study_of(spec, EXAMPLES / "spec.yaml")
+    study = study_of(spec, folder / "spec.yaml")
     return Jobs(study, expand(study))[0]
 
 

@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from sweep.own_code.reading import study_of, with_variants
-from sweep.spec.settings import settings_of
+from sweep.spec.settings import Value, settings_of
 from sweep.trial.simulation import Simulation
 from tests.examples.flown import EXAMPLES, flown, job, places
 
@@ -90,3 +91,59 @@ def test_steps_of_models_that_are_continuous_in_time_can_be_cut(model: str) -> N
     usual = study.preset_settings
     assert half.fixed["dt"] == usual["dt"] / 2
     assert half.fixed["steps"] == usual["steps"] * 2
+
+
+ROUND = {"borders": "torus", "steps": 60, "n": 20}
+
+
+@pytest.mark.parametrize(
+    ("preset", "changes", "pull"),
+    [
+        ("", {"borders": "torus"}, -0.1),
+        ("", {"borders": "torus", "minimum_image": True}, -0.1),
+        ("", {"borders": "torus", "minimum_image": False}, 0.0),
+        ("", {"borders": "open"}, 0.0),
+        ('"borders": "torus"', {}, -0.1),
+        ('"borders": "torus", "minimum_image": False', {}, 0.0),
+        ('"borders": "torus", "minimum_image": False', {"borders": "torus"}, -0.1),
+        ('"borders": "torus"', {"borders": "bounded"}, 0.0),
+    ],
+)
+def test_boids_pull_each_other_across_the_borders_of_a_torus(
+    preset: str, changes: dict[str, Value], pull: float, tmp_path: Path
+) -> None:
+    """Two boids at rest are 10 px apart the short way, and see 50 px far."""
+    text = (EXAMPLES / "vortex.py").read_text()
+    edited = text.replace("COMMON  #", f"COMMON | {{{preset}}}  #", 1)
+    (tmp_path / "vortex.py").write_text(edited)
+    settings = {"n": 2, "steps": 3, "perception_range": 50, "swirl_weight": 0} | changes
+    simulation = Simulation(job("vortex", "standard", folder=tmp_path, **settings))
+    simulation.advance(1)
+    simulation.take_frames()
+    state = simulation.state().copied()
+    placed = {"x": (5, 395), "y": 200, "vx": 0, "vy": 0}
+    for name, values in placed.items():
+        state.arrays[f"flock.{name}"][:] = values
+    simulation.restore(state)
+    simulation.advance(1)
+    assert simulation.flock.vx.tolist() == pytest.approx([pull, -pull], abs=1e-15)
+    assert simulation.flock.vy.tolist() == [0, 0]
+
+
+def test_a_torus_of_an_own_model_is_the_periodic_one_to_the_bit(tmp_path: Path) -> None:
+    text = (EXAMPLES / "vortex.py").read_text()
+    edited = text.replace("COMMON  #", 'COMMON | {"borders": "torus"}  #', 1)
+    (tmp_path / "vortex.py").write_text(edited)
+    metrics = ["speed", "flock_radius", "polarization"]
+    named = job("vortex", "standard", metrics, **ROUND)
+    said = job("vortex", "standard", metrics, minimum_image=True, **ROUND)
+    assert named.trial_id == said.trial_id
+    only_wraps = job("vortex", "standard", metrics, minimum_image=False, **ROUND)
+    own = {name: one for name, one in ROUND.items() if name != "borders"}
+    of_preset = job("vortex", "standard", metrics, folder=tmp_path, **own)
+    bits = [
+        [flown(one).series[metric].tobytes() for metric in metrics]
+        for one in (said, of_preset, only_wraps)
+    ]
+    assert bits[0] == bits[1]
+    assert bits[0] != bits[2]

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import sweep.replays.verify as verify_module
+from sweep.design import design
 from sweep.errors import StoreError
 from sweep.replays.bits import differences, error_kind, ulps
 from sweep.replays.replay import replay
@@ -438,3 +439,27 @@ def test_the_command_says_where_trials_flew_and_fly(
         monkeypatch.setattr("sweep.workers.gpu.Cuda", devices.InThisProcess)
         here = sweep(folder, *names, "--fraction", "1", "--executor", "cuda")
     assert (here.returncode, "that a processor flew" in here.stdout) == (0, True)
+
+
+def test_a_torus_of_an_earlier_version_stays_what_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There a spec that named a torus, and no more, had one that wraps positions only.
+    Its trials are the same again. A launch adds the periodic ones, and keeps others.
+    """
+    axis = "borders: [open, torus]"
+    spec = SMALL.replace("separation_weight: [0.5, 1]", axis)
+    with monkeypatch.context() as before:
+        before.setattr(design, "across", lambda _study, _values: {})
+        study = launched(spec, tmp_path)
+    assert study.varied == ["borders"]
+    assert not study.trials["minimum_image"].any()
+    found = verify(study, Serial(), fraction=1.0)
+    assert (found.checked.total(), found.differing) == (6, {})
+    now = launched(spec, tmp_path)
+    assert now.varied == ["borders", "minimum_image"]
+    both, flat = now.trials.set_index("trial_id"), study.trials.set_index("trial_id")
+    assert (both["minimum_image"] == (both["borders"] == "torus")).all()
+    kept = both.index.intersection(flat.index)
+    assert set(flat.loc[kept, "borders"]) == {"open"}
+    assert (len(kept), now.apart()) == (3, 3)

@@ -83,7 +83,8 @@ def test_maps_ablations_and_trajectories_are_valid(lines: tuple[str, ...]) -> No
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_preset_value_is_valid(model: str) -> None:
-    for preset, values in MODELS[model].presets.items():
+    for preset in MODELS[model].presets:
+        values = MODELS[model].preset_values(preset)
         fixed = {name: values[name] for name in settings_of(model, BUILT_IN)}
         head = content(SHORT) | {"model": model, "preset": preset}
         VALIDATOR.validate(head | {"fixed": fixed})
@@ -250,7 +251,8 @@ NAMES = sorted({name for model in MODELS for name in settings(model)})
 
 @pytest.mark.parametrize("model", MODELS)
 def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) -> None:
-    head, preset = content(SHORT) | {"model": model}, MODELS[model].presets["as_run"]
+    head = content(SHORT) | {"model": model}
+    preset = MODELS[model].preset_values("as_run")
     for name in NAMES:
         for part in places(name, preset.get(name, 1)):
             assert VALIDATOR.is_valid(head | part) == (name in settings(model)), part

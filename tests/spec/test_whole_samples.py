@@ -113,13 +113,16 @@ def test_all_distributions_suit_both_samplers() -> None:
 
 
 def test_the_plan_says_how_many_points_there_are() -> None:
-    plan = make_plan(short_study(f"sweep: {{n: [3, 4], {axis('saltelli', 12)}}}"), 1)
+    flat = "fixed: {borders: open}"
+    axes = f"sweep: {{n: [3, 4], {axis('saltelli', 12)}}}"
+    plan = make_plan(short_study(flat, axes), 1)
     assert plan.points == 2 * 12 * 8
     assert plan.notes == (
         "joint: 12 blocks of 8 points each are 96 points",
         "joint: a Sobol sequence is most even for a power of two, not for 12 points",
     )
-    (note,) = make_plan(short_study(f"sweep: {{{axis('morris', 10)}}}"), 1).notes
+    axes = f"sweep: {{{axis('morris', 10)}}}"
+    (note,) = make_plan(short_study(flat, axes), 1).notes
     assert note == "joint: 10 trajectories of 4 points each are 40 points"
 
 

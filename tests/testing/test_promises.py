@@ -18,6 +18,8 @@ from tests.commands import sweep
 from tests.testing.models import LINE, doing, inside, written
 
 DEF = "def advance(flock, world, params, work, record, rng, steps):"
+ONLY_TORUS = """demands=(Demand("borders == 'torus'", "it is no torus"),),"""
+ONLY_BOUNDED = ONLY_TORUS.replace("'torus'", "'bounded'")
 SIGHT, REACH = "def sight(params):", "def obstacle_reach(params):"
 SYMMETRIES = 'symmetries={"translation": {}, "quarter_turn": {}, "permutation": {}},'
 AT_ONCE = (SYMMETRIES, f'{SYMMETRIES} at_once={{"update": "synchronous"}},')
@@ -284,6 +286,16 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "reach",
+        "and torus, seen across its borders",
+        (
+            marked(SIGHT),
+            ('    "gain": 0.01,', '    "gain": 0.01, "borders": "torus",'),
+            ("sight=sight,", f"sight=sight, {ONLY_TORUS}"),
+            ("return Sight(params.range,", "return Sight(params.range / 2,"),
+        ),
+    ),
+    (
+        "reach",
         "outside the cone that sight declares, 90 degrees,",
         (
             marked(SIGHT),
@@ -383,6 +395,11 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
             "grid",
             "its boids see everyone",
             (("return Sight(params.range, params.fov)", "return Sight(math.inf)"),),
+        ),
+        (
+            "reach",
+            "it has no flight in an open world, nor in a periodic one",
+            (("sight=sight,", f"sight=sight, {ONLY_BOUNDED}"),),
         ),
         (
             "reach",

@@ -238,7 +238,8 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.usefixtures("entered")
 @pytest.mark.parametrize("model", [*MODELS, "vortex"])
 def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
-    for preset, values in MODELS[model].presets.items():
+    for preset in MODELS[model].presets:
+        values = MODELS[model].preset_values(preset)
         message = json.loads(
             json.dumps(
                 controls(model, preset, experiments=Path("nowhere")), allow_nan=False
@@ -264,6 +265,19 @@ def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
         assert {entry["name"] for entry in message["metrics"]} >= set(
             MODELS[model].metrics
         )
+
+
+def test_the_page_says_which_torus_wraps_positions_only() -> None:
+    message = controls("nguyen2024", "as_run", experiments=Path("nowhere"))
+    texts = {one["name"]: one["texts"] for one in message["models"]}
+    half = [
+        (model, preset)
+        for model, said in texts.items()
+        for preset, text in said.items()
+        if "its torus wraps positions only: boids do not see each other" in text
+    ]
+    assert half == [("nguyen2024", "as_run")]
+    assert texts["nguyen2024"]["as_run"].startswith("what the authors' program does")
 
 
 def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:

@@ -138,7 +138,7 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
         page.ask(f"({CHANGE_ALL})({to_goals})")
         usual = set(settings_of(model, BUILT_IN)) - {"map", "next_goals"}
         assert set(met) == ({"next_goals"} if to_goals == "true" else usual)
-        preset = MODELS[model].presets["as_run"]
+        preset = MODELS[model].preset_values("as_run")
         assert [
             name
             for name, values in met.items()

@@ -13,7 +13,7 @@ from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.errors import SpecError
-from sweep.spec.settings import preset_settings
+from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import parse_spec
 from sweep.web.state import MOST_STORED, Range, ViewState, begin, from_study
 from tests import builders
@@ -52,6 +52,54 @@ def test_what_differs_from_the_preset_is_fixed_and_nothing_else() -> None:
     assert (state.seed, state.job.seed) == (9, 9)
     assert copied(state) == state.job
     assert state.with_settings({"cohesion_weight": 1}).fixed == {"n": 40}
+
+
+TORUS, BLIND = {"borders": "torus"}, {"borders": "torus", "minimum_image": False}
+
+
+@pytest.mark.parametrize(
+    ("preset", "changes", "fixed", "across"),
+    [
+        ("as_written", [TORUS], TORUS, True),
+        ("as_written", [TORUS, {"minimum_image": False}], BLIND, False),
+        ("as_written", [BLIND], BLIND, False),
+        ("as_written", [BLIND, {"minimum_image": True}], TORUS, True),
+        ("as_written", [BLIND, {"borders": "bounded"}], {"borders": "bounded"}, False),
+        ("as_run", [{"minimum_image": True}], {"minimum_image": True}, True),
+        (
+            "as_run",
+            [{"minimum_image": True}, {"borders": "open"}],
+            {"borders": "open"},
+            False,
+        ),
+        ("as_run", [{"borders": "open"}, TORUS], {}, False),
+    ],
+)
+def test_a_torus_that_is_chosen_is_periodic(
+    preset: str, changes: list[dict[str, Value]], fixed: dict[str, Value], across: bool
+) -> None:
+    """The torus of a preset is that of the preset again."""
+    state = begin("nguyen2024", preset)
+    for one in changes:
+        state = state.with_settings(one)
+    assert state.fixed == fixed
+    assert state.settings["minimum_image"] is across
+    assert copied(state) == state.job
+
+
+@pytest.mark.parametrize("minimum_image", ["", ", minimum_image: false"])
+@pytest.mark.parametrize("preset", ["as_written", "as_run"])
+def test_a_torus_that_is_opened_stays_as_it_is(preset: str, minimum_image: str) -> None:
+    text = short(f"fixed: {{borders: torus{minimum_image}}}")
+    study = parse_spec(text.replace("as_run", preset))
+    state = from_study(study)
+    assert state.settings["minimum_image"] is not bool(minimum_image)
+    for changed in (state, state.with_settings({"n": 5})):
+        same = state.settings | {"n": changed.settings["n"]}
+        assert copied(changed).settings == changed.settings == same
+    turned = state.with_settings({"minimum_image": bool(minimum_image)})
+    assert copied(turned).settings == turned.settings
+    assert turned.settings["minimum_image"] is bool(minimum_image)
 
 
 @pytest.mark.parametrize(
