@@ -97,7 +97,7 @@ class Contrast:
         other, NaN where not paired or below 2 pairs. For equal variances it is 1/(1 -
         correlation).
         """
-        if not self.paired or not self.estimate.testable:
+        if not self.paired or len(self.first) < 2:
             return np.nan
         unpaired = self.first.var(ddof=1) + self.second.var(ddof=1)
         change = self.first - self.second
@@ -107,7 +107,7 @@ class Contrast:
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """The bounds of the interval that the distribution of the values has, see
         `MeanEstimate`: for normal ones Student's of the mean of differences, and
-        Welch's where not paired; NaN if unknown.
+        Welch's where not paired; NaN if unknown, as for constant samples.
         """
         return (
             self.estimate.interval(confidence)
@@ -290,7 +290,8 @@ def jointly(
     be small although its interval has the zero. With "max_t" both come from one
     bootstrap of whole replicates, for which all must be paired; those that lack a trial
     are left out of all. `sweep.analysis.simultaneous` says when each is valid. A
-    contrast of less than two values is no test. Raises ValueError for another
+    contrast of less than two values is no test, nor is one of constant samples, unless
+    these have a range or are of events and nothing is resampled. Raises ValueError for another
     correction, and as `max_t`.
     """
     if together not in get_args(Together):
@@ -304,8 +305,12 @@ def jointly(
             side.estimate.support.cut(*bounds)
             for side, *bounds in zip(sides, *found[:3], strict=True)
         ]
-        low, high = np.array(cut, np.float64).T
-        return Family(sides, low, high, found.p)
+        # Resamples of equal differences are equal too.
+        known = np.array([not side.estimate.constant for side in sides])
+        low, high, p = (
+            np.where(known, one, np.nan) for one in (*np.transpose(cut), found.p)
+        )
+        return Family(sides, low, high, p)
     tests = max(1, sum(side.estimate.testable for side in sides))
     level = simultaneous_confidence(
         tests, confidence, "sidak" if together == "sidak" else "bonferroni"
@@ -324,8 +329,8 @@ def equivalence(
     Two one-sided tests (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680):
     equivalent if both reject at `level`, which a true value on or beyond a margin does
     with at most that chance, where the interval of the estimate holds. Not being shown
-    equivalent does not mean to differ. p and bounds are NaN where there are fewer than
-    two values. Raises ValueError for margins that are not in order.
+    equivalent does not mean to differ. p and bounds are NaN where the estimate is not
+    testable. Raises ValueError for margins that are not in order.
     """
     if not low < high:
         raise ValueError(

@@ -147,6 +147,10 @@ def in_full(declared: Declared) -> Declaration:
 
 FEW = 5
 """So few values, or fewer, do not show how long the tail of skewed ones is."""
+ONE_APART = 1
+"""Where no more values than that differ from all others, a sample does not show how
+much its values vary.
+"""
 HALVINGS = 40
 EQUAL = 1e-12
 """Values that are nearer to each other than this part of them are equal, but for
@@ -156,7 +160,9 @@ rounding.
 
 class Samples(NamedTuple):
     """What is known of k samples of independent values, (k,) each, or one number each:
-    the mean, variance (of n - 1), number, skewness (adjusted, G1), least and largest.
+    the mean, variance (of n - 1), number, skewness (adjusted, G1), least and largest;
+    how many values equal their median, `alike`; and between which ends there can be
+    values, `low` and `high`.
     """
 
     mean: Floats
@@ -165,10 +171,30 @@ class Samples(NamedTuple):
     skewness: Floats
     least: Floats
     largest: Floats
+    alike: Floats | float = 0.0
+    low: Floats | float = -math.inf
+    high: Floats | float = math.inf
+
+    @property
+    def mostly_alike(self) -> NDArray[np.bool_]:
+        """Whether more than half of the values are equal, so that they are not about
+        normal.
+        """
+        return np.asarray(2.0 * self.alike > self.n)
+
+    @property
+    def constant(self) -> NDArray[np.bool_]:
+        """Whether at least two values are equal, and at most ONE_APART is not."""
+        return np.asarray((self.alike > 1.0) & (self.n - self.alike <= ONE_APART))
+
+    @property
+    def bounded(self) -> NDArray[np.bool_]:
+        """Whether the range of the values has both ends."""
+        return np.isfinite(self.low) & np.isfinite(self.high)
 
 
 def equal(least: ArrayLike, largest: ArrayLike) -> NDArray[np.bool_]:
-    """Whether values from `least` to `largest` are equal, but for rounding. The error
+    """Whether values, (k,) each or one number, are equal, but for rounding. The error
     of their sums would pass for a variance.
     """
     return np.asarray(np.isclose(least, largest, rtol=EQUAL, atol=0.0))
@@ -180,7 +206,8 @@ def mean_bounds(
     """The two bounds of the mean of each sample, each of which is missed with the
     chance `tail`, above 0 and at most 0.5: a number, or (k,).
 
-    NaN for samples of fewer than two values.
+    NaN for samples of fewer than two values, and for `constant` ones whose values have
+    no range and are no events.
     """
     known = Samples(*(np.asarray(one, np.float64) for one in samples))
     several = known._replace(n=np.where(known.n > 1, known.n, np.nan))
@@ -188,13 +215,47 @@ def mean_bounds(
         return BOUNDS[distribution](several, np.asarray(tail, np.float64))
 
 
+def _normal(samples: Samples, tail: Floats) -> Bounds:
+    """Student's: for means that are about normal. Where more than half of the values
+    are equal they are not, whatever is declared.
+    """
+    found = _where(
+        samples.mostly_alike, _widest(samples, tail), _student(samples, tail)
+    )
+    return _where(samples.constant, _within_range(samples, tail), found)
+
+
+def _skewed(samples: Samples, tail: Floats) -> Bounds:
+    """The widest of three, or what the range says of constant samples."""
+    found = _widest(samples, tail)
+    return _where(samples.constant, _within_range(samples, tail), found)
+
+
+def _within_range(samples: Samples, tail: Floats) -> Bounds:
+    """What the range of the values says of the mean of a constant sample; NaN where the
+    range has not both ends.
+
+    As many values may differ from the commonest one as the exact upper bound of their
+    share allows (Clopper and Pearson 1934, Biometrika 26, 404-413), and all of these
+    may lie at one end of the range.
+    """
+    from scipy.special import betaincinv
+
+    apart = samples.n - samples.alike
+    share = betaincinv(apart + 1.0, samples.alike, 1.0 - tail)
+    nearer = samples.mean - samples.least < samples.largest - samples.mean
+    commonest = np.where(nearer, samples.least, samples.largest)
+    share = np.where(samples.bounded, share, np.nan)
+    low = commonest - share * (commonest - samples.low)
+    return low, commonest + share * (samples.high - commonest)
+
+
 def _student(samples: Samples, tail: Floats) -> Bounds:
-    """Student's: for means that are about normal."""
     half = _quantile(samples, tail) * _error(samples)
     return samples.mean - half, samples.mean + half
 
 
-def _skewed(samples: Samples, tail: Floats) -> Bounds:
+def _widest(samples: Samples, tail: Floats) -> Bounds:
     """The widest of three: Student's, the same with the skewness taken out, and, where
     no value is below zero, Student's of the logarithm of the mean (by the delta
     method).
@@ -256,7 +317,7 @@ def _count(samples: Samples, tail: Floats) -> Bounds:
         (np.fmax(hall[0], 0.0), hall[1]),
         samples.variance > samples.mean * (1.0 + ROUNDING),
     )
-    return _where(samples.least >= 0.0, found, _student(samples, tail))
+    return _where(samples.least >= 0.0, found, _normal(samples, tail))
 
 
 def _share(samples: Samples, tail: Floats, whole: float) -> Bounds:
@@ -286,12 +347,12 @@ def _share(samples: Samples, tail: Floats, whole: float) -> Bounds:
         between,
     )
     inside = (samples.least >= 0.0) & (samples.largest <= whole)
-    return _where(inside, found, _student(samples, tail))
+    return _where(inside, found, _normal(samples, tail))
 
 
 BOUNDS: Mapping[Distribution, Callable[[Samples, Floats], Bounds]] = MappingProxyType(
     {
-        "normal": _student,
+        "normal": _normal,
         "skewed": _skewed,
         "count": _count,
         "proportion": partial(_share, whole=1.0),
