@@ -38,7 +38,8 @@ class Metric(NamedTuple):
     `better` says which values are, where nothing else is said. `distribution` says how
     its values, one a trial, are distributed: about "normal"; "skewed", with a long
     tail; as a "count" of events; as a "proportion" from 0 to 1 or a "percentage" from 0
-    to 100. Its mean then has the interval that holds for these. No value is below `low`
+    to 100. Its mean then has the interval that holds for these; where nothing is
+    declared, that of normal ones, and tables say so. No value is below `low`
     or above `high`, in the unit of the metric, so no interval reaches there; what
     follows from the distribution need not be said again. `pairwise` says that it
     compares boids with each other, which takes longer, and `cubic` that the time of a
@@ -70,7 +71,7 @@ class Metric(NamedTuple):
     kinds: tuple[str, ...] = ()
     demands: tuple[Demand, ...] = ()
     short: str = ""
-    distribution: Distribution = "normal"
+    distribution: Distribution | None = None
     per_step: bool = False
     low: float = -math.inf
     high: float = math.inf

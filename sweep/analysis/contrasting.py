@@ -305,12 +305,8 @@ def jointly(
             side.estimate.support.cut(*bounds)
             for side, *bounds in zip(sides, *found[:3], strict=True)
         ]
-        # Resamples of equal differences are equal too.
-        known = np.array([not side.estimate.constant for side in sides])
-        low, high, p = (
-            np.where(known, one, np.nan) for one in (*np.transpose(cut), found.p)
-        )
-        return Family(sides, low, high, p)
+        low, high = np.array(cut, np.float64).T
+        return Family(sides, low, high, found.p)
     tests = max(1, sum(side.estimate.testable for side in sides))
     level = simultaneous_confidence(
         tests, confidence, "sidak" if together == "sidak" else "bonferroni"

@@ -246,8 +246,10 @@ def _within_range(samples: Samples, tail: Floats) -> Bounds:
     nearer = samples.mean - samples.least < samples.largest - samples.mean
     commonest = np.where(nearer, samples.least, samples.largest)
     share = np.where(samples.bounded, share, np.nan)
-    low = commonest - share * (commonest - samples.low)
-    return low, commonest + share * (samples.high - commonest)
+    # A value may lie outside by a rounding error.
+    below = np.maximum(commonest - samples.low, 0.0)
+    above = np.maximum(samples.high - commonest, 0.0)
+    return commonest - share * below, commonest + share * above
 
 
 def _student(samples: Samples, tail: Floats) -> Bounds:

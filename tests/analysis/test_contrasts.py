@@ -1,7 +1,7 @@
 """Contrasts of small tables by hand, and of normal values whose truth is known."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 import pandas as pd
@@ -10,6 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import chi2, norm, t, ttest_rel
 
 from sweep.analysis import (
+    Together,
     Contrast,
     Distribution,
     adjusted,
@@ -252,9 +253,24 @@ def test_the_variance_reduction_of_normal_pairs_is_known(correlation: float) -> 
     assert abs(found.variance_reduction - 1 / (1 - correlation)) < 4 * error
 
 
-def test_equal_differences_have_an_infinite_reduction_and_no_width() -> None:
+def test_equal_differences_have_an_infinite_reduction_and_no_interval() -> None:
     found = paired_contrast(pd.Series([1.0, 2.0, 4.0]), pd.Series([0.0, 1.0, 3.0]))
-    assert (found.variance_reduction, found.interval()) == (np.inf, (1.0, 1.0))
+    assert found.variance_reduction == np.inf
+    assert np.isnan([*found.interval(), found.estimate.p_value()]).all()
+
+
+@pytest.mark.parametrize("together", get_args(Together))
+def test_a_contrast_of_equal_differences_is_no_test(together: Together) -> None:
+    """Beside one that is: the adjustment counts that alone."""
+    rng = np.random.default_rng(6)
+    one, other = rng.normal(size=(2, 12))
+    sides = [
+        paired_contrast(pd.Series(first), pd.Series(other))
+        for first in (one, other + 1.0, np.append(other[:-1], 7.0))
+    ]
+    found = jointly(sides, together=together)
+    for bounds in (found.low, found.high, found.p):
+        assert np.isnan(bounds).tolist() == [False, True, True]
 
 
 def test_one_pair_has_no_interval_and_pairs_must_be_told_apart() -> None:
@@ -310,7 +326,7 @@ def test_equivalence_is_where_the_90_percent_interval_lies_within_the_margins() 
     assert found.equivalent
     assert not equivalence(estimate, -0.3, found.high - 1e-9).equivalent
     assert equivalence(estimate, -0.3, found.high).p == pytest.approx(0.05)
-    assert equivalence(mean_estimate(np.zeros(3)), -1.0, 1.0) == (0.0, 0.0, 0.0, True)
+    assert not equivalence(mean_estimate(np.zeros(3)), -1.0, 1.0).equivalent
     assert not equivalence(mean_estimate(np.ones(3)), -1.0, 1.0).equivalent
     assert not equivalence(mean_estimate(np.zeros(1)), -1.0, 1.0).equivalent
     with pytest.raises(ValueError, match="margins: 1 to -1"):
