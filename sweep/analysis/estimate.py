@@ -332,10 +332,10 @@ Estimate = MeanEstimate | RankEstimate
 def mean_estimate(
     *values: NDArray[np.float64], distribution: Declared = "normal"
 ) -> MeanEstimate:
-    """The estimate from one array of independent values, or from two for their
-    difference; NaN does not count.
+    """The estimate from one array of independent values, or from two, a and b, for
+    their difference, b minus a; NaN does not count.
     """
-    known = [array[~np.isnan(array)] for array in values]
+    known = [array[~np.isnan(array)] for array in reversed(values)]
     of, support = _declared(distribution, known)
     return MeanEstimate(
         tuple(_sample(one, support) for one in known),
@@ -345,17 +345,17 @@ def mean_estimate(
 
 
 def paired_estimate(
-    first: NDArray[np.float64],
-    second: NDArray[np.float64],
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
     distribution: Declared = "normal",
 ) -> MeanEstimate:
-    """The mean of the differences of two arrays (n,) without NaN, whose values of equal
-    place are a pair.
+    """The mean of the differences, b minus a, of two arrays (n,) without NaN, whose
+    values of equal place are a pair.
 
     The differences of events are taken apart into gains and losses. Both are events
     again, so that pairs without any difference have an interval with a width.
     """
-    change, (of, support) = first - second, _declared(distribution, (first, second))
+    change, (of, support) = b - a, _declared(distribution, (a, b))
     if of not in EVENTS:
         sample = _sample(change, support.of_differences)
         return MeanEstimate((sample,), of, support=support.of_differences)

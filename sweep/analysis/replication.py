@@ -289,11 +289,11 @@ def values_for_difference(
     first = contrasts[0]
     distribution = first.estimate.distribution
     if first.paired:
-        sides = _paired([one.first - one.second for one in contrasts], distribution)
+        sides = _paired([one.b - one.a for one in contrasts], distribution)
     else:
         sides = (
-            pilots_of([one.first for one in contrasts], distribution),
-            pilots_of([one.second for one in contrasts], distribution),
+            pilots_of([one.b for one in contrasts], distribution),
+            pilots_of([one.a for one in contrasts], distribution),
         )
     correlation = (
         np.array([one.estimate.correlation or 0.0 for one in contrasts])

@@ -174,7 +174,7 @@ def test_mostly_equal_values_are_not_normal() -> None:
     assert bounds(values[3:], "normal") == bounds(values[3:], "skewed")
     fewer = values[6:]
     assert bounds(fewer, "normal") != bounds(fewer, "skewed")
-    against = mean_estimate(values, np.linspace(0.0, 1.0, 9))
+    against = mean_estimate(np.linspace(0.0, 1.0, 9), values)
     assert against.interval()[1] > 2.0
 
 
@@ -182,11 +182,11 @@ def test_a_constant_side_shows_no_difference() -> None:
     """Equal values against others of another mean: nobody knows how they vary."""
     other = np.random.default_rng(5).normal(1.0, 0.1, 10)
     for one in (np.zeros(3), np.zeros(40), np.array([0.0] * 9 + [0.1])):
-        found = mean_estimate(one, other)
+        found = mean_estimate(other, one)
         assert not found.testable
         assert math.isnan(found.p_value())
     ranged = mean_estimate(
-        np.zeros(40), other, distribution=Declaration.of("normal", 0.0, 2.0)
+        other, np.zeros(40), distribution=Declaration.of("normal", 0.0, 2.0)
     )
     assert ranged.interval()[1] < 0.0
     assert ranged.p_value() < 0.05
@@ -230,9 +230,9 @@ def test_a_p_is_where_the_interval_loses_the_zero(
     first, second = rng.binomial(1, 0.7, 15) * 1.0, rng.binomial(1, 0.3, 15) * 1.0
     make = paired_estimate if paired else mean_estimate
     estimate = (
-        make(first, second, distribution)
+        make(second, first, distribution)
         if paired
-        else mean_estimate(first, second, distribution=distribution)
+        else mean_estimate(second, first, distribution=distribution)
     )
     p = estimate.p_value()
     assert 0.0 < p < 1.0

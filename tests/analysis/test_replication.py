@@ -98,8 +98,8 @@ def test_a_difference_has_the_number_that_is_published(
     G*Power (394; 199, 34 and 15 pairs). The noncentral t distribution says the same.
     """
     other = STANDARD[::-1].copy()
-    both = [independent_contrast(STANDARD, other)]
-    paired = [paired_contrast(pd.Series(STANDARD), pd.Series(0.0 * STANDARD))]
+    both = [independent_contrast(other, STANDARD)]
+    paired = [paired_contrast(pd.Series(0.0 * STANDARD), pd.Series(STANDARD))]
     sizes = np.array([size])
     assert values_for_difference(both, sizes).n[0] == apart
     assert values_for_difference(paired, sizes).n[0] == pairs

@@ -66,7 +66,7 @@ def found(what: Any, study: Tables | None = None, **functions: Any) -> Measured:
 
 
 def assert_same(one: Measured, *values: Sequence[float]) -> None:
-    expected = mean_estimate(*(np.array(array, np.float64) for array in values))
+    expected = mean_estimate(*(np.array(array, np.float64) for array in reversed(values)))
     assert one.estimate.value == pytest.approx(expected.value)
     assert one.estimate.interval() == pytest.approx(expected.interval())
 
@@ -76,7 +76,7 @@ def test_intervals_are_those_of_the_distribution_of_the_metric() -> None:
     nothing = found(mean(weight=0.5), counts).estimate
     assert nothing.interval() == pytest.approx((0.0, -np.log(0.05) / 3))
     change = MeanDifference(mean(weight=1.0), mean(weight=2.0))
-    sides = np.array([0.0, 3.0, 1.0]), np.array([0.0, 2.0, 0.0])
+    sides = np.array([0.0, 2.0, 0.0]), np.array([0.0, 3.0, 1.0])
     wanted = paired_estimate(*sides, "count").interval()
     assert found(change, counts).estimate.interval() == pytest.approx(wanted)
 

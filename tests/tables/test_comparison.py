@@ -261,11 +261,11 @@ def drawn(
 def judged(values: np.ndarray, *, common: bool) -> pd.DataFrame:
     """The verdicts of a table, (2, points, n)."""
     pairs = [
-        paired_contrast(pd.Series(after), pd.Series(before))
+        paired_contrast(pd.Series(before), pd.Series(after))
         for before, after in zip(*values, strict=True)
     ]
     apart = [
-        independent_contrast(after, before)
+        independent_contrast(before, after)
         for before, after in zip(*values, strict=True)
     ]
     return judge(pairs if common else apart, Method())
@@ -432,7 +432,7 @@ def test_verdicts_with_a_margin() -> None:
     one_each = compare_sides(
         seeded([1]), seeded([1], "fixed: {drag: 0.3}"), ["speed"]
     ).rows
-    assert list(one_each["verdict"]) == ["too few values"]
+    assert list(one_each["verdict"]) == ["too few distinct values"]
 
 
 def test_what_is_not_known_is_a_dash(capsys: pytest.CaptureFixture[str]) -> None:
@@ -444,7 +444,7 @@ def test_what_is_not_known_is_a_dash(capsys: pytest.CaptureFixture[str]) -> None
     comparison_text(compare_sides(one, other, ["speed"]))
     printed = capsys.readouterr().out
     assert "nan" not in printed
-    assert "too few values" in printed
+    assert "too few" in printed
 
 
 def test_the_number_of_boids_is_another_column_than_that_of_trials(

@@ -55,7 +55,7 @@ def difference_interval(
         estimate = (
             mean_estimate(means, distribution=of)
             if second is None
-            else paired_estimate(means, second.mean(axis=1), of)
+            else paired_estimate(second.mean(axis=1), means, of)
         )
         return Interval(value, *estimate.interval(confidence), n)
     sides = np.stack([first] if second is None else [first, second])
