@@ -10,7 +10,7 @@ from kernels.recording import FIRST_STATE, Frames
 from kernels.settings import Demand, Observation, Unit
 from kernels.state import Floats, Kinds, World
 
-Better = Literal["high", "low"]
+Better = Literal["high", "low", "neither"]
 Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
 X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
 
@@ -35,7 +35,8 @@ class Ground(NamedTuple):
 class Metric(NamedTuple):
     """A metric looks at the bodies, or at what was counted during the trial.
 
-    `better` says which values are, where nothing else is said. `distribution` says how
+    `better` says which values are, where nothing else is said: "neither" of what a flock
+    is like, apart from any task. `distribution` says how
     its values, one a trial, are distributed: about "normal"; "skewed", with a long
     tail; as a "count" of events; as a "proportion" from 0 to 1 or a "percentage" from 0
     to 100. Its mean then has the interval that holds for these; where nothing is
