@@ -25,18 +25,25 @@ from sweep.analysis.estimate import LEAST_P, MeanEstimate, Sample
 from sweep.analysis.mean_bounds import BOUNDS, Declaration
 from sweep.analysis.sequential import Until, Width, look
 from tests.analysis.measured_coverage import (
+    AGAINST,
     COMPARED,
+    FEW_DISTINCT,
+    FEW_SIZES,
     FIRST_LOOKS,
     FIXED,
     HALF_WIDTHS,
     PAIRS,
+    PAIRS_OF_SIZES,
     POINTS,
     SAMPLES,
     SIZES,
     STOPPED,
+    Found,
     covered,
     covered_at_stopping,
     false_alarms,
+    found_at_stopping,
+    found_of_few,
 )
 
 DECISIONS = Path(__file__).parents[2] / "docs/decisions"
@@ -331,6 +338,69 @@ LESS = {
     ("clustered 1, shape 0.5", 10),
     ("clustered 5, shape 0.3", 3),
 }
+
+
+def few_documented() -> dict[str, list[Found]]:
+    """What is written of the kinds of FEW_DISTINCT, by the number of values."""
+    rows = {}
+    for line in (DECISIONS / FEW_VALUES).read_text("utf-8").splitlines():
+        name, *cells = [cell.strip() for cell in line.strip("| ").split("|")]
+        if name in FEW_DISTINCT and re.fullmatch(r"\S+ \(\d+\)", cells[-1]):
+            found = [cell.rstrip(")").split(" (") for cell in cells[1:]]
+            rows[name] = [
+                Found(float(known), math.nan if covered == "-" else float(covered))
+                for covered, known in found
+            ]
+    assert rows.keys() == FEW_DISTINCT.keys()
+    return rows
+
+
+def test_few_distinct_values_cover_as_documented() -> None:
+    for name, values in FEW_DISTINCT.items():
+        for n, written in zip(FEW_SIZES[:3], few_documented()[name], strict=False):
+            found = found_of_few(values, n, QUICK)
+            assert agrees(found.known, QUICK, written.known, SAMPLES), (name, n, found)
+            known = round(QUICK * found.known / 100.0)
+            if known > QUICK / 20:
+                behind = round(SAMPLES * written.known / 100.0)
+                assert agrees(found.covered, known, written.covered, behind), (name, n)
+
+
+def test_only_what_a_sample_does_not_show_is_covered_less() -> None:
+    """93 % or more of the intervals that there are, but for what is said: the
+    document, `mean_bounds` and the page on intervals name these.
+    """
+    less = {
+        name
+        for name, cells in few_documented().items()
+        if any(cell.covered < 93.0 for cell in cells)
+    }
+    assert less == {
+        "two regimes, noise 0.01",
+        "changes, zeros 0.95",
+        "negative binomial, mean 5, variance 88",
+        "beta 0.9, size 1, normal",
+        "beta 0.9, size 1, share",
+        *(name for name in FEW_DISTINCT if name.startswith("lognormal")),
+    }
+
+
+def test_zeros_stop_no_point_that_shows_nothing_else() -> None:
+    """Of 95 % zeros with a first look at 3 most points had half width 0 there."""
+    found, early = found_at_stopping(FEW_DISTINCT["zeros 0.95"], 3, 1.0, 60)
+    assert found.known == 100.0
+    assert agrees(found.covered, 60, 99.8, POINTS)
+    assert early == 100.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", AGAINST)
+def test_few_distinct_values_differ_by_chance_as_documented(name: str) -> None:
+    for (n, others), written in zip(
+        PAIRS_OF_SIZES, documented(FEW_VALUES, dict.fromkeys(AGAINST))[name], strict=True
+    ):
+        measured = false_alarms(AGAINST[name], n, PAIRS, paired=False, others=others)
+        assert agrees(measured, PAIRS, written, PAIRS), (n, others, measured, written)
 
 
 @pytest.mark.slow
