@@ -35,9 +35,9 @@ class Ground(NamedTuple):
 class Metric(NamedTuple):
     """A metric looks at the bodies, or at what was counted during the trial.
 
-    `better` says which values are, where nothing else is said: "neither" of what a flock
-    is like, apart from any task. `distribution` says how
-    its values, one a trial, are distributed: about "normal"; "skewed", with a long
+    `better` says which values are, where nothing else is said: "neither" of what a
+    flock is like, apart from any task. `distribution` says how its values, one a trial,
+    are distributed: about "normal"; "skewed", with a long
     tail; as a "count" of events; as a "proportion" from 0 to 1 or a "percentage" from 0
     to 100. Its mean then has the interval that holds for these; where nothing is
     declared, that of normal ones, and tables say so. No value is below `low`

@@ -145,8 +145,8 @@ def compare(a: Units, b: Units, distribution: Declared = "normal") -> Contrast:
     left_out = a.left_out + b.left_out
     if pairable(a, b):
         return paired_contrast(a.values, b.values, left_out, distribution)
-    known = (values[~np.isnan(values)] for values in (a.array(), b.array()))
-    return independent_contrast(*known, left_out, distribution)
+    before, after = (values[~np.isnan(values)] for values in (a.array(), b.array()))
+    return independent_contrast(before, after, left_out, distribution)
 
 
 def independent_contrast(
@@ -217,8 +217,7 @@ def contrast(
             raise ValueError(f"no trial has {_words(settings)}")
     if set(sides[0]["trial_id"]) & set(sides[1]["trial_id"]):
         raise ValueError(
-            f"{_words(a)} and {_words(b)} share trials;"
-            " a contrast needs two apart"
+            f"{_words(a)} and {_words(b)} share trials; a contrast needs two apart"
         )
     free = [name for name in varied if name not in {*a, *b}]
     one, other = (_units(side, metric, unit, free) for side in sides)
@@ -292,16 +291,14 @@ def jointly(
     bootstrap of whole replicates, for which all must be paired; those that lack a trial
     are left out of all. `sweep.analysis.simultaneous` says when each is valid. A
     contrast of less than two values is no test, nor is one of constant samples, unless
-    these have a range or are of events and nothing is resampled. Raises ValueError for another
-    correction, and as `max_t`.
+    these have a range or are of events and nothing is resampled. Raises ValueError for
+    another correction, and as `max_t`.
     """
     if together not in get_args(Together):
         raise ValueError(unknown("together", together, get_args(Together)))
     if together == "max_t":
         sides = _common(sides)
-        found = max_t(
-            np.column_stack([side.b - side.a for side in sides]), confidence
-        )
+        found = max_t(np.column_stack([side.b - side.a for side in sides]), confidence)
         cut = [
             side.estimate.support.cut(*bounds)
             for side, *bounds in zip(sides, *found[:3], strict=True)
@@ -347,8 +344,7 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
             " every value needs a trial of each, started in common"
         )
     tables = [
-        pd.DataFrame({"a": side.a, "b": side.b}, index=side.pairs)
-        for side in sides
+        pd.DataFrame({"a": side.a, "b": side.b}, index=side.pairs) for side in sides
     ]
     common = tables[0].index
     for table in tables[1:]:
@@ -363,9 +359,7 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
 def _paired_anew(side: Contrast, table: pd.DataFrame) -> Contrast:
     """The contrast of some pairs of one."""
     before = side.estimate
-    found = paired_contrast(
-        table["a"], table["b"], side.left_out, before.distribution
-    )
+    found = paired_contrast(table["a"], table["b"], side.left_out, before.distribution)
     return replace(found, estimate=replace(found.estimate, support=before.support))
 
 

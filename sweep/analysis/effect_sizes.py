@@ -95,9 +95,7 @@ def cliffs_delta(
     Cliff (1993, Psychol. Bull. 114, 494-509): twice `superiority` less one, with its
     interval and its limits.
     """
-    return EffectSize(
-        *(2.0 * number - 1.0 for number in superiority(a, b, confidence))
-    )
+    return EffectSize(*(2.0 * number - 1.0 for number in superiority(a, b, confidence)))
 
 
 def _score_bound(value: float, n: int, m: int, confidence: float) -> float:

@@ -259,9 +259,7 @@ def _students_half(
     common = np.sqrt(first.variance) * np.sqrt(second.variance)
     variance = first.variance + second.variance - 2.0 * correlation * common
     none = np.zeros_like(variance)
-    change = first._replace(
-        mean=none, variance=np.maximum(variance, 0.0), alike=none
-    )
+    change = first._replace(mean=none, variance=np.maximum(variance, 0.0), alike=none)
     return mean_bounds("normal", change, tail)[1]
 
 

@@ -15,7 +15,6 @@ from sweep.analysis.estimate import CONFIDENCE, mean_estimate
 from sweep.analysis.mean_bounds import (
     Declaration,
     Declared,
-    Distribution,
     Samples,
     equal,
     in_full,
@@ -285,7 +284,7 @@ def group_samples(groups: Any, distribution: Declared) -> Samples:
     holds = support.holds(*(np.asarray(end, np.float64) for end in (least, largest)))
     return Samples(
         *(
-            one.to_numpy(np.float64)
+            np.asarray(one, np.float64)
             for one in (
                 groups.mean(),
                 (groups.std() ** 2).where(varies, 0.0),
@@ -294,10 +293,10 @@ def group_samples(groups: Any, distribution: Declared) -> Samples:
                 least,
                 largest,
                 alike,
+                np.where(holds, support.low, -np.inf),
+                np.where(holds, support.high, np.inf),
             )
-        ),
-        low=np.where(holds, support.low, -np.inf),
-        high=np.where(holds, support.high, np.inf),
+        )
     )
 
 

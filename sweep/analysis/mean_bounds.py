@@ -27,9 +27,10 @@ table, and what Student's covers, stands in `docs/decisions/intervals-of-few-val
 They cover less than 93 % where a sample cannot know what it has not seen: the long tail
 of ten lognormal values (92.6 %), and what varies among 3 to 10 counts that come in
 clusters, or proportions that pile up at an end, of which often all are equal; and 40
-values of two regimes with noise, of which one is rare (87 %). They cover more than 97 % where few means are possible, as of rare and few events, for counts
-that vary less than Poisson's, and for 3 values of most kinds. Two to five values are
-too few to show a tail that is longer: 86 % of four lognormal ones with sigma 1.5 (FEW).
+values of two regimes with noise, of which one is rare (87 %). They cover more than 97 %
+where few means are possible, as of rare and few events, for counts that vary less than
+Poisson's, and for 3 values of most kinds. Two to five values are too few to show a tail
+that is longer: 86 % of four lognormal ones with sigma 1.5 (FEW).
 
 Values that are equal, but for one at most, do not show how much they vary. Events have
 a width all the same. Others are bounded by the range of the metric, or not at all: NaN.
@@ -164,6 +165,10 @@ rounding.
 """
 
 
+NONE: Floats = np.zeros(())
+ENDLESS: Floats = np.full((), np.inf)
+
+
 class Samples(NamedTuple):
     """What is known of k samples of independent values, (k,) each, or one number each:
     the mean, variance (of n - 1), number, skewness (adjusted, G1), least and largest;
@@ -177,9 +182,9 @@ class Samples(NamedTuple):
     skewness: Floats
     least: Floats
     largest: Floats
-    alike: Floats | float = 0.0
-    low: Floats | float = -math.inf
-    high: Floats | float = math.inf
+    alike: Floats = NONE
+    low: Floats = -ENDLESS
+    high: Floats = ENDLESS
 
     @property
     def mostly_alike(self) -> NDArray[np.bool_]:

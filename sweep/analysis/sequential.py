@@ -249,8 +249,9 @@ def repeated_interval(
         clustered 1, shape 0.5         97     97     99
 
     Most are above 97 %, as most of what could go wrong at other looks did not. Skewed
-    values that are declared "normal" are covered with 89 % at worst, and 0 or 1 with
-    the chance 0.01 with 4 %.
+    values that are declared "normal" are covered with 89 % at worst, those that pile up
+    at an end of their range with 58 %, and two regimes with noise, one of them rare,
+    with 28 % (`docs/decisions/intervals-of-few-values.md`).
     """
     from sweep.analysis.intervals import mean_interval
 

@@ -162,6 +162,8 @@ STOPPED = {
     )
 }
 NARROW = Values(lambda rng, shape: rng.normal(0.0, 0.1, shape), 0.0, 0.1, "skewed")
+
+
 def zero_inflated(zeros: float, declared: Declared) -> Values:
     """Zeros, with this chance, and else lognormal values with sigma 0.5, or uniform
     ones from 0 to 1 where such a range is declared.

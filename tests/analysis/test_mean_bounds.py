@@ -397,7 +397,9 @@ def test_zeros_stop_no_point_that_shows_nothing_else() -> None:
 @pytest.mark.parametrize("name", AGAINST)
 def test_few_distinct_values_differ_by_chance_as_documented(name: str) -> None:
     for (n, others), written in zip(
-        PAIRS_OF_SIZES, documented(FEW_VALUES, dict.fromkeys(AGAINST))[name], strict=True
+        PAIRS_OF_SIZES,
+        documented(FEW_VALUES, dict.fromkeys(AGAINST))[name],
+        strict=True,
     ):
         measured = false_alarms(AGAINST[name], n, PAIRS, paired=False, others=others)
         assert agrees(measured, PAIRS, written, PAIRS), (n, others, measured, written)

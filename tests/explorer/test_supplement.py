@@ -99,9 +99,7 @@ def test_a_run_has_the_frames_of_the_trial(study: StoredStudy, page: bytes) -> N
     ].tolist()
 
 
-def test_trials_at_the_ends_can_be_chosen_too(
-    folder: Path, study: StoredStudy
-) -> None:
+def test_trials_at_the_ends_can_be_chosen_too(folder: Path, study: StoredStudy) -> None:
     covering = StoredStudy("covering", folder / "results")
     worst = plan_of(
         covering, metric="coverage", trials=("worst", "lowest", "highest")

@@ -66,7 +66,9 @@ def found(what: Any, study: Tables | None = None, **functions: Any) -> Measured:
 
 
 def assert_same(one: Measured, *values: Sequence[float]) -> None:
-    expected = mean_estimate(*(np.array(array, np.float64) for array in reversed(values)))
+    expected = mean_estimate(
+        *(np.array(array, np.float64) for array in reversed(values))
+    )
     assert one.estimate.value == pytest.approx(expected.value)
     assert one.estimate.interval() == pytest.approx(expected.interval())
 
