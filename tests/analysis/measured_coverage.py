@@ -252,7 +252,7 @@ COMPARED: dict[str, tuple[Values, Values]] = {
 
 
 def covered(
-    values: Values, n: int, samples: int, distribution: Distribution | None = None
+    values: Values, n: int, samples: int, distribution: Declared | None = None
 ) -> float:
     """The per cent of `samples` samples of `n` values whose interval has the mean."""
     rng = np.random.default_rng(SEED)
@@ -324,7 +324,7 @@ def covered_at_stopping(
     least: int,
     half_width: float,
     points: int,
-    distribution: Distribution | None = None,
+    distribution: Declared | None = None,
 ) -> float:
     """The per cent of `points` points whose interval has the mean when they stop, by
     the look at which `until` stops them; those that have an interval.
@@ -407,7 +407,7 @@ def false_alarms(
     repeats: int,
     *,
     paired: bool,
-    distribution: Distribution | None = None,
+    distribution: Declared | None = None,
     others: int | None = None,
 ) -> float:
     """The per cent of `repeats` differences of two samples of `n` values, or of one and

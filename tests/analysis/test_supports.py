@@ -111,7 +111,7 @@ def test_a_difference_lies_where_differences_do() -> None:
     found = [
         independent_contrast(other, one, distribution=POLARIZATION),
         paired_contrast(*pairs, distribution=POLARIZATION),
-        compare(*map(unpaired, pairs), distribution=POLARIZATION),
+        compare(unpaired(pairs[0]), unpaired(pairs[1]), POLARIZATION),
     ]
     for side in found:
         low, high = side.interval(0.999)

@@ -199,11 +199,11 @@ def test_a_table_of_flocks_has_nothing_in_common_with_random_starts(
         launch(load_spec(spec), tmp_path / "results", Serial())
 
     def paired(a: str, b: str) -> bool:
-        sides = [read_side(side, tmp_path / "results") for side in (a, b)]
-        found = compare_sides(*sides)
-        (one,) = {bool(each) for each in found.rows["paired"]}
-        assert found.streams == (("start",) if one else ())
-        return one
+        one, other = (read_side(side, tmp_path / "results") for side in (a, b))
+        found = compare_sides(one, other)
+        (pairs,) = {bool(each) for each in found.rows["paired"]}
+        assert found.streams == (("start",) if pairs else ())
+        return pairs
 
     weights = [f"given:separation_weight={weight}" for weight in (0.5, 1)]
     assert paired("given", "again")
