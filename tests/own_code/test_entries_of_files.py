@@ -13,6 +13,8 @@ from sweep.figures.own_kinds import with_files
 from sweep.own_code.reading import load_spec
 from sweep.tables.comparison import compare_sides
 from sweep.tables.comparison_sides import read_side
+from sweep.tables.means_text import caption, point_rows
+from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests.commands import sweep
@@ -129,6 +131,19 @@ def test_files_bring_a_metric_a_map_a_sampler_and_a_start(folder: Path) -> None:
     assert trials["eastward"][0] == pytest.approx(last, rel=1e-12)
     assert sweep(folder, "verify", "mine", "--fraction", "1").returncode == 0
     assert "sensitivity" in sweep(folder, "plot", "mine", "sensitivity").stdout
+
+
+def test_a_table_says_that_a_metric_declares_no_distribution(folder: Path) -> None:
+    launch(load_spec(folder / "spec.yaml"), folder / "results", Serial())
+    study = StoredStudy("mine", folder / "results")
+    table = point_means(study, ["speed", "eastward"])
+    assert "eastward declares no distribution and is taken as normal" in caption(
+        study, table
+    )
+    rows = point_rows(study, table)
+    assert rows["eastward_declared"].eq(False).all()
+    assert "speed_declared" not in rows
+    assert "declares no" not in caption(study, point_means(study, ["speed"]))
 
 
 def test_velocities_may_be_given_too(folder: Path) -> None:
