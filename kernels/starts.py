@@ -36,7 +36,7 @@ class Start(NamedTuple):
     from, and what it demands of the other settings.
 
     Where each replicate has a function of its own, these are `by_replicate`, and `draw`
-    is the first of them.
+    is the first of them. `random` says that flocks are drawn at random.
     """
 
     draw: Draw
@@ -44,6 +44,7 @@ class Start(NamedTuple):
     source: str
     demands: tuple[Demand, ...] = ()
     by_replicate: tuple[Draw, ...] = ()
+    random: bool = True
 
     def of_replicate(self, replicate: int) -> Draw:
         """The function that draws the flock of a replicate, counted from 0.
@@ -302,6 +303,9 @@ def start_given(
     return flock
 
 
+GIVEN = "places given one by one"
+
+
 def given_start(flocks: Sequence[Places], source: str) -> Start:
     """The start with the boids of a list, or of one list for each replicate. All have
     the same number of boids.
@@ -309,7 +313,7 @@ def given_start(flocks: Sequence[Places], source: str) -> Start:
     draws = tuple(partial(start_given, places) for places in flocks)
     return Start(
         draws[0],
-        "places given one by one",
+        GIVEN,
         source,
         (
             Demand(
@@ -323,6 +327,7 @@ def given_start(flocks: Sequence[Places], source: str) -> Start:
             ),
         ),
         draws if len(draws) > 1 else (),
+        random=False,
     )
 
 

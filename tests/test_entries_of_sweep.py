@@ -98,6 +98,7 @@ WORDS = {
         "sweep/campaigns/search/repetitions.py",
         "sweep/campaigns/search/report.py",
         "sweep/figures/search_repetitions.py",
+        "sweep/own_code/description.py",  # a field of a start
     },
     "uniform": {"kernels/generator.py"},  # a method of NumPy's generator
     "worst": {  # the trial of a point
@@ -131,6 +132,7 @@ WORDS = {
         "sweep/web/claimed.py",
     },
     "normal": {  # how values of a metric are distributed
+        "kernels/metrics/__init__.py",
         "kernels/metrics/ground.py",
         "sweep/analysis/contrasting.py",
         "sweep/analysis/estimate.py",
@@ -143,6 +145,7 @@ WORDS = {
         "sweep/campaigns/search/report.py",
         "sweep/figures/ablation_effects.py",
         "sweep/spec/objectives.py",
+        "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",
     },
     "curves": {"sweep/analysis/offered.py"},  # a name that it hands on

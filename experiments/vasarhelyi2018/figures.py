@@ -224,8 +224,8 @@ def against_published(trials: pd.DataFrame) -> pd.DataFrame:
         contrast(
             trials,
             f"{metric}_mean",
-            {"repulsion_range": sets[name]},
-            {"repulsion_range": sets.iloc[0]},
+            a={"repulsion_range": sets.iloc[0]},
+            b={"repulsion_range": sets[name]},
         )
         for name, metric in asked
     ]

@@ -51,16 +51,16 @@ class TrialTables(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Contrast:
-    """A first mean minus a second.
+    """The mean of b minus that of a, as `sweep compare A B` has it.
 
-    `first` and `second` hold the independent values that count: where paired, (n,) each
-    in the order of `pairs`, what tells pairs apart (else None), and of any two lengths
-    where not. `left_out` counts trials without a result.
+    `a` and `b` hold the independent values that count: where paired, (n,) each in the
+    order of `pairs`, what tells pairs apart (else None), and of any two lengths where
+    not. `left_out` counts trials without a result.
     """
 
     estimate: MeanEstimate
-    first: Floats
-    second: Floats
+    a: Floats
+    b: Floats
     pairs: pd.Index | None
     left_out: int
 
@@ -71,7 +71,7 @@ class Contrast:
 
     @property
     def value(self) -> float:
-        """The difference."""
+        """The difference, b minus a."""
         return self.estimate.value
 
     @property
@@ -81,12 +81,12 @@ class Contrast:
         """
         if (
             not self.paired
-            or len(self.first) < 2
-            or np.ptp(self.first) == 0.0
-            or np.ptp(self.second) == 0.0
+            or len(self.a) < 2
+            or np.ptp(self.a) == 0.0
+            or np.ptp(self.b) == 0.0
         ):
             return np.nan
-        return float(np.corrcoef(self.first, self.second)[0, 1])
+        return float(np.corrcoef(self.a, self.b)[0, 1])
 
     @property
     def variance_reduction(self) -> float:
@@ -97,17 +97,17 @@ class Contrast:
         other, NaN where not paired or below 2 pairs. For equal variances it is 1/(1 -
         correlation).
         """
-        if not self.paired or not self.estimate.testable:
+        if not self.paired or len(self.a) < 2:
             return np.nan
-        unpaired = self.first.var(ddof=1) + self.second.var(ddof=1)
-        change = self.first - self.second
+        unpaired = self.a.var(ddof=1) + self.b.var(ddof=1)
+        change = self.b - self.a
         paired = change.var(ddof=1) if np.ptp(change) > 0.0 else 0.0
         return float(unpaired / paired) if paired > 0.0 else np.inf
 
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """The bounds of the interval that the distribution of the values has, see
         `MeanEstimate`: for normal ones Student's of the mean of differences, and
-        Welch's where not paired; NaN if unknown.
+        Welch's where not paired; NaN if unknown, as for constant samples.
         """
         return (
             self.estimate.interval(confidence)
@@ -144,51 +144,49 @@ class Equivalence(NamedTuple):
     equivalent: bool
 
 
-def compare(one: Units, other: Units, distribution: Declared = "normal") -> Contrast:
-    """`one` minus `other`: paired where each unit has its partner, else between
-    independent samples. The values have this `distribution`.
+def compare(a: Units, b: Units, distribution: Declared = "normal") -> Contrast:
+    """b minus a: paired where each unit has its partner, else between independent
+    samples. The values have this `distribution`.
     """
-    left_out = one.left_out + other.left_out
-    if pairable(one, other):
-        return paired_contrast(one.values, other.values, left_out, distribution)
-    first, second = (
-        values[~np.isnan(values)] for values in (one.array(), other.array())
-    )
-    return independent_contrast(first, second, left_out, distribution)
+    left_out = a.left_out + b.left_out
+    if pairable(a, b):
+        return paired_contrast(a.values, b.values, left_out, distribution)
+    before, after = (values[~np.isnan(values)] for values in (a.array(), b.array()))
+    return independent_contrast(before, after, left_out, distribution)
 
 
 def independent_contrast(
-    first: Floats,
-    second: Floats,
+    a: Floats,
+    b: Floats,
     left_out: int = 0,
     distribution: Declared = "normal",
 ) -> Contrast:
-    """The difference of the means of two independent samples without NaN."""
-    estimate = mean_estimate(first, second, distribution=distribution)
-    return Contrast(estimate, first, second, None, left_out)
+    """The mean of b minus that of a, of two independent samples without NaN."""
+    estimate = mean_estimate(a, b, distribution=distribution)
+    return Contrast(estimate, a, b, None, left_out)
 
 
 def paired_contrast(
-    first: "pd.Series[float]",
-    second: "pd.Series[float]",
+    a: "pd.Series[float]",
+    b: "pd.Series[float]",
     left_out: int = 0,
     distribution: Declared = "normal",
 ) -> Contrast:
-    """The mean of the differences of two columns whose index pairs them; a pair that
-    lacks a side does not count.
+    """The mean of the differences, b minus a, of two columns whose index pairs them; a
+    pair that lacks a side does not count.
 
     Raises ValueError where an index has an entry twice.
     """
-    if not (first.index.is_unique and second.index.is_unique):
+    if not (a.index.is_unique and b.index.is_unique):
         raise ValueError(
             "values cannot be paired:"
             " several have the same seed, replicate and settings"
         )
-    partners = second.index.get_indexer(first.index)
-    one, column = (np.asarray(side, np.float64) for side in (first, second))
+    partners = b.index.get_indexer(a.index)
+    one, column = (np.asarray(side, np.float64) for side in (a, b))
     other = np.append(column, np.nan)[partners]  # the last one for who has no partner
     complete = np.flatnonzero(~(np.isnan(one) | np.isnan(other)))
-    pairs = first.index[complete]
+    pairs = a.index[complete]
     order = pairs.argsort()
     one, other = one[complete][order], other[complete][order]
     estimate = paired_estimate(one, other, distribution)
@@ -198,12 +196,13 @@ def paired_contrast(
 def contrast(
     source: TrialTables | pd.DataFrame,
     metric: str,
-    first: Mapping[str, Any],
-    second: Mapping[str, Any],
+    *,
+    a: Mapping[str, Any],
+    b: Mapping[str, Any],
     unit: Unit | None = None,
 ) -> Contrast:
-    """The mean of a column of trials where settings are `first` minus that where they
-    are `second`.
+    """The mean of a column of trials where settings are `b` minus that where they are
+    `a`: the sign of `sweep compare A B`. Both sides are named in a call.
 
     `source` is a stored study, or its table of trials, which then is taken to vary in
     the named settings only. Trials are paired by seed, replicate and the varied
@@ -216,18 +215,17 @@ def contrast(
     not exist, sides that are empty or overlap, and where `unit` is missing.
     """
     trials, varied, distributions = _table(source)
-    for name in (metric, *first, *second):
+    for name in (metric, *a, *b):
         _check_column(trials, name)
-    sides = [chosen(trials, settings) for settings in (first, second)]
-    for side, settings in zip(sides, (first, second), strict=True):
+    sides = [chosen(trials, settings) for settings in (a, b)]
+    for side, settings in zip(sides, (a, b), strict=True):
         if side.empty:
             raise ValueError(f"no trial has {_words(settings)}")
     if set(sides[0]["trial_id"]) & set(sides[1]["trial_id"]):
         raise ValueError(
-            f"{_words(first)} and {_words(second)} share trials;"
-            " a contrast needs two apart"
+            f"{_words(a)} and {_words(b)} share trials; a contrast needs two apart"
         )
-    free = [name for name in varied if name not in {*first, *second}]
+    free = [name for name in varied if name not in {*a, *b}]
     one, other = (_units(side, metric, unit, free) for side in sides)
     return compare(one, other, distributions.get(metric, "normal"))
 
@@ -242,7 +240,7 @@ def contrasts(
     confidence: float = CONFIDENCE,
     together: Together = "holm",
 ) -> pd.DataFrame:
-    """Every value of the setting `by` against `reference`, where the other settings are
+    """Every value of the setting `by` minus `reference`, where the other settings are
     `settings`.
 
     Columns: `by`, difference, low, high, p, paired, n (of pairs, else of values beside
@@ -260,7 +258,9 @@ def contrasts(
     if not values:
         raise ValueError(f"no trial has another {by} than {reference}")
     sides = [
-        contrast(source, metric, {**same, by: value}, {**same, by: reference}, unit)
+        contrast(
+            source, metric, a=same | {by: reference}, b=same | {by: value}, unit=unit
+        )
         for value in values
     ]
     family = jointly(sides, confidence, together)
@@ -274,7 +274,7 @@ def contrasts(
     columns |= {
         "p": family.p,
         "paired": [side.paired for side in sides],
-        "n": [len(side.first) for side in sides],
+        "n": [len(side.b) for side in sides],
     }
     columns |= {name: [getattr(side, name) for side in sides] for name in SHOWN}
     return pd.DataFrame(columns)
@@ -296,16 +296,15 @@ def jointly(
     be small although its interval has the zero. With "max_t" both come from one
     bootstrap of whole replicates, for which all must be paired; those that lack a trial
     are left out of all. `sweep.analysis.simultaneous` says when each is valid. A
-    contrast of less than two values is no test. Raises ValueError for another
-    correction, and as `max_t`.
+    contrast of less than two values is no test, nor is one of constant samples, unless
+    these have a range or are of events and nothing is resampled. Raises ValueError for
+    another correction, and as `max_t`.
     """
     if together not in get_args(Together):
         raise ValueError(unknown("together", together, get_args(Together)))
     if together == "max_t":
         sides = _common(sides)
-        found = max_t(
-            np.column_stack([side.first - side.second for side in sides]), confidence
-        )
+        found = max_t(np.column_stack([side.b - side.a for side in sides]), confidence)
         cut = [
             side.estimate.support.cut(*bounds)
             for side, *bounds in zip(sides, *found[:3], strict=True)
@@ -330,8 +329,8 @@ def equivalence(
     Two one-sided tests (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680):
     equivalent if both reject at `level`, which a true value on or beyond a margin does
     with at most that chance, where the interval of the estimate holds. Not being shown
-    equivalent does not mean to differ. p and bounds are NaN where there are fewer than
-    two values. Raises ValueError for margins that are not in order.
+    equivalent does not mean to differ. p and bounds are NaN where the estimate is not
+    testable. Raises ValueError for margins that are not in order.
     """
     if not low < high:
         raise ValueError(
@@ -351,8 +350,7 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
             " every value needs a trial of each, started in common"
         )
     tables = [
-        pd.DataFrame({"first": side.first, "second": side.second}, index=side.pairs)
-        for side in sides
+        pd.DataFrame({"a": side.a, "b": side.b}, index=side.pairs) for side in sides
     ]
     common = tables[0].index
     for table in tables[1:]:
@@ -367,9 +365,7 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
 def _paired_anew(side: Contrast, table: pd.DataFrame) -> Contrast:
     """The contrast of some pairs of one."""
     before = side.estimate
-    found = paired_contrast(
-        table["first"], table["second"], side.left_out, before.distribution
-    )
+    found = paired_contrast(table["a"], table["b"], side.left_out, before.distribution)
     return replace(found, estimate=replace(found.estimate, support=before.support))
 
 

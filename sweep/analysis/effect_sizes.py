@@ -23,25 +23,25 @@ UNKNOWN = EffectSize(np.nan, np.nan, np.nan)
 
 
 def hedges_g(
-    first: ArrayLike,
-    second: ArrayLike,
+    a: ArrayLike,
+    b: ArrayLike,
     confidence: float = CONFIDENCE,
     *,
     paired: bool = False,
 ) -> EffectSize:
-    """The difference of two means in units of the standard deviation of one trial,
+    """The mean of b minus that of a in units of the standard deviation of one trial,
     corrected for its bias.
 
     The unit is the root of the mean of both variances, so that spreads may differ, and
     the same for pairs, whose common random numbers narrow the interval but change no
     effect. The correction is Hedges' (1981, J. Educ. Stat. 6, 107-128) with the degrees
     of freedom of that variance, the interval that of Bonett (2008, Psychol. Methods 13,
-    99-109). `first` (n,) and `second` (m,) hold independent values, pairs in the same
-    order; one that is NaN does not count, nor does its partner. Valid for values that
-    are about normal and more than about ten. NaN for fewer than three values on a side,
-    and where neither varies.
+    99-109). `a` (n,) and `b` (m,) hold independent values, pairs in the same order; one
+    that is NaN does not count, nor does its partner. Valid for values that are about
+    normal and more than about ten. NaN for fewer than three values on a side, and where
+    neither varies.
     """
-    one, other = _sides(first, second, paired)
+    one, other = _sides(a, b, paired)
     if min(len(one), len(other)) < 3 or (np.ptp(one) == 0.0 and np.ptp(other) == 0.0):
         return UNKNOWN
     freedoms, variances = (
@@ -52,7 +52,7 @@ def hedges_g(
     unit = float(variances.mean())
     spread = float((variances**2 / freedoms).sum()) / 2.0 + covariance**2 / freedoms[0]
     freedom = 2.0 * unit**2 / spread
-    g = float(one.mean() - other.mean()) / math.sqrt(unit) * _correction(freedom)
+    g = float(other.mean() - one.mean()) / math.sqrt(unit) * _correction(freedom)
     error_of_difference = (
         float((variances / freedoms).sum()) - 2.0 * covariance / freedoms[0]
     )
@@ -62,20 +62,20 @@ def hedges_g(
 
 
 def superiority(
-    first: ArrayLike, second: ArrayLike, confidence: float = CONFIDENCE
+    a: ArrayLike, b: ArrayLike, confidence: float = CONFIDENCE
 ) -> EffectSize:
-    """The chance that a first value is larger than a second one, equal ones counting
-    half: 0.5 is no effect.
+    """The chance that a value of b is larger than one of a, equal ones counting half:
+    0.5 is no effect.
 
-    It asks nothing of the distributions. `first` (n,) and `second` (m,) hold
-    independent values, NaN does not count; the interval is Newcombe's method 5 (2006,
-    Stat. Med. 25, 559-573), which stays within 0 and 1 and has a width where all of one
-    side are larger. For pairs with common random numbers, and for values many of which
-    are equal, it is too wide rather than too narrow. NaN where a side is empty.
+    It asks nothing of the distributions. `a` (m,) and `b` (n,) hold independent values,
+    NaN does not count; the interval is Newcombe's method 5 (2006, Stat. Med. 25,
+    559-573), which stays within 0 and 1 and has a width where all of one side are
+    larger. For pairs with common random numbers, and for values many of which are
+    equal, it is too wide rather than too narrow. NaN where a side is empty.
     """
     from scipy.stats import rankdata
 
-    one, other = _sides(first, second, False)
+    other, one = _sides(a, b, False)
     if min(len(one), len(other)) == 0:
         return UNKNOWN
     n, m = len(one), len(other)
@@ -87,17 +87,15 @@ def superiority(
 
 
 def cliffs_delta(
-    first: ArrayLike, second: ArrayLike, confidence: float = CONFIDENCE
+    a: ArrayLike, b: ArrayLike, confidence: float = CONFIDENCE
 ) -> EffectSize:
-    """The share of pairs in which the first value is larger less that in which it is
-    smaller, from -1 to 1.
+    """The share of pairs in which the value of b is larger than that of a less that in
+    which it is smaller, from -1 to 1.
 
     Cliff (1993, Psychol. Bull. 114, 494-509): twice `superiority` less one, with its
     interval and its limits.
     """
-    return EffectSize(
-        *(2.0 * number - 1.0 for number in superiority(first, second, confidence))
-    )
+    return EffectSize(*(2.0 * number - 1.0 for number in superiority(a, b, confidence)))
 
 
 def _score_bound(value: float, n: int, m: int, confidence: float) -> float:
@@ -128,11 +126,11 @@ def _correction(freedom: float) -> float:
     return math.exp(math.lgamma(half) - math.lgamma(half - 0.5)) / math.sqrt(half)
 
 
-def _sides(first: ArrayLike, second: ArrayLike, paired: bool) -> tuple[Floats, Floats]:
+def _sides(a: ArrayLike, b: ArrayLike, paired: bool) -> tuple[Floats, Floats]:
     """Both without NaN, pairs without those that lack a side. Raises ValueError for
     pairs of two lengths.
     """
-    one, other = np.asarray(first, np.float64), np.asarray(second, np.float64)
+    one, other = np.asarray(a, np.float64), np.asarray(b, np.float64)
     if not paired:
         return one[~np.isnan(one)], other[~np.isnan(other)]
     if one.shape != other.shape:

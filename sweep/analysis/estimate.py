@@ -31,8 +31,8 @@ CONFIDENCE = 0.95
 
 
 class Sample(NamedTuple):
-    """Mean, variance (of n - 1) and number of independent values, their skewness
-    (adjusted, G1; 0 for fewer than three), the least and the largest.
+    """What `Samples` knows of one sample; the skewness is 0 for fewer than three
+    values.
     """
 
     mean: float
@@ -41,6 +41,9 @@ class Sample(NamedTuple):
     skewness: float = 0.0
     least: float = -math.inf
     largest: float = math.inf
+    alike: int = 0
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -74,9 +77,21 @@ class MeanEstimate:
         return first - sum(others)
 
     @property
+    def constant(self) -> bool:
+        """Whether the values of a sample are equal, but for one at most, and so do not
+        show how much they vary.
+        """
+        return any(bool(_as_arrays(sample).constant) for sample in self.samples)
+
+    @property
     def testable(self) -> bool:
-        """Whether every sample has two values, as a spread needs."""
-        return min(sample.n for sample in self.samples) > 1
+        """Whether there is an interval: every sample has two values, and a constant one
+        has a range or is of events.
+        """
+        known = all(bool(_as_arrays(sample).bounded) for sample in self.samples)
+        return min(sample.n for sample in self.samples) > 1 and (
+            known or self.distribution in EVENTS or not self.constant
+        )
 
     def interval(
         self, confidence: float = CONFIDENCE, published: int | None = None
@@ -94,7 +109,7 @@ class MeanEstimate:
         return float(low), float(high)
 
     def _uncut(self, confidence: float, published: int | None) -> tuple[float, float]:
-        if self.distribution != "normal":
+        if not self._normal:
             low, high = self._bounds(np.array((1.0 - confidence) / 2.0), published)
             return float(low), float(high)
         error, freedom = self.error(published)
@@ -103,8 +118,17 @@ class MeanEstimate:
 
     def grown(self, times: float) -> "MeanEstimate":
         """What `times` as many values would give if mean and spread stayed."""
-        samples = tuple(one._replace(n=round(one.n * times)) for one in self.samples)
+        samples = tuple(
+            one._replace(n=round(one.n * times), alike=round(one.alike * times))
+            for one in self.samples
+        )
         return replace(self, samples=samples)
+
+    @property
+    def _normal(self) -> bool:
+        """Whether the values are about normal, as declared: not mostly equal."""
+        alike = [_as_arrays(one).mostly_alike for one in self.samples]
+        return self.distribution == "normal" and not np.any(alike)
 
     def error(self, published: int | None = None) -> tuple[float, float]:
         """The standard error and its degrees of freedom, Welch's (1947, Biometrika 34,
@@ -132,7 +156,7 @@ class MeanEstimate:
 
         if bound < self.support.low if above else bound > self.support.high:
             return 0.0
-        if self.distribution != "normal":
+        if not self._normal:
             side, sign = (0, 1.0) if above else (1, -1.0)
             found = _crossing(lambda tails: sign * (self._bounds(tails)[side] - bound))
             if found < 0.5:
@@ -158,9 +182,7 @@ class MeanEstimate:
 
     def _bounds(self, tail: Floats, published: int | None = None) -> Bounds:
         """The two bounds that are missed with the chance `tail` each, same shape."""
-        samples = [
-            Samples(*(np.array(one) for one in sample)) for sample in self.samples
-        ]
+        samples = [_as_arrays(sample) for sample in self.samples]
         if len(samples) == 1 and published is None:
             below, above = _arms(samples[0], self.distribution, tail)
             return self.value - below, self.value + above
@@ -174,6 +196,10 @@ class MeanEstimate:
                     squares[side] += _squared(arm) * one.n / published
         roots = [np.sqrt(np.maximum(one, 0.0)) for one in squares]
         return self.value - roots[0], self.value + roots[1]
+
+
+def _as_arrays(sample: Sample) -> Samples:
+    return Samples(*(np.array(one) for one in sample))
 
 
 ENDLESS = 1e150
@@ -233,7 +259,7 @@ def _students_half(
     common = np.sqrt(first.variance) * np.sqrt(second.variance)
     variance = first.variance + second.variance - 2.0 * correlation * common
     none = np.zeros_like(variance)
-    change = first._replace(mean=none, variance=np.maximum(variance, 0.0))
+    change = first._replace(mean=none, variance=np.maximum(variance, 0.0), alike=none)
     return mean_bounds("normal", change, tail)[1]
 
 
@@ -304,32 +330,32 @@ Estimate = MeanEstimate | RankEstimate
 def mean_estimate(
     *values: NDArray[np.float64], distribution: Declared = "normal"
 ) -> MeanEstimate:
-    """The estimate from one array of independent values, or from two for their
-    difference; NaN does not count.
+    """The estimate from one array of independent values, or from two, a and b, for
+    their difference, b minus a; NaN does not count.
     """
-    known = [array[~np.isnan(array)] for array in values]
+    known = [array[~np.isnan(array)] for array in reversed(values)]
     of, support = _declared(distribution, known)
     return MeanEstimate(
-        tuple(map(_sample, known)),
+        tuple(_sample(one, support) for one in known),
         of,
         support=support if len(known) == 1 else support.of_differences,
     )
 
 
 def paired_estimate(
-    first: NDArray[np.float64],
-    second: NDArray[np.float64],
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
     distribution: Declared = "normal",
 ) -> MeanEstimate:
-    """The mean of the differences of two arrays (n,) without NaN, whose values of equal
-    place are a pair.
+    """The mean of the differences, b minus a, of two arrays (n,) without NaN, whose
+    values of equal place are a pair.
 
     The differences of events are taken apart into gains and losses. Both are events
     again, so that pairs without any difference have an interval with a width.
     """
-    change, (of, support) = first - second, _declared(distribution, (first, second))
+    change, (of, support) = b - a, _declared(distribution, (a, b))
     if of not in EVENTS:
-        sample = _sample(change)
+        sample = _sample(change, support.of_differences)
         return MeanEstimate((sample,), of, support=support.of_differences)
     gains, losses = np.maximum(change, 0.0), np.maximum(-change, 0.0)
     varies = len(change) > 1 and np.ptp(gains) > 0.0 and np.ptp(losses) > 0.0
@@ -350,15 +376,18 @@ def _declared(
     return of, support if held else ANYWHERE
 
 
-def _sample(values: NDArray[np.float64]) -> Sample:
-    if len(values) < 2:
-        return Sample(float(values[0]) if len(values) else np.nan, np.nan, len(values))
+def _sample(values: NDArray[np.float64], support: Support = ANYWHERE) -> Sample:
+    n = len(values)
+    if n < 2:
+        return Sample(float(values[0]) if n else np.nan, np.nan, n)
     least, largest = float(values.min()), float(values.max())
     if equal(least, largest):
-        return Sample(least, 0.0, len(values), 0.0, least, largest)
+        return Sample(least, 0.0, n, 0.0, least, largest, n, *support)
     with np.errstate(invalid="ignore"):
         mean, variance = float(values.mean()), float(values.var(ddof=1))
-    return Sample(mean, variance, len(values), _skewness(values), least, largest)
+        alike = int(equal(values, np.median(values)).sum())
+    skewness = _skewness(values)
+    return Sample(mean, variance, n, skewness, least, largest, alike, *support)
 
 
 def _skewness(values: NDArray[np.float64]) -> float:

@@ -169,11 +169,16 @@ def _normal_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Fl
 
 
 def _normal_moments(pilots: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
-    infinite = np.full_like(mean, np.inf)
-    skewness = _possible(pilots.samples.skewness, n)
-    return Samples(mean, spread, n, skewness, -infinite, infinite)
+    """Of a pilot whose values are mostly equal, so are those to come."""
+    known, infinite = pilots.samples, np.full_like(mean, np.inf)
+    skewness = _possible(known.skewness, n)
+    least = np.where(known.mostly_alike, known.least, -infinite)
+    alike = np.minimum(known.alike / known.n * n, n - NOT_ALIKE)
+    return Samples(mean, spread, n, skewness, least, infinite, alike)
 
 
+NOT_ALIKE = 1.5
+"""So many values to come differ from the others: with fewer nothing would be known."""
 NORMAL = Prediction(_normal_spread, _normal_mean, _normal_moments)
 
 

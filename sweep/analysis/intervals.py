@@ -15,7 +15,6 @@ from sweep.analysis.estimate import CONFIDENCE, mean_estimate
 from sweep.analysis.mean_bounds import (
     Declaration,
     Declared,
-    Distribution,
     Samples,
     equal,
     in_full,
@@ -89,7 +88,8 @@ def mean_interval(
     n = estimate.samples[0].n
     if not estimate.testable:
         return Interval(estimate.value, np.nan, np.nan, n)
-    if interval in (None, "t"):
+    # Resamples of equal values are equal too.
+    if interval in (None, "t") or estimate.constant:
         return Interval(estimate.value, *estimate.interval(confidence), n)
     if interval == "bootstrap":
         bounds = resampled_interval(_known(values), np.mean, confidence, "BCa")
@@ -254,38 +254,59 @@ def curves(
 
 
 def group_bounds(
-    groups: Any, confidence: float, distribution: Declared
+    groups: Any, confidence: float, distribution: Declared, *, cut: bool = True
 ) -> tuple[Floats, Floats]:
-    """The bounds of the mean of each of k groups of a column, (k,) each."""
-    of, support = in_full(distribution)
-    samples = group_samples(groups, of)
-    bounds = mean_bounds(of, samples, (1.0 - confidence) / 2.0)
-    cut = support.cut(samples.mean, *bounds)
-    holds = support.holds(samples.least, samples.largest)
-    low, high = (np.where(holds, *ends) for ends in zip(cut, bounds, strict=True))
-    return low, high
-
-
-def group_samples(groups: Any, distribution: Distribution) -> Samples:
-    """What is known of each of k groups of a column, whose values have this
-    `distribution`. Normal ones are taken to have no skewness.
+    """The bounds of the mean of each of k groups of a column, (k,) each; `cut` off
+    where values end.
     """
+    samples = group_samples(groups, distribution)
+    of = in_full(distribution).distribution
+    low, high = mean_bounds(of, samples, (1.0 - confidence) / 2.0)
+    if not cut:
+        return low, high
+    mean = samples.mean
+    return (
+        np.maximum(low, np.minimum(samples.low, mean)),
+        np.minimum(high, np.maximum(samples.high, mean)),
+    )
+
+
+def group_samples(groups: Any, distribution: Declared) -> Samples:
+    """What is known of each of k groups of a column, whose values have this
+    `distribution`. Normal ones are taken to have no skewness, but those of which most
+    are equal.
+    """
+    of, support = in_full(distribution)
     least, largest, n = groups.min(), groups.max(), groups.count()
-    varies = ~equal(least, largest)
-    skewness = groups.skew() if distribution != "normal" else 0.0 * least
+    alike = _alike(groups)
+    varies, skewed = ~equal(least, largest), (of != "normal") | (2 * alike > n)
+    skewness = groups.skew() if skewed.any() else 0.0 * least
+    holds = support.holds(*(np.asarray(end, np.float64) for end in (least, largest)))
     return Samples(
         *(
-            one.to_numpy(np.float64)
+            np.asarray(one, np.float64)
             for one in (
                 groups.mean(),
                 (groups.std() ** 2).where(varies, 0.0),
                 n,
-                skewness.where(varies & (n > 2), 0.0),
+                skewness.where(varies & skewed & (n > 2), 0.0),
                 least,
                 largest,
+                alike,
+                np.where(holds, support.low, -np.inf),
+                np.where(holds, support.high, np.inf),
             )
         )
     )
+
+
+def _alike(groups: Any) -> "pd.Series[float]":
+    """How many values of each group of a column equal its median, but for rounding."""
+    same = pd.Series(equal(groups.obj, groups.transform("median")), groups.obj.index)
+    alike: pd.Series[float] = groups.size()
+    # A category without a row is a group too, and has no number.
+    alike[alike > 0] = same.groupby(groups.ngroup()).sum().to_numpy()
+    return alike
 
 
 def _group_means(

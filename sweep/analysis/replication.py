@@ -45,8 +45,8 @@ SMALL = 10
 """Values of a pilot, below which the promise may fail where they are not normal."""
 CAVEATS = ("too few values", "all equal", "not seen", "small pilot")
 """What makes an answer unknown or unsure, the first that holds: fewer than FEWEST
-values; equal values, which say nothing of their spread; no event, or nothing else;
-fewer than SMALL values that are not normal.
+values; values that are equal, but for one at most, which say nothing of their spread;
+no event, or nothing else; fewer than SMALL values that are not normal.
 """
 MOST = 1e6
 """More values than that are told as infinitely many."""
@@ -255,8 +255,8 @@ def values_for_width(
 
     What is not finite does not count. The interval is that of what is `declared` of the
     values at this `confidence` (`sweep.analysis.mean_bounds`). NaN for fewer than
-    FEWEST values, and where no event was seen and the width is a share of the mean.
-    Where values that are no events are all equal two do, and no upper end is known.
+    FEWEST values, where values that are no events are equal, but for one at most, and
+    where no event was seen and the width is a share of the mean.
     """
     distribution, support = in_full(declared)
     found = pilots_of(pilots, distribution)
@@ -283,17 +283,17 @@ def values_for_difference(
 
     It notices where the interval of the contrast at this `confidence` has no zero. All
     contrasts are of one distribution, and all paired or none. NaN for fewer than FEWEST
-    values of a side. Where values that are no events are all equal two do, and no upper
-    end is known.
+    values of a side, and where those of a side that are no events are equal, but for
+    one at most.
     """
     first = contrasts[0]
     distribution = first.estimate.distribution
     if first.paired:
-        sides = _paired([one.first - one.second for one in contrasts], distribution)
+        sides = _paired([one.b - one.a for one in contrasts], distribution)
     else:
         sides = (
-            pilots_of([one.first for one in contrasts], distribution),
-            pilots_of([one.second for one in contrasts], distribution),
+            pilots_of([one.b for one in contrasts], distribution),
+            pilots_of([one.a for one in contrasts], distribution),
         )
     correlation = (
         np.array([one.estimate.correlation or 0.0 for one in contrasts])
@@ -330,12 +330,9 @@ def _caveats(
     """What is to be said of each pilot (k,), one of CAVEATS or ""."""
     whole = SUPPORTS.get(distribution, ANYWHERE).high
     least = np.min([side.samples.n for side in sides], axis=0)
-    equal, unseen = (
-        np.logical_and.reduce(found)
-        for found in (
-            [side.samples.variance == 0.0 for side in sides],
-            [np.isin(side.samples.mean, (0.0, whole)) for side in sides],
-        )
+    equal = np.logical_or.reduce([side.samples.constant for side in sides])
+    unseen = np.logical_and.reduce(
+        [np.isin(side.samples.mean, (0.0, whole)) for side in sides]
     )
     events = distribution in EVENTS
     found = (
@@ -371,27 +368,26 @@ def _needed(
     hopeless: NDArray[np.bool_],
 ) -> Needed:
     """Numbers for all parts at the chance, and the range with the draw at the chance
-    and the others at either end; NaN for `hopeless` pilots and too few values, and no
-    end where all are equal.
+    and the others at either end; NaN for `hopeless` pilots, too few values and equal
+    ones.
 
     Equal pilots are looked at once: those of events often are, and take longest.
     """
-    few, equal, *_ = CAVEATS
-    blind, silent = hopeless | (caveat == few), caveat == equal
+    blind = hopeless | np.isin(caveat, CAVEATS[:2])
     _, rows, places = np.unique(
         np.nan_to_num(np.column_stack([*goal.known, blind])),
         axis=0,
         return_index=True,
         return_inverse=True,
     )
-    goal, blind, silent = goal.at(rows), blind[rows], silent[rows]
+    goal, blind = goal.at(rows), blind[rows]
     drawn = [chance] * goal.drawn + [0.5] * (goal.parts - goal.drawn)
     start = np.where(blind, np.nan, FIRST)
     n = _smallest(_Asked(goal, [0.5] * goal.parts, chance, 0), start, STEP)
     low, high = (
         _smallest(_Asked(goal, drawn, end, goal.drawn), n, ROUGH_STEP) for end in RANGE
     )
-    high = np.where(silent, np.nan, np.fmax(high, n))
+    high = np.fmax(high, n)
     back = np.ravel(places)
     return Needed(n[back], np.fmin(low, n)[back], high[back], caveat)
 

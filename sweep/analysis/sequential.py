@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sweep.analysis.mean_bounds import Declared, in_full
+from sweep.analysis.mean_bounds import Declared
 
 if TYPE_CHECKING:
     from sweep.analysis.intervals import Interval
@@ -138,7 +138,8 @@ def _width(stored: float | str) -> Width:
 
 class SeenMetric(NamedTuple):
     """What is seen of one metric of P points: how many values, half widths, and how
-    wide these may be, (P,) each; `half_width` is NaN for fewer than two values.
+    wide these may be, (P,) each; `half_width` is NaN where it is not known, as for
+    fewer than two values.
     """
 
     values: Counts
@@ -248,8 +249,9 @@ def repeated_interval(
         clustered 1, shape 0.5         97     97     99
 
     Most are above 97 %, as most of what could go wrong at other looks did not. Skewed
-    values that are declared "normal" are covered with 89 % at worst, and 0 or 1 with
-    the chance 0.01 with 4 %.
+    values that are declared "normal" are covered with 89 % at worst, those that pile up
+    at an end of their range with 58 %, and two regimes with noise, one of them rare,
+    with 28 % (`docs/decisions/intervals-of-few-values.md`).
     """
     from sweep.analysis.intervals import mean_interval
 
@@ -278,8 +280,8 @@ def look(
     than two values, whatever its number of trials: it might go on to `most` without
     ever having one. The half width is half of the distance of both bounds, before the
     interval is cut off where values end: what could not be anyway says nothing of how
-    well a mean is known. Equal values have half width 0, unless they are counts or
-    shares.
+    well a mean is known. It is NaN, and never narrow, where values are equal and say
+    nothing of how much they vary, see `sweep.analysis.mean_bounds`.
     """
     numbers = np.asarray(until.looks)
     following = numbers[
@@ -309,8 +311,7 @@ def _seen(
     known = pd.Series(np.where(np.isfinite(array), array, np.nan))
     groups = known.groupby(np.repeat(np.arange(len(trials)), trials))
     # As wide as it is before it is cut: a range says nothing of how much is known.
-    of = in_full(distribution or "normal").distribution
-    low, high = group_bounds(groups, nominal, of)
+    low, high = group_bounds(groups, nominal, distribution or "normal", cut=False)
     means = np.asarray(groups.mean(), np.float64)
     counts: Counts = np.asarray(groups.count(), np.int64)
     return SeenMetric(counts, (high - low) / 2.0, width.allowed(means))

@@ -142,7 +142,8 @@ def drift(series: ArrayLike) -> Drift:
     differences. Fewer are compared with the error that the variance and the
     autocorrelation time of the last half give, as if that half were steady: then p
     means little where the half is shorter than 50 tau. p is 1 where nothing varies and
-    the means are equal. Raises ValueError as `autocorrelation`.
+    the means are equal, and NaN where ten equal differences say nothing. Raises
+    ValueError as `autocorrelation`.
     """
     values = as_series(series)
     length = values.shape[1]

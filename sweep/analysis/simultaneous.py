@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE
+from sweep.analysis.mean_bounds import ONE_APART, equal
 from sweep.analysis.resampling import ratio, student_statistics
 from sweep.text import unknown
 
@@ -97,8 +98,9 @@ def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneou
     contrasts with the same reference go together, and is narrower than Bonferroni where
     they do. The statistic is studentised in each resample, without which few replicates
     would give too narrow intervals; approximate all the same, and for ten replicates or
-    so too wide rather than too narrow. Raises ValueError for fewer than ten replicates
-    and for values that are not finite.
+    so too wide rather than too narrow. Bounds and p are NaN for a contrast whose
+    differences are equal, but for one at most: so are resamples, and it takes no part.
+    Raises ValueError for fewer than ten replicates and for values that are not finite.
     """
     values = np.asarray(differences, np.float64)
     n = len(values)
@@ -110,14 +112,15 @@ def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneou
         raise ValueError(
             "max_t: a value is missing or infinite; leave such replicates out"
         )
-    # The mean of equal values may be off by a rounding error, which would pass for a
-    # difference without an error.
-    varies = np.ptp(values, axis=0) > 0.0
-    mean = np.where(varies, values.mean(axis=0), values[0])
-    error = np.where(varies, values.std(axis=0, ddof=1), 0.0) / np.sqrt(n)
-    largest = np.abs(student_statistics(values - mean)).max(axis=1)
-    half = np.quantile(largest, confidence, method="higher") * error
-    exceeding = (largest[:, None] >= np.abs(ratio(mean, error))).sum(axis=0)
-    return Simultaneous(
-        mean, mean - half, mean + half, (exceeding + 1.0) / (len(largest) + 1.0)
-    )
+    alike = equal(values, np.median(values, axis=0)).sum(axis=0)
+    known = np.flatnonzero(n - alike > ONE_APART)
+    mean = values.mean(axis=0)
+    half, p = np.full((2, len(mean)), np.nan)
+    if len(known):
+        error = values[:, known].std(axis=0, ddof=1) / np.sqrt(n)
+        centred = values[:, known] - mean[known]
+        largest = np.abs(student_statistics(centred)).max(axis=1)
+        half[known] = np.quantile(largest, confidence, method="higher") * error
+        reached = largest[:, None] >= np.abs(ratio(mean[known], error))
+        p[known] = (reached.sum(axis=0) + 1.0) / (len(largest) + 1.0)
+    return Simultaneous(mean, mean - half, mean + half, p)

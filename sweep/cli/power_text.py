@@ -22,7 +22,8 @@ SAID = dict(
         CAVEATS,
         (
             f"fewer than {FEWEST} values: no answer",
-            "all values are equal, and the pilot says nothing of their spread",
+            "all values are equal, or all but one, and say nothing of their spread: no"
+            " answer",
             "the pilot has no such event, nothing else, or no pair that differs: for a"
             " rate that it allows",
             f"fewer than {SMALL} values that are not normal: the chance may be lower"

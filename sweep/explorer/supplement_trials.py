@@ -35,8 +35,8 @@ def places(
 ) -> dict[str, float]:
     """Where the trial of each role stands among those of its point, from 0 to 1.
 
-    Raises ChoiceError for an unknown role, and for the worst or the best by a derived
-    metric, of which nothing says which values are better.
+    Raises ChoiceError for an unknown role, and for the worst or the best by a metric
+    without a direction, as a derived one.
     """
     found = {}
     for role in dict.fromkeys(roles):
@@ -48,10 +48,11 @@ def places(
 
 def _judged(study: StoredStudy, column: Column, role: str) -> float:
     metric = study.known.metrics.get(column.metric)
-    if metric is None:
+    if metric is None or metric.better == "neither":
+        derived = "is derived, and nothing says" if metric is None else "does not say"
         raise ChoiceError(
-            f"trials {role}: {column.metric} is derived, and nothing says which of its"
-            f" values are better; choose of {', '.join(PLACES)}",
+            f"trials {role}: {column.metric} {derived} which of its values are better;"
+            f" choose of {', '.join(PLACES)}",
             study.name,
         )
     return float((metric.better == "high") == (role == "best"))

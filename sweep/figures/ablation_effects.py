@@ -83,15 +83,15 @@ def paired_effects(
     for where, detail, added_to, changed, before in compared:
         for metric in metrics:
             pairs = paired_contrast(
-                changed[metric],
                 before[metric],
+                changed[metric],
                 # Logarithms are about normal.
                 distribution="normal" if factor else study.distributions[metric],
             )
             found = (pairs.value, *pairs.interval(level))
             numbers = np.exp(found) if factor else found
             place = [where] if by else []
-            rows.append((*place, detail, added_to, metric, *numbers, len(pairs.first)))
+            rows.append((*place, detail, added_to, metric, *numbers, len(pairs.b)))
     columns = ["detail", "added_to", "metric", "value", "low", "high", "n"]
     return pd.DataFrame(rows, columns=[*apart, *columns])
 

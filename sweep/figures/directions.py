@@ -62,7 +62,8 @@ def _more_is_better(study: StoredStudy, aims: list[Objective], column: str) -> b
     better ones where nobody says it.
 
     An objective of a search says it of its own column first, and then of its metric.
-    Else the metric does; of one that this version does not know they are.
+    Else the metric does; they are of one without a direction, and of one that this
+    version does not know.
     """
     metric = Column.read(column).metric
     exact = [one for one in aims if one.column == column]
@@ -70,4 +71,4 @@ def _more_is_better(study: StoredStudy, aims: list[Objective], column: str) -> b
         if Column.read(one.column).metric == metric:
             return one.maximize
     about = study.known.metrics.get(metric)
-    return about is None or about.better == "high"
+    return about is None or about.better != "low"

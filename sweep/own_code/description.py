@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple, NoReturn, get_args, get_type_hint
 from kernels.metrics import Metric
 from kernels.model import Model, flaw
 from kernels.settings import About, Demand
-from kernels.starts import Start
+from kernels.starts import GIVEN, Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
 from sweep.own_code.entries import CHOICES, KINDS, Offered, wrong_range
@@ -141,4 +141,5 @@ def _map(about: dict[str, Any]) -> Map:
 
 def _start(about: dict[str, Any]) -> Start:
     demands = _demands(about.pop("demands", []))
+    about.setdefault("random", about["text"] != GIVEN)  # not stored up to 0.18
     return Start(_asleep, demands=demands, **about)

@@ -81,7 +81,8 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
     for name, metric in found.metrics.items():
         for field, choices in CHOICES.items():
-            if (given := getattr(metric, field)) not in get_args(choices):
+            given = getattr(metric, field)
+            if given is not None and given not in get_args(choices):
                 raise CodeError(
                     f'{file}: metric "{name}" has {field}="{given}"; allowed:'
                     f" {_listed(get_args(choices))}"

@@ -95,14 +95,14 @@ def measure(
 
 
 def _difference(studies: Studies, what: MeanDifference) -> Measured:
-    """The difference of two means: between pairs if both sides have the same units,
+    """The first mean minus the second: between pairs if both sides have the same units,
     otherwise between independent samples.
     """
     named = {*what.first.settings, *what.second.settings}
     one, other = (
         _units(studies[side.spec], side, named) for side in (what.first, what.second)
     )
-    found = compare(one, other, _distribution(studies, what.first))
+    found = compare(other, one, _distribution(studies, what.first))
     trials = f"{one.trials:,} and {other.trials:,}" + (
         ", paired" if found.paired else ""
     )
@@ -182,7 +182,7 @@ def _called(
             f"{what.function} must return an array of one value each, or a tuple of two"
         )
     missing = sum(int(np.isnan(values).sum()) for values in samples)
-    estimate = mean_estimate(*samples, distribution=what.distribution)
+    estimate = mean_estimate(*reversed(samples), distribution=what.distribution)
     counts = [sample.n for sample in estimate.samples]
     words = " and ".join(f"{count:,}" for count in counts)
     return Measured(estimate, words, sum(counts), missing)

@@ -185,7 +185,8 @@ def judge(
     """
     if not estimate.testable:
         return untestable(
-            "our measure has too few values for an interval, or one that does not vary"
+            "our measure has too few values for an interval, or values that are equal,"
+            " but for one at most"
         )
     if not math.isfinite(estimate.value):
         return untestable("one of the values is infinite")

@@ -82,8 +82,10 @@ def check_recorded(
 
 
 def declaration_of(metric: Metric) -> Declaration:
-    """What a metric declares of its values. A mean over frames lies where they lie."""
-    return Declaration.of(metric.distribution, metric.low, metric.high)
+    """What a metric declares of its values: about normal ones, where it declares no
+    distribution. A mean over frames lies where they lie.
+    """
+    return Declaration.of(metric.distribution or "normal", metric.low, metric.high)
 
 
 class KnownMetrics(NamedTuple):

@@ -32,6 +32,7 @@ from sweep.analysis import (
 )
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
+from sweep.store.origin import stamps
 from sweep.tables.choosing import as_names
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import Matching, match
@@ -49,7 +50,7 @@ VERDICTS = (
     "lower, equivalent",
     "equivalent",
     "no difference shown",
-    "too few values",
+    "too few distinct values",
 )
 
 
@@ -120,7 +121,8 @@ def compare_sides(
     the last half of a trial.
 
     Trials are paired that have the same seed and replicate, where both sides take one
-    of the streams start, world and noise in common. Nothing else is needed: whole pairs
+    of the streams start, world and noise in common. Flocks that are given, by a table,
+    have nothing in common with others. Nothing else is needed: whole pairs
     are independent of each other whatever the two trials do with the same numbers, and
     trials that share them are not (coverage of aziel_chen2025 at n = 50 and 100:
     correlations from -0.03 to 0.19). Only the gain depends on what else is alike. Where
@@ -248,7 +250,10 @@ def _check(method: Method, metrics: Sequence[str]) -> None:
 
 
 def streams_in_common(one: Side, other: Side) -> tuple[str, ...]:
-    """The random streams in common; that of worlds only where worlds are drawn."""
+    """The random streams in common; that of worlds only where worlds are drawn, and
+    that of starts not where one side begins with given flocks and the other with
+    others.
+    """
     common = common_streams(one.trials) & common_streams(other.trials)
     drawn = all(
         any(
@@ -260,8 +265,19 @@ def streams_in_common(one: Side, other: Side) -> tuple[str, ...]:
     return tuple(
         name
         for name in ("start", "world", "noise")
-        if name in common and (name != "world" or drawn)
+        if name in common
+        and (name != "world" or drawn)
+        and (name != "start" or _starts(one) == _starts(other))
     )
+
+
+def _starts(side: Side) -> set[str]:
+    """The stamps of the given flocks with which trials start; "" for random ones."""
+    known, code = side.study.known.starts, stamps(side.study.provenance)
+    names = {str(name) for name in side.trials["start_draws"].unique()}
+    given = {name for name in names if name in known and not known[name].random}
+    stamped = {code.starts.get(name, name) if code else name for name in given}
+    return stamped | ({""} if names - given else set())
 
 
 def places_of(
@@ -332,14 +348,14 @@ def contrasts_of(
         before, after = values[0][first.to_numpy()], values[1][second.to_numpy()]
         if paired:
             yield paired_contrast(
-                pd.Series(after, index=second.index),
                 pd.Series(before, index=first.index),
+                pd.Series(after, index=second.index),
                 distribution=distribution,
             )
         else:
             yield independent_contrast(
-                after[~np.isnan(after)],
                 before[~np.isnan(before)],
+                after[~np.isnan(after)],
                 distribution=distribution,
             )
 
@@ -373,19 +389,19 @@ def judge(contrasts: Sequence[Contrast], method: Method) -> pd.DataFrame:
     sides = family.contrasts
     level = 1.0 - method.confidence
     sizes = [
-        hedges_g(side.first, side.second, method.confidence, paired=side.paired)
+        hedges_g(side.a, side.b, method.confidence, paired=side.paired)
         for side in sides
     ]
     columns: dict[str, object] = {
-        "a": [mean_estimate(side.second).value for side in sides],
-        "b": [mean_estimate(side.first).value for side in sides],
+        "a": [mean_estimate(side.a).value for side in sides],
+        "b": [mean_estimate(side.b).value for side in sides],
         "difference": [side.value for side in sides],
         "low": family.low,
         "high": family.high,
         "p": family.p,
         "paired": [side.paired for side in sides],
-        "n_a": [len(side.second) for side in sides],
-        "n_b": [len(side.first) for side in sides],
+        "n_a": [len(side.a) for side in sides],
+        "n_b": [len(side.b) for side in sides],
         "variance_reduction": [side.variance_reduction for side in sides],
         "hedges_g": [size.value for size in sizes],
         "hedges_g_low": [size.low for size in sizes],
@@ -410,7 +426,7 @@ def judge(contrasts: Sequence[Contrast], method: Method) -> pd.DataFrame:
 def _verdict(difference: float, p: float, p_equivalent: float, level: float) -> str:
     """One of VERDICTS, of B."""
     if np.isnan(p):
-        return "too few values"
+        return "too few distinct values"
     words = ["higher" if difference > 0.0 else "lower"] if p < level else []
     words += ["equivalent"] if p_equivalent < level else []
     return ", ".join(words) or "no difference shown"

@@ -163,6 +163,13 @@ def notes(comparison: Comparison) -> Iterable[str]:
         str(name): [*part["n_a"], *part["n_b"]] for name, part in rows.groupby("metric")
     }
     yield from filter(None, [few_skewed(comparison.one.study, counts)])
+    constant = rows["p"].isna() & (rows[["n_a", "n_b"]].min(axis=1) > 1)
+    if constant.any():
+        yield (
+            f"no test in {so_many(int(constant.sum()), 'row')}: values of a side, or"
+            " differences of pairs, are equal, or all but one, and do not show how much"
+            " they vary; `low` and `high` of a metric would"
+        )
     small = (
         (rows["p"] < 1.0 - method.confidence)
         & (rows["low"] <= 0.0)

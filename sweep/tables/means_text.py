@@ -2,6 +2,7 @@
 below the table.
 """
 
+import math
 from typing import Any
 
 import pandas as pd
@@ -15,7 +16,7 @@ from sweep.analysis.notation import (
     plus_minus,
     with_interval,
 )
-from sweep.tables.overview import few_skewed, untried
+from sweep.tables.overview import constant, few_skewed, undeclared, untried
 from sweep.tables.point_means import PointMeans
 from sweep.tables.search_phases import phases_said
 from sweep.tables.stored_study import StoredStudy
@@ -39,28 +40,29 @@ POOLED = (
 
 
 def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
-    """The rows of a table for programs: the last column, `view`, is the command that
+    """The rows of a table for programs: `METRIC_declared`, which is false, of a metric
+    that declares no distribution, and in the last column, `view`, the command that
     shows a trial of the row.
     """
+    names = undeclared(study, table.metrics)
+    declared = {f"{name}_declared": False for name in names}
     views = [command("view", study.name, trial) for trial in table.rows["trial_id"]]
-    return table.rows.drop(columns="trial_id").assign(view=views)
+    return table.rows.drop(columns="trial_id").assign(**declared, view=views)
 
 
 def cell_text(
     study: StoredStudy, row: "pd.Series[Any]", name: str, table: PointMeans
 ) -> str:
-    """A mean with its interval, and the share of trials without a value.
-
-    Equal values of a metric that is no event have an interval without a width: so much
-    is said in its place.
+    """A mean with its interval, and the share of trials without a value. Where several
+    values have no interval, as equal ones without a range, so much is said.
     """
     mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
     repeated = name in study.repeated and not table.pooled
     own = table.interval is None or repeated
     normal = in_full(study.distributions[name]).distribution == "normal"
     students = normal if own else table.interval == "t"
-    if low == high:
-        text = f"{number(mean)} (all equal)"
+    if row[f"{name}_n"] > 1 and math.isnan(low):
+        text = f"{number(mean)} (no interval)"
     elif students and is_centred(mean, low, high):
         text = plus_minus(mean, high - mean)
     else:
@@ -71,11 +73,30 @@ def cell_text(
 
 def caption(study: StoredStudy, table: PointMeans) -> str:
     """Which intervals a table shows, how rows pool points, which of them rest on few
-    values, and what is not stored.
+    values, which are not known, and what is not stored.
     """
     counts = {name: table.rows[f"{name}_n"] for name in table.metrics}
-    said = [_intervals(study, table), phases_said(study), few_skewed(study, counts)]
-    return "\n".join(filter(None, [*said, _missing(study)]))
+    said = [
+        _intervals(study, table),
+        phases_said(study),
+        few_skewed(study, counts),
+        constant(table.rows, table.metrics),
+        _undeclared(study, table),
+        _missing(study),
+    ]
+    return "\n".join(filter(None, said))
+
+
+def _undeclared(study: StoredStudy, table: PointMeans) -> str:
+    """Which metrics declare no distribution, in words; "" for none."""
+    names = undeclared(study, table.metrics)
+    if not names:
+        return ""
+    declares = "declares" if len(names) == 1 else "declare"
+    return (
+        f"{' and '.join(names)} {declares} no distribution and"
+        f" {'is' if len(names) == 1 else 'are'} taken as normal"
+    )
 
 
 def _missing(study: StoredStudy) -> str:

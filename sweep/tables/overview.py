@@ -9,6 +9,7 @@ import pandas as pd
 
 from sweep.analysis.mean_bounds import FEW, in_full
 from sweep.errors import UserError
+from sweep.spec.recorded import Column
 from sweep.spec.study_folder import launched_studies
 from sweep.store.finding import check_folder
 from sweep.tables.stored_study import StoredStudy
@@ -52,6 +53,34 @@ def few_skewed(study: StoredStudy, counts: Mapping[str, Iterable[int]]) -> str:
         f"{' and '.join(few)}: 2 to {FEW} skewed values cannot show a long tail, so"
         " their intervals may cover the mean with less than 95 %"
     )
+
+
+def constant(rows: pd.DataFrame, metrics: Iterable[str]) -> str:
+    """A sentence about the metrics without an interval in some `rows`, as of
+    `by_point`, which have several values; "" where there are none.
+    """
+    unknown = {
+        name: int(((rows[f"{name}_n"] > 1) & rows[f"{name}_low"].isna()).sum())
+        for name in metrics
+    }
+    without = [f"{name} in {so_many(n, 'row')}" for name, n in unknown.items() if n]
+    if not without:
+        return ""
+    return (
+        f"no interval of {', '.join(without)}: all values are equal, or all but one,"
+        " and do not show how much they vary; `low` and `high` of a metric would"
+    )
+
+
+def undeclared(study: StoredStudy, columns: Iterable[str]) -> list[str]:
+    """The columns of metrics that declare no distribution, as own ones may."""
+    known = study.known.metrics
+    named = {column: Column.read(column).metric for column in columns}
+    return [
+        column
+        for column, name in named.items()
+        if name in known and known[name].distribution is None
+    ]
 
 
 def _study(name: str, results: Path) -> dict[str, object]:

@@ -283,9 +283,7 @@ def _of_differences(
         column = str(Column(name, half))
         contrasts = list(contrasts_of(one, other, column, places))
         now = _now(one, column).loc[pairs.points[:, 0].tolist()].reset_index(drop=True)
-        values = np.array(
-            [min(len(each.first), len(each.second)) for each in contrasts]
-        )
+        values = np.array([min(len(each.a), len(each.b)) for each in contrasts])
         needed = _noticed(
             contrasts, size.allowed(now["mean"].to_numpy()), confidence, chance
         )

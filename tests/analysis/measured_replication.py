@@ -214,8 +214,8 @@ def _kept(needed: Floats, reached: Sequence[bool]) -> Kept:
 def _contrast(kind: Apart, n: int, rng: Generator) -> Contrast:
     first, second = kind.draw(rng, n)
     if not kind.paired:
-        return independent_contrast(first, second, 0, kind.distribution)
-    return paired_contrast(pd.Series(first), pd.Series(second), 0, kind.distribution)
+        return independent_contrast(second, first, 0, kind.distribution)
+    return paired_contrast(pd.Series(second), pd.Series(first), 0, kind.distribution)
 
 
 def rows() -> Iterator[str]:

@@ -73,10 +73,10 @@ def test_the_interval_of_a_difference_is_welchs() -> None:
     rng = np.random.default_rng(3)
     one, other = rng.normal(5, 1, 9), rng.normal(3, 4, 23)
     expected = ttest_ind(one, other, equal_var=False).confidence_interval(0.99)
-    assert mean_estimate(one, other).interval(0.99) == pytest.approx(
+    assert mean_estimate(other, one).interval(0.99) == pytest.approx(
         (expected.low, expected.high)
     )
-    assert mean_estimate(one, other).value == pytest.approx(one.mean() - other.mean())
+    assert mean_estimate(other, one).value == pytest.approx(one.mean() - other.mean())
 
 
 def test_one_sample_has_the_interval_of_a_mean() -> None:

@@ -1,7 +1,7 @@
 """Contrasts of small tables by hand, and of normal values whose truth is known."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 import pandas as pd
@@ -12,16 +12,22 @@ from scipy.stats import chi2, norm, t, ttest_rel
 from sweep.analysis import (
     Contrast,
     Distribution,
+    Together,
     adjusted,
+    cliffs_delta,
     contrast,
     contrasts,
     equivalence,
+    hedges_g,
     holm,
+    independent_contrast,
     jointly,
     max_t,
     mean_estimate,
     paired_contrast,
+    paired_estimate,
     simultaneous_confidence,
+    superiority,
 )
 
 COMMON, APART = (
@@ -65,9 +71,49 @@ class Tables:
         return rows.sort_values("replicate")["speed"].to_numpy()
 
 
+LOW, HIGH = {"weight": 0.5, "n": 10}, {"weight": 2.0, "n": 10}
+
+
+def test_every_difference_is_b_minus_a() -> None:
+    """As of `sweep compare A B`. Sides of a contrast are named, so that no call of
+    before, when it was a minus b, changes its sign unseen.
+    """
+    a, b = np.array([1.0, 2.0, 4.0]), np.array([5.0, 7.0, 9.0])
+    columns = pd.Series(a), pd.Series(b)
+    table = pd.DataFrame(
+        {
+            "trial_id": [*"pqrstu"],
+            "point": [*"aaabbb"],
+            "w": [0, 0, 0, 1, 1, 1],
+            "seed": 1,
+            "replicate": [0, 1, 2] * 2,
+            "status": "done",
+            "streams": "start=common",
+            "x": [*a, *b],
+        }
+    )
+    change = contrast(table, "x", a={"w": 0}, b={"w": 1})
+    assert (change.a.tolist(), change.b.tolist()) == (a.tolist(), b.tolist())
+    found = (
+        change.value,
+        contrasts(table, "x", "w", 0)["difference"][0],
+        mean_estimate(a, b).value,
+        paired_estimate(a, b).value,
+        paired_estimate(a, b, "count").value,
+        paired_contrast(*columns).value,
+        independent_contrast(a, b).value,
+    )
+    assert found == pytest.approx([14.0 / 3.0] * len(found))
+    assert (superiority(a, b).value, cliffs_delta(a, b).value) == (1.0, 1.0)
+    assert hedges_g(a, b).value > 0.0
+    assert hedges_g(a, b, paired=True).value > 0.0
+    with pytest.raises(TypeError):
+        contrast(table, "x", {"w": 0}, {"w": 1})  # type: ignore[misc]
+
+
 def test_trials_are_paired_by_replicate_whatever_the_order_of_rows() -> None:
     study = Tables()
-    found = contrast(study, "speed", {"weight": 2.0, "n": 10}, {"weight": 0.5, "n": 10})
+    found = contrast(study, "speed", a=LOW, b=HIGH)
     one, other = study.values(2.0, 10), study.values(0.5, 10)
     expected = ttest_rel(one, other)
     assert found.paired
@@ -78,16 +124,14 @@ def test_trials_are_paired_by_replicate_whatever_the_order_of_rows() -> None:
     assert found.variance_reduction == pytest.approx(
         (one.var() + other.var()) / (one - other).var()
     )
-    table = contrast(
-        study.trials, "speed", {"weight": 2.0, "n": 10}, {"weight": 0.5, "n": 10}
-    )
+    table = contrast(study.trials, "speed", a=LOW, b=HIGH)
     assert table.interval() == found.interval()
 
 
 def test_trials_that_start_apart_are_not_paired() -> None:
     study = Tables(APART)
-    found = contrast(study, "speed", {"weight": 2.0, "n": 10}, {"weight": 0.5, "n": 10})
-    expected = mean_estimate(study.values(2.0, 10), study.values(0.5, 10))
+    found = contrast(study, "speed", a=LOW, b=HIGH)
+    expected = mean_estimate(study.values(0.5, 10), study.values(2.0, 10))
     assert not found.paired
     assert found.interval() == pytest.approx(expected.interval())
     assert np.isnan([found.correlation, found.variance_reduction]).all()
@@ -97,10 +141,10 @@ def test_a_trial_without_a_result_takes_its_partner_along_and_is_counted() -> No
     study = Tables()
     lost = study.trials.query("weight == 2.0 and n == 10 and replicate == 7").index
     study.trials.loc[lost, "status"] = "diverged"
-    found = contrast(study, "speed", {"weight": 2.0, "n": 10}, {"weight": 0.5, "n": 10})
+    found = contrast(study, "speed", a=LOW, b=HIGH)
     differences = study.values(2.0, 10) - study.values(0.5, 10)
     assert found.value == pytest.approx(np.delete(differences, 7).mean())
-    assert (len(found.first), found.left_out, found.paired) == (11, 1, True)
+    assert (len(found.a), found.left_out, found.paired) == (11, 1, True)
 
 
 def test_several_points_need_a_unit() -> None:
@@ -108,7 +152,7 @@ def test_several_points_need_a_unit() -> None:
     with pytest.raises(
         ValueError, match='2 points are left on one side: "unit" must say'
     ):
-        contrast(study, "speed", {"weight": 2.0}, {"weight": 0.5})
+        contrast(study, "speed", a={"weight": 0.5}, b={"weight": 2.0})
     differences = np.array(
         [study.values(2.0, n) - study.values(0.5, n) for n in (10, 20)]
     )
@@ -116,10 +160,13 @@ def test_several_points_need_a_unit() -> None:
         ("trial", differences.ravel()),
         ("replicate", differences.mean(axis=0)),
     ):
-        found = contrast(study, "speed", {"weight": 2.0}, {"weight": 0.5}, unit)  # type: ignore[arg-type]
+        sides: dict[str, Any] = {"a": {"weight": 0.5}, "b": {"weight": 2.0}}
+        found = contrast(study, "speed", **sides, unit=unit)
         assert found.interval() == pytest.approx(mean_estimate(values).interval())
     with pytest.raises(ValueError, match="settings that are not named"):
-        contrast(study.trials, "speed", {"weight": 2.0}, {"weight": 0.5}, "trial")
+        contrast(
+            study.trials, "speed", a={"weight": 0.5}, b={"weight": 2.0}, unit="trial"
+        )
 
 
 @pytest.mark.parametrize(
@@ -147,7 +194,7 @@ def test_what_is_wrong_with_a_contrast_is_said(
     metric: str, first: Any, second: Any, message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        contrast(Tables(), metric, first, second)
+        contrast(Tables(), metric, a=first, b=second)
 
 
 def test_all_values_against_a_reference() -> None:
@@ -155,13 +202,15 @@ def test_all_values_against_a_reference() -> None:
     table = contrasts(study, "speed", "weight", 0.5, {"n": 20})
     assert sorted(table["weight"]) == [1.0, 2.0]
     row = table[table["weight"] == 2.0].iloc[0]
-    one = contrast(study, "speed", {"weight": 2.0, "n": 20}, {"weight": 0.5, "n": 20})
+    one = contrast(
+        study, "speed", a={"weight": 0.5, "n": 20}, b={"weight": 2.0, "n": 20}
+    )
     assert (row["low"], row["high"]) == pytest.approx(
         one.interval(simultaneous_confidence(2))
     )
     assert (row["difference"], row["n"], row["left_out"]) == (one.value, 12, 0)
     others = [
-        contrast(study, "speed", {"weight": w, "n": 20}, {"weight": 0.5, "n": 20})
+        contrast(study, "speed", a={"weight": 0.5, "n": 20}, b={"weight": w, "n": 20})
         for w in table["weight"]
     ]
     assert list(table["p"]) == pytest.approx(
@@ -179,7 +228,7 @@ def test_contrasts_looked_at_together(together: Any, p: float) -> None:
     """
     rng = np.random.default_rng(8)
     sides = [
-        paired_contrast(pd.Series(rng.normal(mean, 1.0, 15)), pd.Series(np.zeros(15)))
+        paired_contrast(pd.Series(np.zeros(15)), pd.Series(rng.normal(mean, 1.0, 15)))
         for mean in (0.5, 3.0)
     ]
     family = jointly(
@@ -252,9 +301,24 @@ def test_the_variance_reduction_of_normal_pairs_is_known(correlation: float) -> 
     assert abs(found.variance_reduction - 1 / (1 - correlation)) < 4 * error
 
 
-def test_equal_differences_have_an_infinite_reduction_and_no_width() -> None:
+def test_equal_differences_have_an_infinite_reduction_and_no_interval() -> None:
     found = paired_contrast(pd.Series([1.0, 2.0, 4.0]), pd.Series([0.0, 1.0, 3.0]))
-    assert (found.variance_reduction, found.interval()) == (np.inf, (1.0, 1.0))
+    assert found.variance_reduction == np.inf
+    assert np.isnan([*found.interval(), found.estimate.p_value()]).all()
+
+
+@pytest.mark.parametrize("together", get_args(Together))
+def test_a_contrast_of_equal_differences_is_no_test(together: Together) -> None:
+    """Beside one that is: the adjustment counts that alone."""
+    rng = np.random.default_rng(6)
+    one, other = rng.normal(size=(2, 12))
+    sides = [
+        paired_contrast(pd.Series(other), pd.Series(first))
+        for first in (one, other + 1.0, np.append(other[:-1], 7.0))
+    ]
+    found = jointly(sides, together=together)
+    for bounds in (found.low, found.high, found.p):
+        assert np.isnan(bounds).tolist() == [False, True, True]
 
 
 def test_one_pair_has_no_interval_and_pairs_must_be_told_apart() -> None:
@@ -310,7 +374,7 @@ def test_equivalence_is_where_the_90_percent_interval_lies_within_the_margins() 
     assert found.equivalent
     assert not equivalence(estimate, -0.3, found.high - 1e-9).equivalent
     assert equivalence(estimate, -0.3, found.high).p == pytest.approx(0.05)
-    assert equivalence(mean_estimate(np.zeros(3)), -1.0, 1.0) == (0.0, 0.0, 0.0, True)
+    assert not equivalence(mean_estimate(np.zeros(3)), -1.0, 1.0).equivalent
     assert not equivalence(mean_estimate(np.ones(3)), -1.0, 1.0).equivalent
     assert not equivalence(mean_estimate(np.zeros(1)), -1.0, 1.0).equivalent
     with pytest.raises(ValueError, match="margins: 1 to -1"):
@@ -321,8 +385,8 @@ def test_pairs_are_those_that_both_columns_have() -> None:
     first = pd.Series([3.0, 1.0, np.nan, 2.0], index=[30, 10, 40, 20])
     second = pd.Series([0.5, 0.25, 4.0, 5.0], index=[20, 30, 40, 50])
     found = paired_contrast(first, second)
-    assert (found.first.tolist(), found.second.tolist()) == ([2.0, 3.0], [0.5, 0.25])
+    assert (found.a.tolist(), found.b.tolist()) == ([2.0, 3.0], [0.5, 0.25])
     assert found.pairs is not None
     assert found.pairs.tolist() == [20, 30]
     nothing = paired_contrast(first, pd.Series([], dtype=np.float64))
-    assert (len(nothing.first), nothing.paired) == (0, True)
+    assert (len(nothing.a), nothing.paired) == (0, True)

@@ -21,7 +21,7 @@ def test_g_is_unbiased_and_its_interval_covers_the_effect(
     for _ in range(1500):
         shared, alone = rng.normal(size=(2, 20))
         other = correlation * shared + np.sqrt(1 - correlation**2) * alone
-        found.append(hedges_g(shared + effect, other, paired=correlation > 0))
+        found.append(hedges_g(other, shared + effect, paired=correlation > 0))
     values = np.array([one.value for one in found])
     assert abs(values.mean() - effect) < 4 * values.std() / np.sqrt(1500)
     covered = np.mean([one.low <= effect <= one.high for one in found])
@@ -29,11 +29,11 @@ def test_g_is_unbiased_and_its_interval_covers_the_effect(
 
 
 def test_g_by_hand() -> None:
-    """Means 2 and 5, both variances 1, four degrees of freedom: -3 gamma(2)/(sqrt(2)
-    gamma(1.5)) = -3 x 0.797885.
+    """Means 2 and 5, both variances 1, four degrees of freedom: 3 gamma(2)/(sqrt(2)
+    gamma(1.5)) = 3 x 0.797885.
     """
     assert hedges_g([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]).value == pytest.approx(
-        -3 * 0.7978846
+        3 * 0.7978846
     )
 
 
@@ -55,7 +55,7 @@ def test_superiority_covers_that_of_normal_values(shift: float, n: int, m: int) 
     """
     rng, truth = np.random.default_rng(3), norm.cdf(shift / np.sqrt(2))
     found = [
-        superiority(rng.normal(shift, 1, n), rng.normal(0, 1, m)) for _ in range(800)
+        superiority(rng.normal(0, 1, m), rng.normal(shift, 1, n)) for _ in range(800)
     ]
     covered = np.mean([one.low <= truth <= one.high for one in found])
     chance = 4 * np.sqrt(0.95 * 0.05 / 800)
@@ -65,14 +65,14 @@ def test_superiority_covers_that_of_normal_values(shift: float, n: int, m: int) 
 
 def test_superiority_by_hand_with_equal_values() -> None:
     """Of 2 x 2 pairs one is larger, one is equal and two are smaller."""
-    assert superiority([1.0, 3.0], [2.0, 3.0]).value == pytest.approx(1.5 / 4)
-    assert cliffs_delta([1.0, 3.0], [2.0, 3.0]).value == pytest.approx(-0.25)
+    assert superiority([2.0, 3.0], [1.0, 3.0]).value == pytest.approx(1.5 / 4)
+    assert cliffs_delta([2.0, 3.0], [1.0, 3.0]).value == pytest.approx(-0.25)
 
 
 def test_where_all_are_larger_the_interval_has_a_width_and_sides_may_swap() -> None:
     found, swapped = (
-        cliffs_delta(np.arange(5.0) + 10, np.arange(6.0)),
         cliffs_delta(np.arange(6.0), np.arange(5.0) + 10),
+        cliffs_delta(np.arange(5.0) + 10, np.arange(6.0)),
     )
     assert (found.value, found.high) == (1.0, 1.0)
     assert 0.0 < found.low < 0.7

@@ -10,11 +10,18 @@ LINE = np.array([0.0, 1.0, 3.0])
 
 
 def test_the_area_is_that_of_trapezia() -> None:
-    """Over 0 to 1 the mean height is (0 + 2) / 2, over 1 to 3 it is (2 + 1) / 2."""
+    """Over 0 to 1 the mean height is (0 + 2) / 2, over 1 to 3 it is (2 + 1) / 2. Chains
+    that are equal would not say how much others vary.
+    """
     down = np.array([[0.0, 2.0, 1.0]] * 2)
-    found = loop(LINE, np.zeros((2, 3)), down)
-    assert found.area == (4.0, 4.0, 4.0, 2)
-    assert found.difference.tolist() == [0.0, 2.0, 1.0]
+    apart = 1e-6 * np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]])
+    found = loop(LINE, np.zeros((2, 3)), down + apart)
+    assert found.area[:3] == pytest.approx((4.0, 4.0, 4.0), abs=1e-4)
+    equal = loop(LINE, np.zeros((2, 3)), down)
+    assert (equal.area.value, equal.area.n) == (4.0, 2)
+    assert np.isnan(equal.area.low)
+    assert not equal.apart.any()
+    assert found.difference == pytest.approx([0.0, 2.0, 1.0])
     assert (found.apart.tolist(), found.width) == ([False, True, True], 2.0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.typing import ArrayLike
-from scipy.stats import norm, poisson
+from scipy.stats import beta, binom, norm, poisson
 
 import kernels.metrics
 from sweep.analysis import (
@@ -22,21 +22,28 @@ from sweep.analysis import (
     paired_estimate,
 )
 from sweep.analysis.estimate import LEAST_P, MeanEstimate, Sample
-from sweep.analysis.mean_bounds import BOUNDS
+from sweep.analysis.mean_bounds import BOUNDS, Declaration
 from sweep.analysis.sequential import Until, Width, look
 from tests.analysis.measured_coverage import (
+    AGAINST,
     COMPARED,
+    FEW_DISTINCT,
+    FEW_SIZES,
     FIRST_LOOKS,
     FIXED,
     HALF_WIDTHS,
     PAIRS,
+    PAIRS_OF_SIZES,
     POINTS,
     SAMPLES,
     SIZES,
     STOPPED,
+    Found,
     covered,
     covered_at_stopping,
     false_alarms,
+    found_at_stopping,
+    found_of_few,
 )
 
 DECISIONS = Path(__file__).parents[2] / "docs/decisions"
@@ -124,24 +131,72 @@ def test_equal_counts_and_shares_have_a_width(
 
 
 @pytest.mark.parametrize("distribution", ["normal", "skewed"])
-def test_values_that_are_equal_but_for_rounding_have_none(
-    distribution: Distribution,
+@pytest.mark.parametrize(
+    "values",
+    [[0.1, 0.1], [0.1] * 3, [0.1 + 0.2, 0.3, 0.3], [0.1, 0.3, 0.3], [0.3] * 39 + [7.0]],
+)
+def test_constant_samples_have_no_interval_without_a_range(
+    values: list[float], distribution: Distribution
 ) -> None:
-    values = np.array([0.1 + 0.2, 0.3, 0.3])
-    assert values.min() < values.max()
+    """All values are equal, but for rounding, or all but one."""
     trials = pd.DataFrame({"point": "a", "status": "done", "x": values})
     row = by_point(trials, [], ["x"], distributions={"x": distribution}).iloc[0]
-    estimate = mean_estimate(values, distribution=distribution)
-    for low, high in (row[["x_low", "x_high"]], estimate.interval()):
-        assert low == high == pytest.approx(0.3)
-    little = np.array([0.3, 0.3, 0.3 + 1e-9])
-    assert np.ptp(mean_estimate(little, distribution=distribution).interval()) > 1e-10
+    assert np.isnan([row["x_low"], row["x_high"]]).all()
+    for kind in (None, "t", "bootstrap", "bootstrap_t"):
+        found = mean_interval(values, 0.95, kind, distribution)
+        assert np.isnan([found.low, found.high]).all()
+    estimate = mean_estimate(np.array(values), distribution=distribution)
+    assert not estimate.testable
+    assert math.isnan(estimate.p_value())
+    assert mean_estimate(np.array([0.3, 0.3, 0.31, 0.32])).testable
 
 
 @pytest.mark.parametrize("distribution", ["normal", "skewed"])
-def test_equal_values_of_others_have_none(distribution: Distribution) -> None:
-    """Three times 0.1 has a mean that is off by a rounding error."""
-    assert bounds(np.full(3, 0.1), distribution) == (0.1, 0.1)
+@pytest.mark.parametrize("apart", [[], [2.0]])
+def test_the_range_bounds_the_mean_of_a_constant_sample(
+    distribution: Distribution, apart: list[float]
+) -> None:
+    """As many values may differ as Clopper's and Pearson's bound allows, and all of
+    them may lie at one end of the range, from 0 to 10.
+    """
+    values = np.array([4.0] * (12 - len(apart)) + apart)
+    ranged = Declaration.of(distribution, 0.0, 10.0)
+    share = float(beta.isf(0.025, len(apart) + 1, 12 - len(apart)))
+    assert binom.cdf(len(apart), 12, share) == pytest.approx(0.025)
+    expected = (4.0 - share * 4.0, 4.0 + share * 6.0)
+    trials = pd.DataFrame({"point": "a", "status": "done", "x": values})
+    row = by_point(trials, [], ["x"], distributions={"x": ranged}).iloc[0]
+    assert (row["x_low"], row["x_high"]) == pytest.approx(expected)
+    for kind in (None, "t", "bootstrap", "bootstrap_t"):
+        found = mean_interval(values, 0.95, kind, ranged)
+        assert (found.low, found.high) == pytest.approx(expected)
+    open_ = Declaration.of(distribution, 0.0, math.inf)
+    assert math.isnan(mean_interval(values, distribution=open_).low)
+
+
+def test_mostly_equal_values_are_not_normal() -> None:
+    """Nine of twelve: they have the wide interval of skewed ones, whatever is said."""
+    values = np.array([0.0] * 9 + [1.0, 2.0, 4.0])
+    assert bounds(values, "normal") == bounds(values, "skewed")
+    assert bounds(values[3:], "normal") == bounds(values[3:], "skewed")
+    fewer = values[6:]
+    assert bounds(fewer, "normal") != bounds(fewer, "skewed")
+    against = mean_estimate(np.linspace(0.0, 1.0, 9), values)
+    assert against.interval()[1] > 2.0
+
+
+def test_a_constant_side_shows_no_difference() -> None:
+    """Equal values against others of another mean: nobody knows how they vary."""
+    other = np.random.default_rng(5).normal(1.0, 0.1, 10)
+    for one in (np.zeros(3), np.zeros(40), np.array([0.0] * 9 + [0.1])):
+        found = mean_estimate(other, one)
+        assert not found.testable
+        assert math.isnan(found.p_value())
+    ranged = mean_estimate(
+        other, np.zeros(40), distribution=Declaration.of("normal", 0.0, 2.0)
+    )
+    assert ranged.interval()[1] < 0.0
+    assert ranged.p_value() < 0.05
 
 
 @pytest.mark.parametrize("distribution", get_args(Distribution))
@@ -179,12 +234,12 @@ def test_a_p_is_where_the_interval_loses_the_zero(
     distribution: Distribution, *, paired: bool
 ) -> None:
     rng = np.random.default_rng(3)
-    first, second = rng.binomial(1, 0.8, 15) * 1.0, rng.binomial(1, 0.3, 15) * 1.0
+    first, second = rng.binomial(1, 0.7, 15) * 1.0, rng.binomial(1, 0.3, 15) * 1.0
     make = paired_estimate if paired else mean_estimate
     estimate = (
-        make(first, second, distribution)
+        make(second, first, distribution)
         if paired
-        else mean_estimate(first, second, distribution=distribution)
+        else mean_estimate(second, first, distribution=distribution)
     )
     p = estimate.p_value()
     assert 0.0 < p < 1.0
@@ -217,7 +272,26 @@ def test_a_rare_count_does_not_stop_because_nothing_was_seen() -> None:
     found = look(rule, 0.99, trials, values, {"escapes": "count"})
     assert found.seen["escapes"].half_width[0] > 0.2
     assert found.further[0] > 10
-    assert look(rule, 0.99, trials, values).further[0] == 10
+
+
+def test_constant_samples_stop_no_rule() -> None:
+    """Neither equal values nor one that differs say how much they vary; their range
+    does, where it has both ends.
+    """
+    rule = Until({"x": Width(0.05)}, 0.95, 10, 400)
+    for last in (0.0, 0.001):
+        trials, values = np.array([10]), {"x": np.array([0.0] * 9 + [last])}
+        for open_ in ("normal", "skewed", Declaration.of("skewed", 0.0, math.inf)):
+            found = look(rule, 0.99, trials, values, {"x": open_})
+            assert math.isnan(found.seen["x"].half_width[0])
+            assert found.further[0] == 13
+    ranged = {"x": Declaration.of("normal", 0.0, 1.0)}
+    found = look(rule, 0.99, np.array([10]), {"x": np.zeros(10)}, ranged)
+    assert found.further[0] == 13
+    found = look(rule, 0.99, np.array([80]), {"x": np.zeros(80)}, ranged)
+    assert found.further[0] == 80
+    last_look = look(rule, 0.99, np.array([400]), {"x": np.zeros(400)})
+    assert last_look.further[0] == 400
 
 
 QUICK = 1_500
@@ -264,6 +338,71 @@ LESS = {
     ("clustered 1, shape 0.5", 10),
     ("clustered 5, shape 0.3", 3),
 }
+
+
+def few_documented() -> dict[str, list[Found]]:
+    """What is written of the kinds of FEW_DISTINCT, by the number of values."""
+    rows = {}
+    for line in (DECISIONS / FEW_VALUES).read_text("utf-8").splitlines():
+        name, *cells = [cell.strip() for cell in line.strip("| ").split("|")]
+        if name in FEW_DISTINCT and re.fullmatch(r"\S+ \(\d+\)", cells[-1]):
+            found = [cell.rstrip(")").split(" (") for cell in cells[1:]]
+            rows[name] = [
+                Found(float(known), math.nan if covered == "-" else float(covered))
+                for covered, known in found
+            ]
+    assert rows.keys() == FEW_DISTINCT.keys()
+    return rows
+
+
+def test_few_distinct_values_cover_as_documented() -> None:
+    for name, values in FEW_DISTINCT.items():
+        for n, written in zip(FEW_SIZES[:3], few_documented()[name], strict=False):
+            found = found_of_few(values, n, QUICK)
+            assert agrees(found.known, QUICK, written.known, SAMPLES), (name, n, found)
+            known = round(QUICK * found.known / 100.0)
+            if known > QUICK / 20:
+                behind = round(SAMPLES * written.known / 100.0)
+                assert agrees(found.covered, known, written.covered, behind), (name, n)
+
+
+def test_only_what_a_sample_does_not_show_is_covered_less() -> None:
+    """93 % or more of the intervals that there are, but for what is said: the
+    document, `mean_bounds` and the page on intervals name these.
+    """
+    less = {
+        name
+        for name, cells in few_documented().items()
+        if any(cell.covered < 93.0 for cell in cells)
+    }
+    assert less == {
+        "two regimes, noise 0.01",
+        "changes, zeros 0.95",
+        "negative binomial, mean 5, variance 88",
+        "beta 0.9, size 1, normal",
+        "beta 0.9, size 1, share",
+        *(name for name in FEW_DISTINCT if name.startswith("lognormal")),
+    }
+
+
+def test_zeros_stop_no_point_that_shows_nothing_else() -> None:
+    """Of 95 % zeros with a first look at 3 most points had half width 0 there."""
+    found, early = found_at_stopping(FEW_DISTINCT["zeros 0.95"], 3, 1.0, 60)
+    assert found.known == 100.0
+    assert agrees(found.covered, 60, 99.8, POINTS)
+    assert early == 100.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", AGAINST)
+def test_few_distinct_values_differ_by_chance_as_documented(name: str) -> None:
+    for (n, others), written in zip(
+        PAIRS_OF_SIZES,
+        documented(FEW_VALUES, dict.fromkeys(AGAINST))[name],
+        strict=True,
+    ):
+        measured = false_alarms(AGAINST[name], n, PAIRS, paired=False, others=others)
+        assert agrees(measured, PAIRS, written, PAIRS), (n, others, measured, written)
 
 
 @pytest.mark.slow

@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sweep.analysis.mean_bounds import Declaration
 from sweep.analysis.refinement import (
     ABOVE,
+    UNKNOWN,
     Cell,
     Place,
     RefinedAxis,
@@ -29,9 +31,14 @@ from tests.refined import Draw, line, refined, rule, settings
 RINGS = {"x": line([-1, -0.5, 0, 0.5, 1], 0.02), "y": line([-1, -0.5, 0, 0.5, 1], 0.02)}
 
 
+def nearly(value: float, number: int) -> list[float]:
+    """So many values that are almost equal: equal ones would tell nothing."""
+    return [value + 1e-9 * trial for trial in range(number)]
+
+
 def exactly(function: Callable[..., float]) -> Draw:
-    """Trials without noise."""
-    return lambda at, number: [function(*at)] * number
+    """Trials with hardly any noise."""
+    return lambda at, number: nearly(function(*at), number)
 
 
 @pytest.mark.parametrize(
@@ -150,7 +157,7 @@ def test_groups_are_refined_apart() -> None:
     assert [cell.low[0] for cell in first_cells(asked, 2)] == [0, 1]
 
     def draw(at: tuple[float, ...], number: int) -> list[float]:
-        return [float(at[0] > 0.3)] * number
+        return nearly(float(at[0] > 0.3), number)
 
     trials, seen = refined(asked, draw, groups=2)
     found = [*crossings(asked, [*trials], seen)]
@@ -161,7 +168,7 @@ def test_groups_are_refined_apart() -> None:
 def test_a_point_that_cannot_be_leaves_its_cell_whole() -> None:
     asked = rule({"x": line([0, 1], 0.1)}, until=0.1)
     trials = {(0, 0): 3, (0, asked.scales["x"].last): 3}
-    seen = look(asked, np.array([3, 3]), [0.0] * 3 + [1.0] * 3, "normal")
+    seen = look(asked, np.array([3, 3]), nearly(0.0, 3) + nearly(1.0, 3), "normal")
     assert next_trials(asked, 1, trials, seen, lambda _: []) == {}
     assert len(next_trials(asked, 1, trials, seen, lambda places: places)) == 1
 
@@ -191,13 +198,24 @@ def test_points_without_values_stop_nothing() -> None:
     asked = rule({"x": line([0, 0.5, 1], 0.1)}, until=0.1)
 
     def draw(at: tuple[float, ...], number: int) -> list[float]:
-        return [math.nan if at[0] == 0 else float(at[0] > 0.7)] * number
+        return nearly(math.nan if at[0] == 0 else float(at[0] > 0.7), number)
 
     trials, seen = refined(asked, draw)
     assert trials[0, 0] == asked.least
     assert seen.values[0] == 0
     (one,) = crossings(asked, [*trials], seen)
     assert asked.scales["x"].at(one.high) - asked.scales["x"].at(one.low) <= 0.1
+
+
+def test_equal_values_are_on_no_side_of_a_level_unless_they_have_a_range() -> None:
+    """Nobody knows what else there may be: so such points get all of their trials."""
+    asked, counts, values = rule(RINGS, at=0.3), np.array([10, 10]), np.ones(20)
+    free = look(asked, counts, values, "normal")
+    assert free.side.tolist() == [UNKNOWN, UNKNOWN]
+    assert (free.further > counts).all()
+    within = look(asked, counts, values, Declaration.of("normal", 0.0, 1.0))
+    assert within.side.tolist() == [ABOVE, ABOVE]
+    assert (within.further == counts).all()
 
 
 def test_noise_brings_trials_to_the_boundary() -> None:

@@ -91,13 +91,18 @@ def test_max_t_is_narrower_than_bonferroni_where_contrasts_go_together() -> None
     assert found.high[0] - found.low[0] < 0.9 * (alone.high - alone.low)
 
 
-def test_max_t_finds_a_real_effect_and_a_column_without_variance_has_no_width() -> None:
-    values = correlated(np.random.default_rng(4), 20, 3, 0.3)
+def test_max_t_finds_a_real_effect_and_equal_differences_take_no_part() -> None:
+    values = correlated(np.random.default_rng(4), 20, 4, 0.3)
     values[:, 0] += 3.0
     values[:, 2] = 0.1
-    found = max_t(values)
+    values[1:, 3] = 0.1
+    found, alone = max_t(values), max_t(values[:, :2])
     assert found.p[0] < 0.01 < 0.05 < found.p[1]
-    assert found.low[2] == pytest.approx(found.high[2]) == pytest.approx(0.1)
+    assert found.value[2] == pytest.approx(0.1)
+    for whole, part in zip(found[1:], alone[1:], strict=True):
+        assert whole[:2].tolist() == part.tolist()
+        assert np.isnan(whole[2:]).all()
+    assert np.isnan(max_t(values[:, 2:]).p).all()
 
 
 @pytest.mark.parametrize(

@@ -107,11 +107,11 @@ def unpaired(values: "pd.Series[float]") -> Units:
 
 def test_a_difference_lies_where_differences_do() -> None:
     one, other = NEAR_ONE, np.array([0.01, 0.4, 0.3])
-    pairs = pd.Series(one), pd.Series(other)
+    pairs = pd.Series(other), pd.Series(one)
     found = [
-        independent_contrast(one, other, distribution=POLARIZATION),
+        independent_contrast(other, one, distribution=POLARIZATION),
         paired_contrast(*pairs, distribution=POLARIZATION),
-        compare(*map(unpaired, pairs), distribution=POLARIZATION),
+        compare(unpaired(pairs[0]), unpaired(pairs[1]), POLARIZATION),
     ]
     for side in found:
         low, high = side.interval(0.999)
@@ -119,7 +119,7 @@ def test_a_difference_lies_where_differences_do() -> None:
         assert high == 1.0
     family = jointly(found, 0.9999)
     assert (family.low.min(), family.high.max()) == (-1.0, 1.0)
-    radii = paired_estimate(FAR, FAR[::-1], RADIUS)
+    radii = paired_estimate(FAR[::-1], FAR, RADIUS)
     assert radii.interval()[0] < 0.0
     assert radii.support == Support(-math.inf, math.inf)
 
@@ -128,9 +128,9 @@ def test_resampled_pairs_end_there_too() -> None:
     rng = np.random.default_rng(5)
     one = pd.Series(np.where(rng.random(10) < 0.1, 0.0, 1.0))
     other = pd.Series(np.where(rng.random(10) < 0.1, 1.0, 0.0))
-    side = paired_contrast(one, other, distribution=POLARIZATION)
+    side = paired_contrast(other, one, distribution=POLARIZATION)
     assert jointly([side], 0.9999, "max_t").high.tolist() == [1.0]
-    bare = paired_contrast(one, other, distribution="normal")
+    bare = paired_contrast(other, one, distribution="normal")
     assert jointly([bare], 0.9999, "max_t").high[0] > 1.0
 
 
@@ -176,7 +176,7 @@ def test_a_wrong_declaration_cuts_nothing() -> None:
     names = {"polarization": POLARIZATION}
     rows = by_point(table, [], ["polarization"], distributions=names).iloc[0]
     assert rows["polarization_high"] > 2.0
-    pair = pd.Series(outside), pd.Series(NEAR_ONE)
+    pair = pd.Series(NEAR_ONE), pd.Series(outside)
     assert paired_contrast(*pair, distribution=POLARIZATION).interval()[0] < -1.0
 
 

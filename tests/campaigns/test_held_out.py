@@ -59,7 +59,7 @@ def test_counts_that_were_never_seen_have_a_width() -> None:
     change = difference_interval(rare, nothing, nothing)
     assert change.low < -0.1
     assert change.high > 0.1
-    assert block_interval(LOSS, nothing).high == 0.0
+    assert np.isnan(block_interval(LOSS, nothing).high)
 
 
 def gains(phase: str, candidates: np.ndarray, values: np.ndarray) -> pd.DataFrame:
@@ -241,11 +241,9 @@ def test_paired_bootstrap_differences_are_narrow_where_luck_is_shared() -> None:
     assert paired.low < 1.0 < paired.high
     assert paired.high - paired.low < 0.05
     assert difference_interval(cvar, luck + 1.0, luck).value == pytest.approx(1.0)
-    assert difference_interval(cvar, np.ones((5, 1)), np.zeros((5, 1)))[:3] == (
-        1.0,
-        1.0,
-        1.0,
-    )
+    equal = difference_interval(cvar, np.ones((5, 1)), np.zeros((5, 1)))
+    assert equal.value == 1.0
+    assert np.isnan([equal.low, equal.high]).all()
 
 
 def test_before_held_out_trials_the_best_are_shown_and_nothing_is_known() -> None:

@@ -99,12 +99,16 @@ def test_a_run_has_the_frames_of_the_trial(study: StoredStudy, page: bytes) -> N
     ].tolist()
 
 
-def test_trials_at_the_ends_can_be_chosen_too(study: StoredStudy) -> None:
-    roles = ("worst", "lowest", "median", "highest")
-    runs = plan_of(study, trials=roles).data["runs"]
-    assert len(runs) == 9  # the lowest speed is the worst
+def test_trials_at_the_ends_can_be_chosen_too(folder: Path, study: StoredStudy) -> None:
+    covering = StoredStudy("covering", folder / "results")
+    worst = plan_of(
+        covering, metric="coverage", trials=("worst", "lowest", "highest")
+    ).data["runs"]
+    assert {run["roles"] for run in worst} == {("worst", "lowest"), ("highest",)}
+    runs = plan_of(study, trials=("lowest", "median", "highest")).data["runs"]
+    assert len(runs) == 9
     found = [run["roles"] for run in runs[:3]]
-    assert found == [("worst", "lowest"), ("median",), ("highest",)]
+    assert found == [("lowest",), ("median",), ("highest",)]
     values = [run["value"] for run in runs[:3]]
     assert values == sorted(values)
     trials = study.where(separation_weight=0.5).trials
@@ -162,6 +166,7 @@ def test_what_a_study_does_not_have_is_refused(
         (study, {"where": ("separation_weight=7",)}, "separation_weight = 7"),
         (study, {"trials": ("middle",)}, 'unknown choice of trials "middle"'),
         (deriving, {"metric": "loss", "trials": ("best",)}, "loss is derived"),
+        (study, {"trials": ("worst",)}, "speed does not say which of its values"),
         (launched(IMPOSSIBLE, tmp_path / "failed"), {}, "no trial is done"),
     ):
         with pytest.raises(ChoiceError, match=said):

@@ -24,13 +24,14 @@ def test_the_direction_of_a_metric(text: str, high: bool) -> None:
 def test_of_harm_less_is_better() -> None:
     assert not direction(study("covering"), "coverage_cv").high
     assert not direction(study("covering"), "collisions_mean").high
-    assert {about.better for about in METRICS.values()} == {"high", "low"}
+    assert {about.better for about in METRICS.values()} == {"high", "low", "neither"}
+    for name in ("flock_radius", "flock_count", "polarization"):
+        assert METRICS[name].better == "neither"
 
 
 def test_of_a_search_its_objectives_say_which_way_is_better() -> None:
-    """By itself more of a flock radius is better; the search makes it small."""
+    """By itself a flock radius has no direction; the search makes it small."""
     found = study("searched")
-    assert METRICS["flock_radius"].better == "high"
     assert not direction(found, "flock_radius").high
     assert not direction(found, "flock_radius_mean").high
     assert direction(found, "flock_radius+").high

@@ -131,7 +131,7 @@ WRONG = {
         "charge.py",
         '"a test")',
         '"a test", "+")',
-        'metric "charge" has better="+"; allowed: "high", "low"',
+        'metric "charge" has better="+"; allowed: "high", "low", "neither"',
     ),
     "a metric is distributed somehow": (
         "charge.py",

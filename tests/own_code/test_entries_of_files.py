@@ -6,11 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.errors import CodeError, SpecError
 from sweep.figures.own_kinds import with_files
 from sweep.own_code.reading import load_spec
+from sweep.tables.comparison import compare_sides
+from sweep.tables.comparison_sides import read_side
+from sweep.tables.means_text import caption, point_rows
+from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import Serial
 from tests.commands import sweep
 
 SPEC = """
@@ -127,6 +133,19 @@ def test_files_bring_a_metric_a_map_a_sampler_and_a_start(folder: Path) -> None:
     assert "sensitivity" in sweep(folder, "plot", "mine", "sensitivity").stdout
 
 
+def test_a_table_says_that_a_metric_declares_no_distribution(folder: Path) -> None:
+    launch(load_spec(folder / "spec.yaml"), folder / "results", Serial())
+    study = StoredStudy("mine", folder / "results")
+    table = point_means(study, ["speed", "eastward"])
+    assert "eastward declares no distribution and is taken as normal" in caption(
+        study, table
+    )
+    rows = point_rows(study, table)
+    assert rows["eastward_declared"].eq(False).all()
+    assert "speed_declared" not in rows
+    assert "declares no" not in caption(study, point_means(study, ["speed"]))
+
+
 def test_velocities_may_be_given_too(folder: Path) -> None:
     (folder / "flock.csv").write_text("vy, vx, y, x\n4,3,2,1\n8,7,6,5\n0,0,0,0\n")
     sweep(folder, "launch", "spec.yaml")
@@ -162,6 +181,50 @@ def test_each_replicate_may_have_a_flock_of_its_own(folder: Path) -> None:
     assert sweep(folder, "table", "mine").returncode == 0
     (folder / "flock.csv").write_text(flocks(3).replace("0,100,50.0", "0,100,51.0"))
     assert "6 new trials" in sweep(folder, "launch", "spec.yaml").stderr
+
+
+STARTED = """
+study: {name}
+model: nguyen2024
+preset: as_run
+fixed: {{n: 3, steps: 4, {more}}}
+sweep: {{separation_weight: [0.5, 1]}}
+replicates: 3
+seed: 5
+streams: {{start: common, world: independent}}
+record: {{metrics: [speed]}}
+"""
+SIDES = {
+    "random": "drag: 0",
+    "given": "start_draws: ./flock.csv",
+    "again": "start_draws: ./flock.csv, drag: 0",
+    "else": "start_draws: ./other.csv",
+}
+
+
+def test_a_table_of_flocks_has_nothing_in_common_with_random_starts(
+    tmp_path: Path,
+) -> None:
+    """Though replicates have the same numbers; those of one table start alike."""
+    (tmp_path / "flock.csv").write_text(flocks(3))
+    (tmp_path / "other.csv").write_text(flocks(3).replace("50.0", "51.0"))
+    for name, more in SIDES.items():
+        spec = tmp_path / f"{name}.yaml"
+        spec.write_text(STARTED.format(name=name, more=more))
+        launch(load_spec(spec), tmp_path / "results", Serial())
+
+    def paired(a: str, b: str) -> bool:
+        one, other = (read_side(side, tmp_path / "results") for side in (a, b))
+        found = compare_sides(one, other)
+        (pairs,) = {bool(each) for each in found.rows["paired"]}
+        assert found.streams == (("start",) if pairs else ())
+        return pairs
+
+    weights = [f"given:separation_weight={weight}" for weight in (0.5, 1)]
+    assert paired("given", "again")
+    assert paired(weights[0], weights[1])
+    for others in (("given", "random"), ("random", "given"), ("given", "else")):
+        assert not paired(*others)
 
 
 @pytest.mark.parametrize(

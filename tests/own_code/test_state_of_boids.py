@@ -89,7 +89,7 @@ def test_a_description_says_how_values_are_distributed() -> None:
     about = description(own)
     assert described(json.dumps(about)).metrics["order"].distribution == "count"
     del about["metrics"]["order"]["distribution"]
-    assert described(json.dumps(about)).metrics["order"].distribution == "normal"
+    assert described(json.dumps(about)).metrics["order"].distribution is None
     about["metrics"]["order"]["distribution"] = "rare"
     with pytest.raises(ValueError, match="distribution='rare'"):
         described(json.dumps(about))

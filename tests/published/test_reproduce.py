@@ -59,10 +59,10 @@ def done(outcome: Outcome) -> tuple[int, int, int]:
     return outcome.new, outcome.drawn, outcome.kept
 
 
-def test_a_second_run_runs_and_draws_nothing_and_a_wrong_preset_fails(
+def test_a_second_run_runs_and_draws_nothing_and_a_wrong_speed_fails(
     tmp_path: Path,
 ) -> None:
-    """as_run starts at a speed of 0.765, as_written at 3."""
+    """as_run starts at a mean speed of 0.765, and with start_speed 3 at 2.3."""
     experiments(tmp_path)
     first = reproduced(tmp_path)
     assert (done(first), first.whole) == ((16, 2, 0), True)
@@ -77,7 +77,7 @@ def test_a_second_run_runs_and_draws_nothing_and_a_wrong_preset_fails(
         (tmp_path / "results" / f"scorecard.{kind}").read_bytes()
         for kind in ("html", "md", "json")
     ]
-    experiments(tmp_path, spec=SPEC.replace("as_run", "as_written"))
+    experiments(tmp_path, spec=SPEC.replace("steps: 6}", "steps: 6, start_speed: 3}"))
     wrong = reproduced(tmp_path)
     assert (done(wrong), wrong.whole) == ((16, 2, 0), True)
     assert wrong.statements == {"tiny": {"refuted": 1, "not testable": 1}}

@@ -47,7 +47,8 @@ MUTANTS = """
     expect: {below: 1}
     looked: before
 mutants:
-  fast: {about: "boids start at speed 3", change: {all: {preset: as_written}}}
+  fast: {about: "boids start at speed 3", change: {all: {preset: as_written,
+    fixed.start_velocities: components}}}
   heavy: {about: "drag counts double", change: {small: {fixed.drag: 0.2}}}
 contradictions:"""
 NO_ROOM = "{small: {fixed.n_obstacles: 4000, fixed.obstacle_radius: 250,\

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sweep.analysis import Estimate, RankEstimate, mean_estimate
+from sweep.analysis import Declaration, Estimate, RankEstimate, mean_estimate
 from sweep.published.verdicts import (
     Above,
     Below,
@@ -162,21 +162,27 @@ def test_where_the_whole_interval_lies_decides(
 
 
 def test_rounding_and_margin_are_allowed_together() -> None:
-    ours = estimate(1.0, 1.0, 1.0)
+    ours = estimate(1.0 - 1e-9, 1.0, 1.0 + 1e-9)
     assert status(ours, Value(1.2)) == "refuted"
     assert status(ours, Value(1.2, rounding=0.1)) == "refuted"
     assert status(ours, Value(1.2, rounding=0.1, margin=0.05)) == "refuted"
-    assert status(ours, Value(1.2, rounding=0.1, margin=0.1)) == "confirmed"
+    assert status(ours, Value(1.2, rounding=0.1, margin=0.11)) == "confirmed"
 
 
-def test_equal_values_have_an_interval_without_width() -> None:
-    """And a mean of 0.1 is 0.1, whatever the order of adding."""
-    ours = estimate(*[0.1] * 7)
-    assert verdict(ours, Value(0.1), 3).interval == (0.1, 0.1)
-    assert status(ours, Value(0.1)) == "confirmed"
-    assert status(ours, Above(0.1)) == "refuted"
-    assert status(ours, Above(0.09)) == "confirmed"
-    assert status(mean_estimate(np.ones(3), np.ones(4)), Value(0.0)) == "confirmed"
+def test_equal_values_are_judged_by_their_range_alone() -> None:
+    """They do not say how much others vary: without a range there is no verdict."""
+    for ours in (estimate(*[0.1] * 7), estimate(*[0.1] * 6, 0.2)):
+        assert status(ours, Value(0.1)) == "not testable"
+        assert "equal" in verdict(ours, Above(0.09), 3).reason
+    apart = mean_estimate(np.ones(3), np.ones(4))
+    assert status(apart, Value(0.0)) == "not testable"
+    ranged = mean_estimate(np.ones(40), distribution=Declaration.of("normal", 0.0, 1.0))
+    assert status(ranged, Above(0.8)) == "confirmed"
+    assert status(ranged, Below(0.8)) == "refuted"
+    assert status(ranged, Above(0.99)) == "undecided"
+    needed = verdict(ranged, Above(0.99), 1).needed
+    assert needed is not None
+    assert 40 < needed < 1000
 
 
 @pytest.mark.parametrize("values", [[], [1.0], [1.0, math.nan]])

@@ -25,7 +25,7 @@ def said_of(effects: Sequence[float], studies: int) -> list[list[str]]:
         rng = np.random.default_rng([11, seed])
         contrasts = [
             independent_contrast(
-                rng.normal(size, 1.0, TRIALS), rng.normal(0.0, 1.0, TRIALS)
+                rng.normal(0.0, 1.0, TRIALS), rng.normal(size, 1.0, TRIALS)
             )
             for size in effects
         ]

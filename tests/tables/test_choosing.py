@@ -224,12 +224,12 @@ def test_where_restricts_what_analysis_and_figures_take() -> None:
     rows = by_point(part.trials, part.varied, ["speed"])
     assert len(rows) == 9
     first, second = ({"separation_weight": weight} for weight in (2, 1))
-    change = contrast(part, "speed", first, second, unit="replicate")
+    change = contrast(part, "speed", a=first, b=second, unit="replicate")
     whole = contrast(
         study("grid").trials[study("grid").trials["borders"] == "torus"],
         "speed",
-        first,
-        second,
+        a=first,
+        b=second,
         unit="replicate",
     )
     assert change.value == whole.value

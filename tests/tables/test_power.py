@@ -82,9 +82,9 @@ def test_a_difference_is_between_pairs_where_compare_pairs(
 ) -> None:
     first, second = speeds(folder, name)
     contrast = (
-        paired_contrast(pd.Series(second), pd.Series(first))
+        paired_contrast(pd.Series(first), pd.Series(second))
         if paired
-        else independent_contrast(second, first)
+        else independent_contrast(first, second)
     )
     size = 0.1 * abs(first.mean())
     wanted = values_for_difference([contrast], np.array([size]), chance=0.9)
@@ -116,7 +116,7 @@ def test_differences_are_judged_together_as_compare_judges_them(folder: Path) ->
     assert both.tests == 2
     first, second = speeds(folder, "apart")
     wanted = values_for_difference(
-        [independent_contrast(second, first)], np.array([0.1]), confidence=0.975
+        [independent_contrast(first, second)], np.array([0.1]), confidence=0.975
     )
     assert both.rows["replicates"][0] == wanted.n[0] > alone["replicates"][0]
 

@@ -258,5 +258,9 @@ def test_outcomes_follow_from_both_verdicts() -> None:
     assert outcome_of("higher", "higher") == "survives"
     assert outcome_of("lower", "lower") == "survives"
     assert outcome_of("lower", "higher") == "turns"
-    for pair in ((shown, "higher"), ("lower", shown), ("too few values", "lower")):
+    for pair in (
+        (shown, "higher"),
+        ("lower", shown),
+        ("too few distinct values", "lower"),
+    ):
         assert outcome_of(*pair) == "not decided"

@@ -27,7 +27,7 @@ def block_interval(
     88 and 92 %. The worst of some values has no interval, NaN: how bad it can get is
     not known from them, and a resample cannot be worse than they are (Bickel and
     Freedman 1981, Ann. Stat. 9, 1196-1217, section 6). NaN also where there are fewer
-    than two blocks, or a result is missing.
+    than two blocks, where these are equal, and where a result is missing.
     """
     return difference_interval(objective, values, None, confidence)
 
@@ -55,12 +55,12 @@ def difference_interval(
         estimate = (
             mean_estimate(means, distribution=of)
             if second is None
-            else paired_estimate(means, second.mean(axis=1), of)
+            else paired_estimate(second.mean(axis=1), means, of)
         )
         return Interval(value, *estimate.interval(confidence), n)
     sides = np.stack([first] if second is None else [first, second])
     if np.all(sides == sides[:, :1]):
-        return Interval(value, value, value, n)
+        return Interval(value, np.nan, np.nan, n)
     statistic = partial(_resampled, sides=sides, objective=objective)
     return Interval(
         value,

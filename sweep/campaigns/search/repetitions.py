@@ -53,7 +53,7 @@ class AgainstRandom:
         """The search minus random search, with the interval and the test of the
         distribution of the objective: Welch's where it is normal.
         """
-        return mean_estimate(self.search, self.random, distribution=self.distribution)
+        return mean_estimate(self.random, self.search, distribution=self.distribution)
 
 
 def runs(asked: "AskedTrials", kind: str) -> list[str]:
