@@ -132,6 +132,17 @@ class DocumentVariants:
         """How many mutants are killed by at least one claim."""
         return sum(bool(claims) for claims in self.killed_by.values())
 
+    @property
+    def unmoved(self) -> list[str]:
+        """The mutants that change no verdict and no estimate: no claim is about what is
+        wrong in them.
+        """
+        return [
+            name
+            for name, one in self.tried("mutants").items()
+            if not one.turned and not one.unjudged and one.estimates == self.estimates
+        ]
+
     def summary(self, kind: Kind) -> str:
         """What the variants of a kind turn, in words."""
         words = {
@@ -142,7 +153,12 @@ class DocumentVariants:
         return words[kind]()
 
     def _mutants(self) -> str:
-        missed = [name for name, claims in self.killed_by.items() if not claims]
+        unmoved = self.unmoved
+        missed = [
+            f"{name} (changes no number)" if name in unmoved else name
+            for name, claims in self.killed_by.items()
+            if not claims
+        ]
         killers = {claim for claims in self.killed_by.values() for claim in claims}
         return (
             f"{self.noticed} of {len(self.killed_by)} mutants are noticed;"
