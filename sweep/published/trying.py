@@ -47,7 +47,7 @@ from sweep.spec.study import Study
 from sweep.store.locations import Location
 from sweep.tables.scaling import Scaling
 from sweep.text import unknown
-from sweep.workers.executors import ExecutorFactory, Loky
+from sweep.workers.executors import ExecutorFactory, Loky, Serial
 
 MAKERS: Mapping[Kind, Callable[[Publication], Iterator[Variant]]] = {
     "mutants": mutants,
@@ -249,7 +249,7 @@ def _as_copy() -> None:
     same = stored_studies(publication, results)
     changed = PROGRAM_MUTANTS[name].changed(needed_studies(publication), same)
     mutant = of_program(publication, name, changed)
-    engine = Loky(int(workers))
+    engine = Loky(int(workers)) if int(workers) > 1 else Serial()
     run_studies(_changed(publication, mutant), results, engine, lambda _: _Unseen())
     answer.write_text(json.dumps(_found(mutant.publication, results)))
 

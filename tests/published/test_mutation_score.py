@@ -46,7 +46,7 @@ def noticed(found: DocumentVariants) -> float:
 def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
     """Seeds are fixed, and so is what comes out."""
     publications = read_all(reduced(tmp_path), quick=True)
-    chosen = chosen_variants(publications, "mutants")
+    chosen = chosen_variants(publications, "mutants", TRIED)
     found = try_all(chosen, tmp_path / "results", Serial(), ProgressBar)
     assert noticed(found["nguyen2024"]) == 1.0, found["nguyen2024"]
 
@@ -56,7 +56,9 @@ def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
 def test_wrong_versions_of_each_study_are_noticed(name: str, tmp_path: Path) -> None:
     """At the quick scale, with fixed seeds."""
     publications = read_all(EXPERIMENTS, quick=True, only=(name,))
-    chosen = chosen_variants(publications, "mutants")
+    (own,) = (one.mutants for one in publications if one.asked)
+    named = [mutant.name for mutant in own]
+    chosen = chosen_variants(publications, "mutants", named)
     found = try_all(chosen, tmp_path, Loky(core_count()), ProgressBar)
     assert noticed(found[name]) >= LEAST, found[name].summary("mutants")
     assert len(found[name].killed_by) >= 8

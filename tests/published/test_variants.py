@@ -85,6 +85,13 @@ FRAMES = TURNED.replace(
 )
 
 
+@pytest.fixture(autouse=True)
+def _without_mutants_of_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each would start a copy of the program: test_program_mutants.py tries some."""
+    for module in ("variants", "scorecard"):
+        monkeypatch.setattr(f"sweep.published.{module}.PROGRAM_MUTANTS", {})
+
+
 def variants(
     folder: Path, kind: Kind, published: str = TURNED, spec: str = SPEC
 ) -> dict[str, Variant]:
@@ -231,7 +238,8 @@ def test_variants_of_0_9_have_no_estimates(tmp_path: Path) -> None:
 
 def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     experiments(tmp_path, TURNED)
-    done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants")
+    own = ("--variant", "fast", "--variant", "heavy")
+    done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants", *own)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("tiny: 1 of 2 mutants are noticed;")
     assert (tmp_path / "results" / "variants.json").is_file()
