@@ -63,7 +63,7 @@ def test_each_mistake_is_in_one_file_of_its_copy(tmp_path: Path) -> None:
 
 def test_a_mistake_that_cannot_be_made_is_an_error(tmp_path: Path) -> None:
     gone = ProgramMutant("nothing", "sweep/text.py", "no such line", "another one")
-    with pytest.raises(ValueError, match="sweep/text.py does not have 'no such line'"):
+    with pytest.raises(ValueError, match=r"sweep/text.py does not have 'no such line'"):
         gone.write_copy(tmp_path)
 
 
@@ -119,3 +119,31 @@ def test_a_mistake_turns_a_claim_and_no_trial_of_ours(tmp_path: Path) -> None:
     assert list(ours["seed"]) == list(theirs["seed"])
     assert (ours["speed"] > theirs["speed"]).all()
     assert [one.name for one in (results / "mutants").iterdir()] == ["start-for-end"]
+
+
+AS_DEFINED = "recorded-as-defined"
+NOTICED = {
+    "nanobot": (
+        *("one-seed", "last-third", "start-for-end"),
+        *("contact-threshold", "n-less-1", "largest-radius"),
+    ),
+    "dorsogna2006": ("one-seed", "last-third", "start-for-end", "largest-radius"),
+}
+"""By document the mistakes that its row on what is recorded turns."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NOTICED)
+def test_the_row_on_what_is_recorded_notices_mistakes(
+    name: str, tmp_path: Path
+) -> None:
+    """At the quick scale, with fixed seeds. Nobody there turns by an angle that is
+    recorded.
+    """
+    publications = read_all(EXPERIMENTS, quick=True, only=(name,))
+    named = (*NOTICED[name], "radians")
+    chosen = chosen_variants(publications, "mutants", named)
+    found = try_all(chosen, tmp_path, Loky(core_count()), ProgressBar)[name]
+    turning = {one for one, ids in found.killed_by.items() if AS_DEFINED in ids}
+    assert turning == {*NOTICED[name]}, found.summary("mutants")
+    assert found.unmoved == ["radians"]
