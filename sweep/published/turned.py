@@ -12,6 +12,7 @@ from sweep.published.verdicts import Status
 from sweep.spec.study_folder import VARIANTS
 from sweep.store.new_files import replacing
 from sweep.store.regular import fits, read_json
+from sweep.text import so_many
 
 VERSION = 1
 MOST_BYTES = 100_000_000
@@ -153,11 +154,8 @@ class DocumentVariants:
         return words[kind]()
 
     def _mutants(self) -> str:
-        unmoved = self.unmoved
         missed = [
-            f"{name} (changes no number)" if name in unmoved else name
-            for name, claims in self.killed_by.items()
-            if not claims
+            self._missed(name) for name, claims in self.killed_by.items() if not claims
         ]
         killers = {claim for claims in self.killed_by.values() for claim in claims}
         return (
@@ -165,6 +163,14 @@ class DocumentVariants:
             f" {len(killers)} of {len(self.confirmed)} confirmed claims notice one"
             + (f"; not noticed: {', '.join(missed)}" if missed else "")
         )
+
+    def _missed(self, mutant: str) -> str:
+        """A mutant that no confirmed claim notices, and what it changes."""
+        if mutant in self.unmoved:
+            return f"{mutant} (changes no number)"
+        turned = self.tried("mutants")[mutant].turned
+        more = so_many(len(turned), "other claim")
+        return f"{mutant} (turns {more})" if turned else mutant
 
     def _details(self) -> str:
         turned = [name for name in self.before if self.turning("details", name)]
