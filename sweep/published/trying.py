@@ -19,7 +19,7 @@ from typing import NamedTuple
 from kernels.identity import kernels_sha
 from sweep.campaigns.progress import Display, Progress
 from sweep.design.design import expand
-from sweep.errors import SpecError
+from sweep.errors import SpecError, WorkersError
 from sweep.published.bibliography import FILE
 from sweep.published.details import details
 from sweep.published.judging import Row, judged, stored_studies
@@ -205,19 +205,26 @@ def _found_by_copy(
     publication: Publication, variant: Variant, results: Path, engine: ExecutorFactory
 ) -> dict[str, _Found]:
     """What a copy of the program with the mistake of a variant finds, in a process of
-    its own.
+    its own, whose current folder has nothing else. Raises WorkersError where it fails.
     """
     assert variant.program is not None
     with TemporaryDirectory() as folder:
         variant.program.write_copy(Path(folder))
         answer = Path(folder, "found.json")
         places = publication.folder, results, answer
-        subprocess.run(
+        paths = filter(None, [folder, os.environ.get("PYTHONPATH")])
+        done = subprocess.run(
             [sys.executable, "-P", "-m", __name__, variant.name, str(engine.workers)]
             + [str(place.resolve()) for place in places],
-            env=os.environ | {"PYTHONPATH": folder},
-            check=True,
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+            check=False,
         )
+        if done.returncode:
+            raise WorkersError(
+                f"{publication.name}: the copy of the program with the mistake"
+                f" {variant.name} ended with the exit code {done.returncode}"
+            )
         found = json.loads(answer.read_bytes())
     return {claim: _Found(*one) for claim, one in found.items()}
 

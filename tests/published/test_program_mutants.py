@@ -2,13 +2,14 @@
 
 import ast
 import filecmp
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from sweep.cli.progress import ProgressBar
-from sweep.errors import SpecError
+from sweep.errors import SpecError, WorkersError
 from sweep.published.program_mutants import (
     HOLDER,
     KERNELS,
@@ -21,6 +22,7 @@ from sweep.published.trying import chosen_variants, most_trials, try_all
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Loky, Serial, core_count
+from tests import ROOT
 from tests.publications import PUBLISHED, experiments
 
 AT_THE_END = """
@@ -58,7 +60,14 @@ def test_each_mistake_is_in_one_file_of_its_copy(tmp_path: Path) -> None:
         mistake.write_copy(folder)
         assert list(differing(folder)) == [mistake.file], name
         ast.parse((folder / mistake.file).read_text(encoding="utf-8"))
-    assert len(PROGRAM_MUTANTS) == 12
+
+
+def test_the_page_on_published_yaml_lists_them() -> None:
+    page = (ROOT / "docs" / "published.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([a-z0-9-]+)` \| (.*) \|$", page, re.MULTILINE)
+    listed = {name: about for name, about in rows if name in PROGRAM_MUTANTS}
+    assert listed == {name: one.about for name, one in PROGRAM_MUTANTS.items()}
+    assert len(listed) == 12  # as the pages say
 
 
 def test_a_mistake_that_cannot_be_made_is_an_error(tmp_path: Path) -> None:
@@ -119,6 +128,19 @@ def test_a_mistake_turns_a_claim_and_no_trial_of_ours(tmp_path: Path) -> None:
     assert list(ours["seed"]) == list(theirs["seed"])
     assert (ours["speed"] > theirs["speed"]).all()
     assert [one.name for one in (results / "mutants").iterdir()] == ["start-for-end"]
+
+
+def test_a_copy_that_fails_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is stored of it, and nothing is said to be turned."""
+    broken = PROGRAM_MUTANTS["no-family"]._replace(wrong="no_such_name")
+    monkeypatch.setitem(PROGRAM_MUTANTS, "no-family", broken)  # type: ignore[arg-type]
+    publications = read_all(experiments(tmp_path, ENDING), quick=True)
+    chosen = chosen_variants(publications, "mutants", ("no-family",))
+    with pytest.raises(WorkersError, match=r"tiny: the copy .* no-family ended with"):
+        try_all(chosen, tmp_path / "results", Serial(), ProgressBar)
+    assert not (tmp_path / "results" / "variants.json").exists()
 
 
 AS_DEFINED = "recorded-as-defined"
