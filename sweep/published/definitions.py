@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.errors import ChoiceError
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -67,9 +66,10 @@ def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
     """
     study = studies[spec]
     trials = study.trials[study.trials["status"] == "done"]
-    shares, seen = [], set[bytes]()
+    series = dict(list(study.series.groupby("trial_id")))
+    shares, seen = list[float](), set[bytes]()
     for _, trial in trials.iterrows():
-        frames = dict(_frames(study, trial))
+        frames = dict(_frames(study, trial, series))
         if not frames:
             raise ValueError(f"{study.name} stores nothing that defines its metrics")
         values = [one.tobytes() for _, one in frames.values()]
@@ -85,19 +85,17 @@ def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
 
 
 def _frames(
-    study: StoredStudy, trial: "pd.Series[Any]"
+    study: StoredStudy, trial: "pd.Series[Any]", series: Mapping[Any, pd.DataFrame]
 ) -> Iterator[tuple[str, tuple[NDArray[np.int64], Floats]]]:
     """By metric the frames (F,) of a trial that are stored, and its values in them."""
-    series = study.series[study.series["trial_id"] == trial["trial_id"]]
     for name in study.series_metrics:
-        yield name, (series["frame"].to_numpy(), series[name].to_numpy())
-    try:
+        rows = series[trial["trial_id"]]
+        yield name, (rows["frame"].to_numpy(), rows[name].to_numpy())
+    if "trajectories" in (study.about.tables or ()):
         frames, bodies = study.trajectory(trial["trial_id"])
-    except ChoiceError:
-        return
-    for name in study.metrics:
-        if name in DEFINITIONS:
-            yield name, (frames, DEFINITIONS[name](bodies, trial))
+        for name in study.metrics:
+            if name in DEFINITIONS:
+                yield name, (frames, DEFINITIONS[name](bodies, trial))
 
 
 def _summed(
