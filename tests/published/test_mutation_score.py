@@ -7,7 +7,10 @@ import pytest
 
 from sweep.cli.progress import ProgressBar
 from sweep.published.bibliography import FILE
+from sweep.published.judging import judged, stored_studies
+from sweep.published.measures import MeanDifference
 from sweep.published.publications import read_all
+from sweep.published.running import run_studies
 from sweep.published.trying import chosen_variants, try_all
 from sweep.published.turned import DocumentVariants
 from sweep.spec.built_in import EXPERIMENTS
@@ -49,6 +52,32 @@ def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
     chosen = chosen_variants(publications, "mutants", TRIED)
     found = try_all(chosen, tmp_path / "results", Serial(), ProgressBar)
     assert noticed(found["nguyen2024"]) == 1.0, found["nguyen2024"]
+
+
+def test_the_arms_of_comparisons_are_those_that_are_meant(tmp_path: Path) -> None:
+    """Of nanobot, with few trials and fixed seeds. With swapped arms, in the document
+    or in what reads and measures it, each would be refuted.
+    """
+    publications = read_all(EXPERIMENTS, quick=True, only=("nanobot",))
+    (nanobot,) = (one for one in publications if one.asked)
+    studies = [nanobot.studies[spec] for spec in ("rules", "dense")]
+    run_studies(studies, tmp_path, Serial(), ProgressBar)
+    rows, _ = judged(nanobot, stored_studies(nanobot, tmp_path))
+    found = {
+        row.claim.id: row.verdict.status
+        for row in rows
+        if isinstance(row.claim.measure, MeanDifference)
+    }
+    assert found == {
+        "flocking": "confirmed",
+        "swarm-cohesion": "undecided",
+        "cohesion": "undecided",
+        "separation": "confirmed",
+        "alignment": "confirmed",
+        "aggregation": "confirmed",
+        "collisions": "confirmed",
+        "collisions-dense": "confirmed",
+    }
 
 
 @pytest.mark.slow
