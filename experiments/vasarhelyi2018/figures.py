@@ -296,7 +296,7 @@ def obstacles(studies: Studies) -> Figure:
     return figure
 
 
-recorded_as_defined = partial(as_defined, spec="lossy")
+recorded_as_defined = partial(as_defined, spec="field")
 
 FIGURES = {
     "ideal": Drawing(
