@@ -36,8 +36,14 @@ from tests import builders
 from tests.commands import sweep
 from tests.test_house import TREES, modules
 
-OWN_PLACES = ("kernels/metrics/__init__.py", "kernels/models/")
-"""The registries, presets and each model's own file."""
+OWN_PLACES = (
+    "kernels/metrics/__init__.py",
+    "kernels/models/",
+    "sweep/published/definitions.py",
+)
+"""The registries, presets and each model's own file; and what defines metrics in
+another way.
+"""
 WORDS = {
     "coverage": {
         "sweep/figures/kinds.py",  # a kind of figure

@@ -1,6 +1,7 @@
 """The figures of aziel_chen2025, and its Table 1 as a figure."""
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ from sweep.figures import (
     note,
 )
 from sweep.published.claims import shown
+from sweep.published.definitions import as_defined
 from sweep.published.verdicts import Region
 from sweep.tables.stored_study import StoredStudy
 
@@ -552,6 +554,8 @@ def ablation(studies: Studies) -> Figure:
     }
     return effects_figure(studies["ablation"], "as_written", metrics, "map", names)
 
+
+recorded_as_defined = partial(as_defined, spec="visit_steps")
 
 FIGURES = {
     "figure3": Drawing(figure3, ("equal_steps",), "Figure 3: the four maps."),

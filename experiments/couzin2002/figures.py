@@ -3,6 +3,7 @@ both readings of the rule.
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from sweep.figures import (
     hysteresis_figure,
     note,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.hysteresis import hysteresis
 from sweep.tables.stored_study import StoredStudy
 
@@ -193,6 +195,8 @@ def memory(studies: Studies) -> Figure:
     """Order against a zone of orientation that widens, and then narrows."""
     return hysteresis_figure(studies["memory"], "polarization", half=True)
 
+
+recorded_as_defined = partial(as_defined, spec="states")
 
 FIGURES = {
     "states": Drawing(

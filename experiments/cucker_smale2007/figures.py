@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from sweep.figures import COLOURS, STYLE, Drawing, note
+from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -104,6 +105,8 @@ def agreement(studies: Studies) -> Figure:
         )
     return figure
 
+
+recorded_as_defined = partial(as_defined, spec="near")
 
 FIGURES = {
     "agreement": Drawing(

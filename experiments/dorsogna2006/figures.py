@@ -4,6 +4,7 @@ exactly from the forces.
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from sweep.figures import (
     legend,
     note,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -209,6 +211,8 @@ def _growth_row(studies: Studies, strength: float, length: float) -> dict[str, f
         "high": interval.high,
     }
 
+
+recorded_as_defined = partial(as_defined, spec="rings")
 
 FIGURES = {
     "rings": Drawing(

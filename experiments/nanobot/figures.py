@@ -26,6 +26,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
 
 from .pseudocode import (  # noqa: F401 (for published.yaml)
@@ -347,6 +348,8 @@ def _missing(weights: Floats) -> str:
     ]
     return {0: "all rules", 3: "no rule"}.get(len(off), f"no {off[0] if off else ''}")
 
+
+recorded_as_defined = partial(as_defined, spec="pseudocode")
 
 FIGURES = {
     "sensitivity": Drawing(

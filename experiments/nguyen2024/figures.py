@@ -2,6 +2,8 @@
 do.
 """
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 from matplotlib import style
@@ -25,6 +27,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
+from sweep.published.definitions import as_defined
 
 from .measures import (  # noqa: F401 (for published.yaml)
     END,
@@ -241,6 +244,8 @@ def energy(studies: Studies) -> Figure:
         )
     return figure
 
+
+recorded_as_defined = partial(as_defined, spec="snapshot")
 
 FIGURES = {
     "figure1": Drawing(

@@ -26,6 +26,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
+from sweep.published.definitions import as_defined
 from sweep.trial.world import TrialWorld
 
 from .flights import (  # noqa: F401 (for published.yaml)
@@ -306,6 +307,8 @@ def _bars(axes: Axes, true: Truths, row: int, colour: str, label: str) -> None:
     ]
     axes.broken_barh(spans, (row - 0.36, 0.72), facecolor=colour, label=label)
 
+
+recorded_as_defined = partial(as_defined, spec="presets")
 
 FIGURES = {
     "trajectories": Drawing(

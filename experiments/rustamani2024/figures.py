@@ -3,6 +3,7 @@ it reads from them, measured.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import product
 
 import matplotlib
@@ -25,6 +26,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
 
 from .flights import (  # noqa: F401 (for published.yaml)
@@ -367,6 +369,8 @@ _COMPARED = {
     spec: (spec, f"{spec}_as_reported", f"{spec}_paths")
     for spec in ("perception", "field_of_view")
 }
+recorded_as_defined = partial(as_defined, spec="rules")
+
 FIGURES = {
     "figure1_rules": Drawing(
         rules, ("rules",), "Figure 1: separation, alignment and cohesion alone."

@@ -1,6 +1,7 @@
 """Which sheep a dog can herd, and how it moves behind them (Strombom et al. 2014)."""
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,7 @@ from sweep.figures import (
     note,
     phase_figure,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -141,6 +143,8 @@ def path(studies: Studies) -> Figure:
         )
     return figure
 
+
+recorded_as_defined = partial(as_defined, spec="path")
 
 FIGURES = {
     "phase": Drawing(

@@ -3,6 +3,7 @@ of the authors' own simulator.
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from sweep.figures import (
     draw_map,
     note,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -293,6 +295,8 @@ def obstacles(studies: Studies) -> Figure:
         note(figure, f"{study.name}: the first trial of each limit after 600 s")
     return figure
 
+
+recorded_as_defined = partial(as_defined, spec="field")
 
 FIGURES = {
     "ideal": Drawing(

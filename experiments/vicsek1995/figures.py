@@ -34,6 +34,7 @@ from sweep.figures import (
     note,
     scaling_figure,
 )
+from sweep.published.definitions import as_defined
 from sweep.tables.hysteresis import FoundLoop
 from sweep.tables.hysteresis import hysteresis as loops
 from sweep.tables.scaling import scaling
@@ -338,6 +339,8 @@ def hysteresis(studies: Studies) -> Figure:
     """Order against vectorial noise that increases, and then decreases."""
     return hysteresis_figure(studies["hysteresis"], "polarization", half=True)
 
+
+recorded_as_defined = partial(as_defined, spec="figure1")
 
 FIGURES = {
     "figure1": Drawing(

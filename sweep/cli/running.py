@@ -283,10 +283,11 @@ def reproduce(
     first. The verdicts are on the page scorecard.html below the results.
 
     At the scales "mutants", "details" and "numerics" it runs and judges variants of the
-    studies, with few trials: the wrong versions that published.yaml names; each number
-    moved by 2 and 10 %, and each detail of other presets; half the time step, the other
-    order of updates, and another seed. It says which verdicts turn, and stores that in
-    variants.json below the results, for the page.
+    studies, with few trials: the wrong versions that published.yaml names, and
+    mistakes of the program, each made in a copy of it; each number moved by 2 and 10 %,
+    and each detail of other presets; half the time step, the other order of updates,
+    and another seed. It says which verdicts turn, and stores that in variants.json
+    below the results, for the page.
 
     With --plan it says first what the trials could show: a claim whose noticeable
     difference exceeds its margin is weak, and how many trials would do.

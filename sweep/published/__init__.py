@@ -9,6 +9,7 @@ computed.
     claims              what a document says, and what is expected of our trials
     measures            what a claim measures, and in which trials
     estimates           a measure as an estimate from stored trials
+    definitions         what is recorded of trials, held to its definitions
     verdicts            what an estimate shows about a claim
     clocks              stored studies told in the steps of another one
     judging             the verdicts on a document by its stored trials
@@ -21,6 +22,7 @@ computed.
     forest              the claims of a document as one picture
     numerics_figure     what numerics do to them, as one picture
     variants            a publication with changed studies: its mutants, and others
+    program_mutants     mistakes of the program, each made in a copy of it
     details             variants with other values of single settings
     numerics            variants with another time step, order of updates or seed
     trying              which verdicts of a document turn with variants

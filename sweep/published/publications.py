@@ -18,6 +18,7 @@ from sweep.own_code.reading import code_of, study_of
 from sweep.published.bibliography import BIBLIOGRAPHIC, FILE, bibliography
 from sweep.published.claims import Claim, read_claims
 from sweep.published.measures import MeasureReader
+from sweep.published.program_mutants import PROGRAM_MUTANTS
 from sweep.published.published_code import (
     CODE,
     check_drawings,
@@ -323,6 +324,8 @@ def _mutants(entry: Entry | None, specs: Mapping[str, Entry]) -> list[Mutant]:
             raise child.error(
                 f'"{name}" is not a name of letters, digits, "_", "-" and "."'
             )
+        if name in PROGRAM_MUTANTS:
+            raise child.error(f'"{name}" is the name of a mutant of the program')
         child.keys(["about", "change"], required=["about", "change"])
         changes: dict[str, list[Entry]] = {}
         for key, change in child.child("change").mapping():

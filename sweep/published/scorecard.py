@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from sweep.analysis.notation import number, with_interval
 from sweep.published.judging import Row
+from sweep.published.program_mutants import PROGRAM_MUTANTS
 from sweep.published.publications import Publication
 from sweep.published.statements import Group, tallies
 from sweep.published.turned import SLIGHT, DocumentVariants
@@ -127,7 +128,8 @@ class Section:
         mutants.
         """
         found = self.variants.tried(kind) if self.variants else {}
-        whole = kind != "mutants" or len(found) >= len(self.publication.mutants)
+        mutants = {*PROGRAM_MUTANTS, *(one.name for one in self.publication.mutants)}
+        whole = kind != "mutants" or found.keys() >= mutants
         return self.variants if found and whole else None
 
     def turning(self, kind: Kind, row: Row) -> dict[str, Status] | None:

@@ -58,6 +58,7 @@ def _mutants(found: DocumentVariants | None) -> dict[str, Any] | None:
         "tried": len(found.tried("mutants")),
         "noticed": found.noticed,
         "killed_by": found.killed_by,
+        "unmoved": found.unmoved,
     }
 
 

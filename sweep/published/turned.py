@@ -12,6 +12,7 @@ from sweep.published.verdicts import Status
 from sweep.spec.study_folder import VARIANTS
 from sweep.store.new_files import replacing
 from sweep.store.regular import fits, read_json
+from sweep.text import so_many
 
 VERSION = 1
 MOST_BYTES = 100_000_000
@@ -132,6 +133,17 @@ class DocumentVariants:
         """How many mutants are killed by at least one claim."""
         return sum(bool(claims) for claims in self.killed_by.values())
 
+    @property
+    def unmoved(self) -> list[str]:
+        """The mutants that change no verdict and no estimate: no claim is about what is
+        wrong in them.
+        """
+        return [
+            name
+            for name, one in self.tried("mutants").items()
+            if not one.turned and not one.unjudged and one.estimates == self.estimates
+        ]
+
     def summary(self, kind: Kind) -> str:
         """What the variants of a kind turn, in words."""
         words = {
@@ -142,13 +154,23 @@ class DocumentVariants:
         return words[kind]()
 
     def _mutants(self) -> str:
-        missed = [name for name, claims in self.killed_by.items() if not claims]
+        missed = [
+            self._missed(name) for name, claims in self.killed_by.items() if not claims
+        ]
         killers = {claim for claims in self.killed_by.values() for claim in claims}
         return (
             f"{self.noticed} of {len(self.killed_by)} mutants are noticed;"
             f" {len(killers)} of {len(self.confirmed)} confirmed claims notice one"
             + (f"; not noticed: {', '.join(missed)}" if missed else "")
         )
+
+    def _missed(self, mutant: str) -> str:
+        """A mutant that no confirmed claim notices, and what it changes."""
+        if mutant in self.unmoved:
+            return f"{mutant} (changes no number)"
+        turned = self.tried("mutants")[mutant].turned
+        more = so_many(len(turned), "other claim")
+        return f"{mutant} (turns {more})" if turned else mutant
 
     def _details(self) -> str:
         turned = [name for name in self.before if self.turning("details", name)]

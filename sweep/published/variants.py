@@ -4,7 +4,7 @@ Each variant runs and is judged as the publication at the quick scale is, with t
 random numbers. What its claims say with it is compared with what they say without it.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -13,14 +13,16 @@ from sweep.errors import SpecError
 from sweep.own_code.reading import study_of
 from sweep.published.claims import Claim
 from sweep.published.measures import misfit, specs_of
+from sweep.published.program_mutants import PROGRAM_MUTANTS, ProgramMutant
 from sweep.published.publications import FIXED, QUICK, Publication, read_mutant
 from sweep.spec.settings import Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
 
 Kind = Literal["mutants", "details", "numerics"]
-"""mutants: wrong versions that published.yaml names; details: other values of settings;
-numerics: another time step, order of updates or seed.
+"""mutants: wrong versions of the studies, which published.yaml names, and of the
+program; details: other values of settings; numerics: another time step, order of
+updates or seed.
 """
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
@@ -35,6 +37,7 @@ class Variant:
     publication  the publication with the changed studies
     share        by which share of its value one setting is changed; None for what is no
                  such change
+    program      the mistake of the program that runs and judges it; None for our own
     """
 
     kind: Kind
@@ -42,6 +45,7 @@ class Variant:
     about: str
     publication: Publication
     share: float | None = None
+    program: ProgramMutant | None = None
 
 
 @dataclass(frozen=True)
@@ -53,12 +57,25 @@ class SpecChange:
 
 
 def mutants(publication: Publication) -> Iterator[Variant]:
-    """The mutants of a publication. Raises SpecError for one with which a measure finds
-    no trials.
+    """The mutants of a publication, and those of the program. Raises SpecError for one
+    with which a measure finds no trials.
     """
     for one in publication.mutants:
         changed = read_mutant(publication, one.name)
         yield Variant("mutants", one.name, one.about, changed)
+    needed = needed_studies(publication)
+    for name, mistake in PROGRAM_MUTANTS.items():
+        yield of_program(publication, name, mistake.changed(needed, ()))
+
+
+def of_program(publication: Publication, name: str, specs: Collection[str]) -> Variant:
+    """The publication as a mutant of the program of this name. The trials of these
+    specs are its own; they have the settings of ours.
+    """
+    mistake = PROGRAM_MUTANTS[name]
+    changes = {spec: SpecChange() for spec in specs}
+    variant = altered(publication, "mutants", name, mistake.about, changes)
+    return replace(variant, program=mistake)
 
 
 def counted(publication: Publication) -> list[Claim]:

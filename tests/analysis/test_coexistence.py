@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from sweep.analysis.coexistence import binder_minimum, two_peaks
-from sweep.analysis.size_curves import SizeCurve
+from sweep.analysis.coexistence import (
+    TransitionOrder,
+    binder_minimum,
+    transition_order,
+    two_peaks,
+)
+from sweep.analysis.size_curves import SizeCurve, binder_crossings
+from tests.analysis.mean_field import coexisting
 from tests.analysis.measured_scaling import continuous, jumping, orders, said
 
 STUDIES = 20
@@ -52,3 +58,46 @@ def test_one_peak_is_told_to_be_two_in_few_studies() -> None:
         m = np.hypot(*rng.normal(0.3, 0.1, (2, 9, 8, 60)))
         wrong += two_peaks(SizeCurve(9, 3.0, np.arange(9.0), tuple(m))).told()
     assert wrong <= binom.interval(0.998, 60, 0.05)[1]
+
+
+def few_of_two_phases(seed: int) -> list[SizeCurve]:
+    """Two sizes with six trials at five values."""
+    rng = np.random.default_rng(seed)
+    return [coexisting(n, np.linspace(0.9, 1.1, 5), 6, 60, rng) for n in (64, 144)]
+
+
+@pytest.mark.parametrize("seed", [1, 14, 22])
+def test_two_peaks_alone_must_be_surer_as_there_are_two_tests(seed: int) -> None:
+    """Where the other test could have told a jump as well, 95 % are not enough."""
+    curves = few_of_two_phases(seed)
+    assert 0.025 < two_peaks(curves[-1]).p < 0.05
+    assert transition_order(curves).order == "not decided"
+
+
+@pytest.mark.parametrize("seed", [6, 32])
+def test_so_must_a_negative_cumulant(seed: int) -> None:
+    curves = few_of_two_phases(seed)
+    assert binder_minimum(curves[-1]).sign == "negative"
+    assert binder_minimum(curves[-1], 0.975).sign == "not decided"
+    assert transition_order(curves).order == "not decided"
+
+
+@pytest.mark.parametrize("seed", [2, 9])
+def test_crossings_of_all_pairs_of_sizes_are_one_family(seed: int) -> None:
+    """Of three sizes there are two pairs, and with 95 % each one seems to cross."""
+    curves = continuous(seed)
+    assert binder_crossings(curves)
+    assert transition_order(curves) == TransitionOrder(
+        "not decided", "no cumulants cross, all pairs of sizes together"
+    )
+
+
+def test_the_smallest_cumulant_is_one_of_all() -> None:
+    """At its value alone it seems to be negative in more studies."""
+    found = [few_of_two_phases(seed)[0] for seed in range(40)]
+    alone = [one.binder.bounds(0.95)[1].min() < 0.0 for one in found]
+    together = [binder_minimum(one).sign == "negative" for one in found]
+    assert sum(alone) > sum(together)
+    for one, is_told in zip(found, together, strict=True):
+        highs = one.binder.bounds(1.0 - 0.05 / 5)[1]
+        assert is_told == bool((highs < 0.0).any())

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.vicsek1995.figures import BANDS, PROGRAMS
+from experiments.vicsek1995 import figures
+from experiments.vicsek1995.figures import BANDS, JUMP, PEAKS, PROGRAMS
+from sweep.analysis import mean_estimate
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.own_code.reading import study_of
@@ -90,3 +92,28 @@ def test_bands_are_shares_of_time_of_the_order(name: str) -> None:
         inside = (series["polarization"] >= low) & (series["polarization"] < high)
         np.testing.assert_array_equal(series[band], 100.0 * inside)
     assert series["middle"].any()
+
+
+def test_a_comparison_of_sizes_begins_with_the_larger(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Orders are made up: that of the larger size varies more, keeps its phases less
+    apart, and falls by more at the jump. So each difference has a known sign.
+    """
+    rng = np.random.default_rng(1)
+    noisy = {size: rng.normal(0.0, 1.0, (8, 50)) for size in (*PEAKS, 256, 1024)}
+
+    def counted(_studies: Any, spec: str, n: int, noise: float) -> np.ndarray:
+        if spec == "scaling_vectorial":
+            fall = 0.4 if n == 1024 else 0.1
+            return 0.5 - fall * (noise == JUMP[1]) + 0.01 * noisy[n]
+        return np.abs(0.5 + 0.0001 * n * noisy[n])
+
+    monkeypatch.setattr(figures, "_counted", counted)
+    larger = sorted(PEAKS)[-1]
+    growth = figures.susceptibility_growth({}, larger)
+    change = figures.binder_change({}, larger, PEAKS[larger])
+    fall = figures.fall_growth({}, 1024)
+    assert mean_estimate(*growth).interval()[0] > 0.0
+    assert mean_estimate(*change).interval()[1] < 0.0
+    assert mean_estimate(*fall).interval()[0] > 0.0

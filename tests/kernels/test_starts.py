@@ -121,6 +121,27 @@ def test_boids_start_apart(positions: int) -> None:
             assert (nearest >= 12.0) == apart
 
 
+@pytest.mark.parametrize("positions", [CONTINUOUS, INTEGER])
+@pytest.mark.parametrize("size", [(300.0, 26.0), (26.0, 300.0)])
+def test_boids_start_apart_across_each_border(
+    positions: int, size: tuple[float, float]
+) -> None:
+    """In so narrow a torus nearly all boids are near its long border: some would be
+    too near across it, whichever axis it ends.
+    """
+    torus = builders.a_world(*size)._replace(minimum_image=True)
+    flock = start(25, positions, HEADING, torus, margin=0.0, distance=12.0)
+    places = np.stack([flock.x, flock.y], axis=1)
+    off = np.abs(places[:, None] - places)
+    pairs = np.triu_indices(25, 1)
+    across = np.hypot(*np.moveaxis(np.minimum(off, np.array(size) - off), 2, 0))
+    assert across[pairs].min() >= 12.0
+    narrow = int(np.argmin(size))
+    other = off[:, :, 1 - narrow]
+    other = np.minimum(other, max(size) - other)
+    assert (np.hypot(off[:, :, narrow], other)[pairs] > across[pairs]).any()
+
+
 def test_boids_that_find_no_place_apart_are_refused() -> None:
     with pytest.raises(RuntimeError, match="start_distance leaves no room for so many"):
         start(40, CONTINUOUS, HEADING, EMPTY, distance=90.0)

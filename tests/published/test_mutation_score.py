@@ -7,7 +7,10 @@ import pytest
 
 from sweep.cli.progress import ProgressBar
 from sweep.published.bibliography import FILE
+from sweep.published.judging import judged, stored_studies
+from sweep.published.measures import MeanDifference
 from sweep.published.publications import read_all
+from sweep.published.running import run_studies
 from sweep.published.trying import chosen_variants, try_all
 from sweep.published.turned import DocumentVariants
 from sweep.spec.built_in import EXPERIMENTS
@@ -46,9 +49,35 @@ def noticed(found: DocumentVariants) -> float:
 def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
     """Seeds are fixed, and so is what comes out."""
     publications = read_all(reduced(tmp_path), quick=True)
-    chosen = chosen_variants(publications, "mutants")
+    chosen = chosen_variants(publications, "mutants", TRIED)
     found = try_all(chosen, tmp_path / "results", Serial(), ProgressBar)
     assert noticed(found["nguyen2024"]) == 1.0, found["nguyen2024"]
+
+
+def test_the_arms_of_comparisons_are_those_that_are_meant(tmp_path: Path) -> None:
+    """Of nanobot, with few trials and fixed seeds. With swapped arms, in the document
+    or in what reads and measures it, each would be refuted.
+    """
+    publications = read_all(EXPERIMENTS, quick=True, only=("nanobot",))
+    (nanobot,) = (one for one in publications if one.asked)
+    studies = [nanobot.studies[spec] for spec in ("rules", "dense")]
+    run_studies(studies, tmp_path, Serial(), ProgressBar)
+    rows, _ = judged(nanobot, stored_studies(nanobot, tmp_path))
+    found = {
+        row.claim.id: row.verdict.status
+        for row in rows
+        if isinstance(row.claim.measure, MeanDifference)
+    }
+    assert found == {
+        "flocking": "confirmed",
+        "swarm-cohesion": "undecided",
+        "cohesion": "undecided",
+        "separation": "confirmed",
+        "alignment": "confirmed",
+        "aggregation": "confirmed",
+        "collisions": "confirmed",
+        "collisions-dense": "confirmed",
+    }
 
 
 @pytest.mark.slow
@@ -56,7 +85,9 @@ def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
 def test_wrong_versions_of_each_study_are_noticed(name: str, tmp_path: Path) -> None:
     """At the quick scale, with fixed seeds."""
     publications = read_all(EXPERIMENTS, quick=True, only=(name,))
-    chosen = chosen_variants(publications, "mutants")
+    (own,) = (one.mutants for one in publications if one.asked)
+    named = [mutant.name for mutant in own]
+    chosen = chosen_variants(publications, "mutants", named)
     found = try_all(chosen, tmp_path, Loky(core_count()), ProgressBar)
     assert noticed(found[name]) >= LEAST, found[name].summary("mutants")
     assert len(found[name].killed_by) >= 8

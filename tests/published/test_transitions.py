@@ -128,6 +128,21 @@ def test_a_claim_on_an_order_is_judged_and_shown(tmp_path: Path) -> None:
     assert outlooks(tiny, tiny, results) == []
 
 
+def test_an_order_is_of_the_family_of_its_document(tmp_path: Path) -> None:
+    """With a second claim that counts, each must be surer."""
+    mean = "{mean: polarization, for: {n: 16, noise: 2}}"
+    second = PUBLISHED.partition("claims:\n")[2].replace("id: order", "id: polar")
+    second = second.replace("{transition: polarization}", mean)
+    second = second.replace("{order: continuous}", "{above: 0}")
+    folder = experiments(tmp_path, PUBLISHED + second, SPEC, DRAWN)
+    (tiny,) = publications = read_all(folder, quick=False)
+    results = tmp_path / "results"
+    reproduce(publications, results, Serial(), ProgressBar)
+    ([row, _], failures) = judged(tiny, stored_studies(tiny, results))
+    assert (tiny.family, failures) == (2, [])
+    assert row.verdict.reason.startswith("with the confidence 0.975 it is ")
+
+
 def test_points_that_are_no_transition_fail_with_the_reason(tmp_path: Path) -> None:
     spec = SPEC.replace("{noise: [2, 6]}", "{noise: [2, 6], max_speed: [0.1, 0.2]}")
     spec = spec.replace("steps: 40", "steps: 2")

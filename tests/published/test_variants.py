@@ -16,7 +16,12 @@ from sweep.published.details import moved
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
 from sweep.published.trying import chosen_variants, most_trials, try_all
-from sweep.published.turned import DocumentVariants, Turned, read_turned
+from sweep.published.turned import (
+    DocumentVariants,
+    Estimated,
+    Turned,
+    read_turned,
+)
 from sweep.published.variants import Kind, Variant
 from sweep.published.verdicts import Status
 from sweep.spec.recorded import columns_of
@@ -86,6 +91,13 @@ FRAMES = TURNED.replace(
 )
 
 
+@pytest.fixture(autouse=True)
+def _without_mutants_of_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each would start a copy of the program: test_program_mutants.py tries some."""
+    for module in ("variants", "scorecard"):
+        monkeypatch.setattr(f"sweep.published.{module}.PROGRAM_MUTANTS", {})
+
+
 def variants(
     folder: Path, kind: Kind, published: str = TURNED, spec: str = SPEC
 ) -> dict[str, Variant]:
@@ -125,7 +137,7 @@ def test_a_mutant_is_killed_by_what_is_no_longer_confirmed(tmp_path: Path) -> No
     assert found.noticed == 1
     assert found.summary("mutants") == (
         "1 of 2 mutants are noticed; 1 of 2 confirmed claims notice one;"
-        " not noticed: heavy"
+        " not noticed: heavy (changes no number)"
     )
     assert read_turned(tmp_path / "results") == {"tiny": found}
 
@@ -230,9 +242,30 @@ def test_variants_of_0_9_have_no_estimates(tmp_path: Path) -> None:
         del place["estimates"]
 
 
+def test_what_is_not_noticed_says_what_it_changes() -> None:
+    """One changes no number, one a number, and one a verdict that is not confirmed."""
+    one: Estimated = {"ours": 1.0, "low": 0.5, "high": 1.5, "trials": 3}
+    wide: Estimated = {**one, "high": 2.5}
+    before: dict[str, Status] = {"sure": "confirmed", "open": "undecided"}
+    now: dict[str, Status] = {"open": "confirmed"}
+    estimates = {"sure": one, "open": wide}
+    tried = {
+        "nothing": Turned("x", None, {}, {}, estimates),
+        "little": Turned("x", None, {}, {}, {"sure": wide, "open": wide}),
+        "open": Turned("x", None, now, {}, {"sure": one, "open": one}),
+    }
+    found = DocumentVariants("", before, {"mutants": tried}, estimates)
+    assert found.unmoved == ["nothing"]
+    assert found.summary("mutants") == (
+        "0 of 3 mutants are noticed; 0 of 1 confirmed claims notice one; not noticed:"
+        " nothing (changes no number), little, open (turns 1 other claim)"
+    )
+
+
 def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     experiments(tmp_path, TURNED)
-    done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants")
+    own = ("--variant", "fast", "--variant", "heavy")
+    done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants", *own)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("tiny: 1 of 2 mutants are noticed;")
     assert (tmp_path / "results" / "variants.json").is_file()

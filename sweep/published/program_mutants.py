@@ -1,0 +1,141 @@
+"""Mutants of the program: plain mistakes in our own code, each of which is tried on
+every document. So they say which mistakes its claims would notice.
+
+A mistake is made in a copy of our packages, which a process of its own runs (DeMillo,
+Lipton and Sayward 1978, Computer 11, 34-41). The program itself stays as it is. The
+stamps of the copy are those of its code, so nothing that it computes or compiles is
+taken for ours.
+"""
+
+import shutil
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import kernels
+
+SWEEP = Path(__file__).parents[1]
+KERNELS = Path(kernels.__file__).parent
+HOLDER = SWEEP.parent
+"""The folder that has both, wherever in it."""
+NO_CODE = ("__pycache__", "experiments")
+OF_TRIALS = ("sweep/design/", "sweep/trial/")
+"""Where a mistake changes trials whose ids stay."""
+
+
+class ProgramMutant(NamedTuple):
+    """A mistake: in one file, of `kernels/` or `sweep/`, each place of the text `right`
+    becomes `wrong`. `about` says in words what is wrong.
+    """
+
+    about: str
+    file: str
+    right: str
+    wrong: str
+
+    def changed(self, needed: Iterable[str], same: Iterable[str]) -> set[str]:
+        """The specs whose trials a copy with it has to run, of those that are `needed`.
+        `same` are those whose stored trials are of the same code there.
+        """
+        if self.file.startswith(OF_TRIALS):
+            return {*needed}
+        return {*needed} - {*same} if self.file.startswith("kernels/") else set()
+
+    def write_copy(self, folder: Path) -> None:
+        """Write our packages into `folder`, with the mistake. Raises ValueError where
+        the file does not have what is to be replaced.
+        """
+        for package in (SWEEP, KERNELS):
+            place = folder / package.relative_to(HOLDER)
+            if not place.exists():  # a wheel has the kernels within sweep
+                left_out = shutil.ignore_patterns(*NO_CODE)
+                shutil.copytree(package, place, ignore=left_out)
+        inside = KERNELS.parent if self.file.startswith("kernels/") else HOLDER
+        file = folder / inside.relative_to(HOLDER) / self.file
+        text = file.read_text("utf-8")
+        if self.right not in text:
+            raise ValueError(f"{self.file} does not have {self.right!r}")
+        file.write_text(text.replace(self.right, self.wrong), "utf-8")
+
+
+MEAN_RADIUS = "values[f] = _mean_distance(frames, f, x, y)"
+LARGEST_RADIUS = """\
+values[f] = 0.0
+        for i in range(frames.bodies.shape[2]):
+            values[f] = max(values[f], _centre_distance(frames, f, i, x, y))"""
+
+PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
+    "edge-of-range": ProgramMutant(
+        "a neighbour exactly at the range counts where it should not, and the reverse",
+        "kernels/neighbours.py",
+        "np.nextafter(square, np.inf) if inclusive else square",
+        "square if inclusive else np.nextafter(square, np.inf)",
+    ),
+    "blind-across-borders": ProgramMutant(
+        "boids do not see each other across the borders of a torus",
+        "kernels/torus.py",
+        "0.5 * period",
+        "2.0 * period",
+    ),
+    "one-seed": ProgramMutant(
+        "all replicates have the random numbers of the first",
+        "sweep/design/jobs.py",
+        "replicate = 0 if job.literal else job.replicate",
+        "replicate = 0",
+    ),
+    "last-third": ProgramMutant(
+        "means are those of the last third of a trial, not of its last half",
+        "sweep/trial/derived.py",
+        "late = 2 * frames > steps",
+        "late = 3 * frames > 2 * steps",
+    ),
+    "start-for-end": ProgramMutant(
+        "the value of the first frame stands in the place of that of the last",
+        "sweep/trial/derived.py",
+        "float(value[-1])",
+        "float(value[0])",
+    ),
+    "contact-threshold": ProgramMutant(
+        "boids are in contact within twice contact_distance",
+        "kernels/metrics/shape.py",
+        "n, reach = frames.bodies.shape[2], observation.contact_distance",
+        "n, reach = frames.bodies.shape[2], 2.0 * observation.contact_distance",
+    ),
+    "n-less-1": ProgramMutant(
+        "the sum of headings is divided by N - 1 in the polarization",
+        "kernels/metrics/motion.py",
+        "values[f] = math.sqrt(x * x + y * y) / n",
+        "values[f] = math.sqrt(x * x + y * y) / (n - 1)",
+    ),
+    "largest-radius": ProgramMutant(
+        "the radius of a flock is the largest distance from its centre, not the mean",
+        "kernels/metrics/shape.py",
+        MEAN_RADIUS,
+        LARGEST_RADIUS,
+    ),
+    "radians": ProgramMutant(
+        "turn rates are in radians, not in degrees",
+        "kernels/metrics/motion.py",
+        "values[f] = math.degrees(total / n)",
+        "values[f] = total / n",
+    ),
+    "no-family": ProgramMutant(
+        "each claim is judged as if it were the only one of its document",
+        "sweep/published/verdicts.py",
+        "simultaneous_confidence(max(family, 1))",
+        "simultaneous_confidence(1)",
+    ),
+    "swapped-arms": ProgramMutant(
+        "the first arm of a difference is taken from the second",
+        "sweep/published/estimates.py",
+        "for side in (what.first, what.second)",
+        "for side in (what.second, what.first)",
+    ),
+    "spread-for-error": ProgramMutant(
+        "the standard deviation stands in the place of the standard error",
+        "sweep/analysis/estimate.py",
+        "sample.variance * (1.0 / sample.n + extra)",
+        "sample.variance * (1.0 + extra)",
+    ),
+}
+"""By name; those of a document have other names."""
