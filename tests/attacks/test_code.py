@@ -160,7 +160,7 @@ def test_workers_of_a_notebook_look_where_the_notebook_looks(tmp_path: Path) -> 
 ENVIRON = """
 import os
 from sweep.workers.executors import Loky
-from sweep.workers.surroundings import SAFE_PATH
+from sweep.surroundings import SAFE_PATH
 
 engine = Loky(1)
 print(engine.start().submit(os.getenv, SAFE_PATH).result(), os.getenv(SAFE_PATH))
