@@ -363,6 +363,9 @@ if __name__ == "__main__":
         "sweep/workers/executors.py": executors,
         "sweep/workers/remote.py": remote,
     }
+    if sys.argv[1] == "names":
+        print(json.dumps([*STARTERS]))
+        sys.exit()
     for name in json.loads(sys.argv[1]):
         STARTERS[name]()
 """
@@ -421,3 +424,30 @@ def test_no_process_of_ours_opens_settings_that_lie_in_the_folder(
     mine.run(ALL, json.dumps(starters))
     assert opened.names() & {*LAID} == set()
     opened.close()
+
+
+def test_each_module_that_starts_a_process_is_tried(tmp_path: Path) -> None:
+    assert json.loads(Hostile(tmp_path, set()).run(ALL, "names")) == STARTERS
+
+
+FIRST = """
+import os
+{before}
+import sweep.trial.numba_errors
+from numba import config
+
+first = config.DISABLE_JIT
+os.environ["NUMBA_SHOW_HELP"] = "1"  # numba reads all settings again
+config.reload_config()
+print(first, config.DISABLE_JIT)
+"""
+
+
+@pytest.mark.parametrize(("before", "obeyed"), [("", 0), ("import numba", 1)])
+def test_a_program_that_imports_sweep_first_obeys_no_settings_of_numba(
+    tmp_path: Path, before: str, obeyed: int
+) -> None:
+    """One that has imported numba before has rules of its own."""
+    mine = Hostile(tmp_path, set())
+    (mine.folder / ".numba_config.yaml").write_text("disable_jit: 1\n")
+    assert mine.run(FIRST.format(before=before)) == f"{obeyed} {obeyed}\n"
