@@ -39,7 +39,7 @@ from sweep.spec.study import SPEC, Study, read_study
 from sweep.trial.simulation import run
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT
 
-MANY, FEW = 100_000, 100
+MANY, FEW = 100_000, 50
 RUN_SECONDS = 0.002
 """Trials of an estimate up to it are run."""
 MOST_BYTES = 4 * 2**30
