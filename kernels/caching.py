@@ -121,9 +121,10 @@ class OfOurs(CompileResultCacheImpl):
         it has addresses: of a table of over a megabyte, of which numba warns, and
         without optimization of the functions that it calls.
         """
+        if config.OPT > 0:
+            return bool(super().check_cachable(result))
         with warnings.catch_warnings():
-            if config.OPT == 0:
-                warnings.simplefilter("ignore", NumbaWarning)
+            warnings.simplefilter("ignore", NumbaWarning)
             return bool(super().check_cachable(result))
 
 

@@ -9,6 +9,7 @@ what is new is tried too.
 import random
 import re
 import resource
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import deepcopy
@@ -43,6 +44,8 @@ MANY, FEW = 100_000, 50
 RUN_SECONDS = 0.002
 """Trials of an estimate up to it are run."""
 MOST_BYTES = 4 * 2**30
+HANGS_SECONDS = 300
+"""Far more than a thousand specs take."""
 
 HOSTILE: tuple[Any, ...] = (
     *(0, -0.0, 1, -1, 2, 3, 0.5, 1.5, -0.5, 1 + 2**-52, 1 - 2**-53, 1e-9, 360),
@@ -254,15 +257,24 @@ def ran(study: Study) -> str:
     return f"{ended.status} {ended.error}"
 
 
+def _hangs(*_: object) -> None:
+    raise AssertionError(f"no end in {HANGS_SECONDS} seconds of a processor")
+
+
 @contextmanager
 def bounded() -> Iterator[None]:
-    """Work that holds MOST_BYTES more than this process does now."""
+    """Work that holds MOST_BYTES more than this process does now. A timer that is set
+    inside ends what hangs.
+    """
+    before = signal.signal(signal.SIGPROF, _hangs)
     limits = resource.getrlimit(resource.RLIMIT_AS)
     held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (held + MOST_BYTES, limits[1]))
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
         resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
@@ -288,6 +300,8 @@ def test_each_key_can_be_reached() -> None:
 def test_a_spec_is_planned_or_refused_in_one_line(many: int) -> None:
     with bounded():
         for number in range(many):
+            if number % 1000 == 0:
+                signal.setitimer(signal.ITIMER_PROF, HANGS_SECONDS)
             try:
                 came = tried(number)
             except Exception as error:
