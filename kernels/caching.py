@@ -65,6 +65,8 @@ MAKERS = tuple(
 """The files of what makes them."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
+CONFIG: Any = config
+"""numba's settings, which it declares at run time."""
 USUAL_OPT = 3
 """The level of optimization of numba where nothing sets another."""
 STAMP_DIGITS = 64
@@ -114,18 +116,20 @@ class OfOurs(CompileResultCacheImpl):
         self._locator = ByStamp(function)
         self._lineno = function.__code__.co_firstlineno
         name = f"{Path(self._locator._py_file).stem}.{function.__qualname__}"
-        self._filename_base = self.get_filename_base(name, sys.abiflags)
+        numbas: Any = super()
+        self._filename_base = numbas.get_filename_base(name, sys.abiflags)
 
     def check_cachable(self, result: Any) -> bool:
         """Whether what is compiled means the same in another process. It does not where
         it has addresses: of a table of over a megabyte, of which numba warns, and
         without optimization of the functions that it calls.
         """
-        if config.OPT > 0:
-            return bool(super().check_cachable(result))
+        numbas: Any = super()
+        if CONFIG.OPT > 0:
+            return bool(numbas.check_cachable(result))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NumbaWarning)
-            return bool(super().check_cachable(result))
+            return bool(numbas.check_cachable(result))
 
 
 def _impl(function: Callable[..., Any]) -> CompileResultCacheImpl:
@@ -283,10 +287,10 @@ def _unusual() -> Iterator[str]:
     """Settings of numba which change what is compiled, and which numba's own index does
     not name, where the user has set them.
     """
-    if config.OPT != USUAL_OPT:
-        yield f"opt{int(config.OPT)}-"
-    if config.BOUNDSCHECK is not None:
-        yield f"bounds{config.BOUNDSCHECK}-"
+    if CONFIG.OPT != USUAL_OPT:
+        yield f"opt{int(CONFIG.OPT)}-"
+    if CONFIG.BOUNDSCHECK is not None:
+        yield f"bounds{CONFIG.BOUNDSCHECK}-"
 
 
 def note_alone(function: Callable[..., Any]) -> None:
