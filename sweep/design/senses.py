@@ -75,7 +75,7 @@ def _steps(points: Points, name: str) -> NDArray[np.float64]:
 
 
 def _few_steps(points: Points, name: str) -> NDArray[np.float64]:
-    """The same, with none where they are infinitely many, which is refused by itself."""
+    """The same, with none where they are infinitely many: that is refused by itself."""
     found = _steps(points, name)
     return np.where(np.isfinite(found), found, 0.0)
 
