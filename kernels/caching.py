@@ -53,6 +53,8 @@ def usual_folder() -> Path:
 
 FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
+NOT_KEPT: dict[str, str] = {}
+"""The folders where what was compiled could not be kept, and why."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand, and those
 of kernels.fours.
@@ -97,6 +99,9 @@ class ByStamp(_CacheLocator):
 
     def get_cache_path(self) -> str:
         return str(FOLDER)
+
+    def ensure_cache_path(self) -> None:
+        """Nothing: `ByClasses.save` does what can be done."""
 
     def get_source_stamp(self) -> str:
         return ""  # `ByClasses` asks for the stamp
@@ -245,10 +250,15 @@ class ByClasses:
 
     def save(self, key: Any, data: Any) -> None:
         """Keep what is compiled for a key, and once in a process remove what nobody
-        uses.
+        uses. What cannot be written is used all the same, and NOT_KEPT has why.
         """
-        self._file(key[0]).save(key, data)
-        remove_unused(Path(self._folder))
+        folder = Path(self._folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file(key[0]).save(key, data)
+            remove_unused(folder)
+        except OSError as error:
+            NOT_KEPT[self._folder] = error.strerror or str(error)
 
     def holds_any(self) -> bool:
         """Whether the function is compiled already, for arguments of any types."""

@@ -18,8 +18,8 @@ def plan_table(jobs: Jobs, origin: Origin) -> pa.Table:
 
 
 def plan_tables(ids: Ids, jobs: Jobs, origin: Origin) -> PlanTables:
-    """`plan_table` of jobs with these ids, some rows at a time, and no asked.parquet.
-    The whole of a million would take a hundred megabytes.
+    """`plan_table` of jobs with these ids, some rows at a time, and nothing that a
+    search has asked for. The whole of a million would take a hundred megabytes.
     """
     columns = jobs.design.told_apart
     about = PlanAbout.of(jobs.study, columns, jobs.study.axes)

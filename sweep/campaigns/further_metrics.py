@@ -11,6 +11,7 @@ from sweep.own_code.catalogue import OwnCatalogue
 from sweep.own_code.references import FILE
 from sweep.spec.adding import with_metrics
 from sweep.spec.strict_yaml import parse_document
+from sweep.store.recordings import expressions
 from sweep.store.stored_code import is_ours
 from sweep.tables.stored_spec import check_recorded
 from sweep.tables.stored_study import StoredStudy
@@ -22,8 +23,8 @@ class FurtherMetrics:
     """`metrics` by their names, and expressions that `derive` others, by theirs: those
     of `asked` that a study does not record.
 
-    Raises ChoiceError for what is none, and where all are recorded; CodeError for code
-    that cannot be used or may not run.
+    Raises ChoiceError for what is none, and for an expression whose name is taken;
+    CodeError for code that cannot be used or may not run.
     """
 
     def __init__(self, study: StoredStudy, asked: Sequence[str]) -> None:
@@ -46,12 +47,15 @@ class FurtherMetrics:
         if wrong:
             words = f"{'; '.join(wrong)}; `sweep metrics` lists them"
             raise ChoiceError(words, study.name)
-        self.derive = {name.strip(): text.strip() for name, _, text in derive}
+        texts = {name.strip(): text.strip() for name, _, text in derive}
+        known_texts = expressions(study.store.schema("trials")) if derive else {}
+        self.derive = {
+            name: text
+            for name, text in texts.items()
+            if name not in recorded or known_texts.get(name) != text
+        }
         if taken := self.derive.keys() & recorded:
             words = f"{min(taken)} is recorded already: choose another name for it"
-            raise ChoiceError(words, study.name)
-        if not (self.metrics or derive):
-            words = f"{', '.join(names)}: recorded already, see `sweep table`"
             raise ChoiceError(words, study.name)
 
     @property

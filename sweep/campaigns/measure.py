@@ -5,9 +5,9 @@ its rows in all tables, with more columns, under the id of this larger recording
 whatever reads, verifies, serves or cleans trials works on it as on any. The plan then
 lists it in the place of the former one, as after a launch of a spec with the metrics.
 
-First the values of all trials are computed, then parts are stored, then the plan. So
-nothing is stored where one trial is refused. If this ends before the plan is stored,
-the study is as it was, and the same command goes on.
+First the values of all trials are computed, then parts are stored, then the spec, and
+the plan at last. So nothing is stored where one trial is refused. If this ends before
+the plan is stored, the study is as it was, and the same command goes on.
 """
 
 import json
@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.campaigns.further_metrics import FurtherMetrics
@@ -104,19 +105,24 @@ def measure(
         trust     whether code of the study may run that somebody else has launched
         report    is told how many of how many trials have been read and measured
 
-    Raises ChoiceError for what is no such metric, and for one that needs more than is
-    stored; CodeError for code that cannot be used or may not run; StoreError where
-    another process is launching the study, where trials are not what this machine and
-    this code compute, and where the store cannot be read or written. Whatever is
-    raised, what was stored stays.
+    Raises ChoiceError for what is no such metric, for one that needs more than is
+    stored, and where all are recorded; CodeError for code that cannot be used or may
+    not run; StoreError where another process is launching the study, where trials are
+    not what this machine and this code compute, and where the store cannot be read or
+    written. Whatever is raised, what was stored stays.
     """
     found = StoredStudy(name, results, trust=trust)
     with custody(found.store) as lock:
         study = StoredStudy(name, results, trust=trust)  # from now on none changes it
         if study.about.continued:
             raise ChoiceError(CHAINED, name)
-        measuring = _Measuring(study, FurtherMetrics(study, asked), executor, report)
-        return measuring.run(lock)
+        further = FurtherMetrics(study, asked)
+        relisted = _relist(study)
+        if not (further.names or relisted):
+            words = f"{', '.join(asked)}: recorded already, see `sweep table`"
+            raise ChoiceError(words, name)
+        measuring = _Measuring(study, further, executor, report)
+        return measuring.run(lock) if further.names else measuring.done([])
 
 
 class _Point(NamedTuple):
@@ -167,12 +173,13 @@ class _Measuring:
             raise StoreError(f"{words}: {self._launch}", study.name)
         self.statuses = self.store.trial_ids()
         self.trials: list[str] = study.plan["trial_id"].to_pylist()
+        self.ended = [one for one in self.trials if self.statuses.get(one) in ENDED]
         self.text, self.seen = further.spec(), 0
         self.counts = Counter[str]()
 
     def run(self, lock: Lock) -> MeasuredStudy:
         """Compute, store the parts, and then the plan that lists them."""
-        ended = [one for one in self.trials if self.statuses.get(one) in ENDED]
+        ended = self.ended
         if not ended:
             raise ChoiceError("no trial of it is done yet: launch it", self.study.name)
         self.report(0, len(ended))
@@ -189,14 +196,19 @@ class _Measuring:
             lock.check()
         metrics = self._publish(pairs, points[0].study)
         self.store.compact()
+        return self.done(metrics)
+
+    def done(self, metrics: list[str]) -> MeasuredStudy:
+        """What has been done, where the study now records these metrics."""
+        ended, measured = len(self.ended), self.counts["measured"]
         return MeasuredStudy(
             self.study.name,
             metrics,
-            self.counts["measured"],
-            len(ended) - self.counts["measured"],
-            len(self.trials) - len(ended),
-            self.further.recorded(self.text),
-            str(self.study.provenance["spec_path"]),
+            measured,
+            stored=ended - measured,
+            left=len(self.trials) - ended,
+            record=self.further.recorded(self.text),
+            path=str(self.study.provenance["spec_path"]),
         )
 
     def _points(self, trials: Sequence[StoredTrial]) -> Iterator[_Point]:
@@ -376,9 +388,42 @@ class _Measuring:
         plan, asked = replace(about, record=record).into(listed, origin), None
         if (searched := self.store.read_asked()) is not None:
             asked = pairs.into_rows(searched.to_reader()).read_all()
-        self.store.write_plan(plan.to_reader(), asked)
         self.store.write_spec(self.text)
+        self.store.write_plan(plan.to_reader(), asked)
         return [name for name in record if name not in about.record]
+
+
+def _relist(study: StoredStudy) -> bool:
+    """Where the plan of a search lists trials with further metrics, and what it has
+    asked for still names those without, store the plan with the former in both.
+    Returns whether that was so.
+
+    Up to version 0.18 these were two files, and a measurement that was killed between
+    them has left such a study. Raises StoreError for a trial that is not stored.
+    """
+    store, asked = study.store, study.store.read_asked()
+    if asked is None:
+        return False
+    listed = study.plan["trial_id"].combine_chunks()
+    former = asked.filter(pc.invert(pc.is_in(asked["trial_id"], value_set=listed)))
+    if not former.num_rows:
+        return False
+    flight = ("point", "replicate", "seed")
+    ids = former["trial_id"].unique()
+    trials = store.read("trials", trial_ids=ids, columns=["trial_id", *flight])
+    now = {tuple(row[name] for name in flight): row for row in study.plan.to_pylist()}
+    then = {
+        row["trial_id"]: now.get(tuple(row[name] for name in flight))
+        for row in trials.to_pylist()
+    }
+    found = {trial: row["trial_id"] for trial, row in then.items() if row}
+    if len(found) < len(ids):
+        words = f"its plan lacks {len(ids) - len(found):,} trials that it has asked for"
+        raise StoreError(f"{words}: run the search again", study.name)
+    pairs = Served.of(packed(found), packed(found.values()))
+    asked = pairs.into_rows(asked.to_reader()).read_all()
+    store.write_plan(study.plan.to_reader(), asked)
+    return True
 
 
 def _pairs(points: Sequence[_Point]) -> Served:

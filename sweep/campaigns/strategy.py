@@ -30,7 +30,7 @@ Origin = Mapping[str, object]
 """Where results come from, as `sweep.store.provenance` says it."""
 
 PlanTables = tuple[pa.RecordBatchReader, pa.Table | None]
-"""What becomes plan.parquet, some rows at a time, and, of a search, asked.parquet."""
+"""What becomes the plan, some rows at a time, and what a search has asked for."""
 
 Look = Callable[[], pa.Table]
 """Returns what is stored of the trials of the last round: a row each, in their order.

@@ -54,6 +54,10 @@ def measure(
         print(done.as_json())
     if quiet:
         return
+    if not done.metrics:
+        words = "what a killed measurement had left undone is done, see `sweep table`"
+        print(f"{study}: {words}", file=sys.stderr)
+        return
     said = [
         f"{study}: {', '.join(done.metrics)} of {so_many(done.measured, 'trial')}"
         f" measured, {done.stored:,} were there",

@@ -46,7 +46,7 @@ def _again(name: str, results: Location) -> str:
     if needed := what_the_spec_needs(stored):
         return needed
     if file := _file_of(stored):
-        command = "search" if stored.store.asked.exists() else "launch"
+        command = "search" if stored.store.read_asked() is not None else "launch"
         return f"sweep {command} {shlex.quote(str(file))} launches it on"
     return f"to launch it on, copy {stored.store.folder / SPEC}"
 

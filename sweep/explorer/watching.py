@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
-from sweep.spec.study_folder import ASKED, PLAN, STUDY_NAME, why_no_name
+from sweep.spec.study_folder import PLAN, STUDY_NAME, why_no_name
 from sweep.store.locations import Location
 from sweep.store.places import StudyPlace, place_of
 from sweep.tables.search_phases import by_phase
@@ -112,8 +112,8 @@ class Watched:
         files only names and times are read.
         """
         place = self.place(name)
-        files = [_written(place.root / file) for file in (PLAN, ASKED)]
-        said = [*files, *(part.name for part in place.parts())]
+        parts = [part.name for part in place.parts()]
+        said = [_written(place.root / PLAN), *parts]
         return hashlib.sha256("\n".join(said).encode()).hexdigest()[:16]
 
 

@@ -153,7 +153,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         else f"made from the seed {', '.join(map(str, listed))}",
         streams=dict(words),
         spec=study.spec,
-        searches=study.store.asked.exists(),
+        searches=study.store.read_asked() is not None,
         continued=chained.get("axis", ""),
         directions=chained.get("directions", ()),
         code=code,

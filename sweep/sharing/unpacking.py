@@ -1,17 +1,19 @@
 """A study again from its packed file, of which everything was checked before."""
 
+import hashlib
+import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
 from sweep.errors import ChoiceError, StoreError, UserError
 from sweep.sharing.packed_file import CRATE, MOST_CRATE, STUDY, PackedFile
-from sweep.spec.study_folder import PARTS, PLAN, why_no_name
+from sweep.spec.study_folder import PARTS, PLAN, WRITING, why_no_name
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
-from sweep.store.manifest import damage
+from sweep.store.manifest import MANIFEST, damage
 from sweep.store.new_files import create
 from sweep.store.places import StudyPlace, place_of
-from sweep.store.regular import parsed
+from sweep.store.regular import open_stored, parsed
 from sweep.store.stored_code import codes_of
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import origins
@@ -35,7 +37,8 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
 
     Its parts, code, spec and plan are those that were packed, to the byte. Nothing is
     written before every checksum of the file is right, and nothing counts before all is
-    there: the plan comes last. No code of it runs. Raises StoreError for a file that is
+    there: the plan comes last. Where this was killed, the same call goes on. No code of
+    it runs. Raises StoreError for a file that is
     none of these, that is damaged, or whose study no launch writes, and where there is
     such a study already; ChoiceError for what is no name of a study.
     """
@@ -44,12 +47,12 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
         if why := why_no_name(study):
             raise ChoiceError(f"{why}; --as gives it another one")
         place = place_of(results / study, results)
-        _refuse_existing(place, study)
+        _refuse_others(place, study, packed)
         try:
             with Lock(place):
+                place.tidy(whole=True)
                 # Somebody may have launched it, and ended, while we waited.
-                if PLAN in place.content() or place.parts():
-                    _refuse_existing(place, study)
+                _refuse_others(place, study, packed)
                 about = _fill(place, packed)
         except BaseException:
             place.left()
@@ -69,25 +72,45 @@ def _packed_name(packed: PackedFile) -> str:
     return name
 
 
-def _refuse_existing(place: StudyPlace, study: str) -> None:
+def _refuse_others(place: StudyPlace, study: str, packed: PackedFile) -> None:
+    """Raise StoreError where something is in the place that is not in the file: what is
+    in both was loaded by a process that was killed.
+    """
     content = place.content()
     if PLAN in content:
         raise StoreError(
             f"{place.root}: exists already; --as NAME loads it under another name"
         )
-    if content:
+    names = [name for name in content if name not in (PARTS, WRITING)]
+    names += [f"{PARTS}/{part.name}/{MANIFEST}" for part in place.parts()]
+    if not all(_is_packed(place.root / name, name, packed) for name in names):
         raise StoreError(
             f"{place.root}: holds what is left of a study without a plan;"
             f' "sweep rm {study}" removes it, --as NAME loads under another name'
         )
 
 
-def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
-    """Store the study of a file in an empty place. Returns the name under which it was
-    launched, and whether it has code of its own. After an error the place is empty.
-    """
+def _is_packed(place: Location, name: str, packed: PackedFile) -> bool:
+    """Whether a stored file is in the packed one too, with the same content."""
+    member = f"{STUDY}/{name}"
+    if member not in packed.sums:
+        return False
     try:
-        with place.staging("packed") as staging:
+        with open_stored(place) as file:
+            found = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:  # it is a folder, or none of ours
+        return False
+    return found == packed.sums[member]
+
+
+def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
+    """Store the study of a file in a place that has nothing, or a part of it. Returns
+    the name under which it was launched, and whether it has code of its own. After an
+    error the place is empty if it was so before.
+    """
+    there = {part.name for part in place.parts()}
+    try:
+        with place.staging(f"packed-{secrets.token_hex(6)}") as staging:
             staged = staging / STUDY
             (staged / PARTS).mkdir(parents=True)
             for name in packed.names():
@@ -96,13 +119,15 @@ def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
                     packed.copy(f"{STUDY}/{name}", file)
             about = _checked(staging, packed)
             for part in sorted((staged / PARTS).iterdir()):
-                place.commit(part, part.name)
+                if part.name not in there:
+                    place.commit(part, part.name)
             files = [one for one in sorted(staged.iterdir()) if one.is_file()]
             for file_of in sorted(files, key=lambda one: one.name == PLAN):
                 place.put(file_of)
             return about
     except BaseException:
-        place.delete()
+        if not there:
+            place.delete()
         raise
 
 

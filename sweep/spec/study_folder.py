@@ -94,7 +94,14 @@ def taken_name(study: str) -> str | None:
 
 def launched_studies(results: Path) -> list[str]:
     """The studies in a folder of results, which lie at most three folders deep."""
-    plans = (
-        plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN)
-    )
-    return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)
+    return studies_below(results, *("*/" * depth for depth in range(1, 4)))
+
+
+def studies_below(results: Path, *depths: str) -> list[str]:
+    """The studies in a folder, by patterns of how deep they lie.
+
+    What a process is writing, or has left in `writing`, has a name of no study.
+    """
+    plans = (plan for depth in depths for plan in results.glob(depth + PLAN))
+    names = (plan.parent.relative_to(results).as_posix() for plan in plans)
+    return sorted(name for name in names if STUDY_NAME.fullmatch(name))

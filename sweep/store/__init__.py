@@ -16,6 +16,7 @@ buckets     a study in an object store
 lock        one launch at a time
 lock_files  the files of its claims
 custody     a store in one launch's hands
+asked_lists what a search has asked for
 recordings  what trials record, and which serve for others
 last_flocks what links of chains begin with
 last_states what trials with more steps go on from

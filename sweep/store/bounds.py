@@ -14,7 +14,7 @@ from sweep.spec.study_folder import ASKED, PLAN
 
 ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
 """The least bytes of a row in files with ids. In the last of them one trial may have
-several rows.
+several rows, and so it may in lists of a plan: a value of these takes a byte or more.
 """
 FREE_ROWS = 100_000
 """Rows that a file of any size may have."""
@@ -29,6 +29,8 @@ def excess_rows(name: str, metadata: Any, size: int) -> str:
     rows = _rows(metadata)
     if name in ROW_BYTES and rows > FREE_ROWS + size // ROW_BYTES[name]:
         return f"{rows:,} rows with an id each cannot lie in {size:,} bytes"
+    if name in ROW_BYTES and (values := _values(metadata)) > FREE_ROWS + size:
+        return f"{values:,} values of lists cannot lie in {size:,} bytes"
     return ""
 
 
@@ -49,6 +51,18 @@ def _groups(metadata: Any) -> list[Any]:
 def _rows(metadata: Any) -> int:
     return max(
         int(metadata.num_rows), sum(int(group.num_rows) for group in _groups(metadata))
+    )
+
+
+def _values(metadata: Any) -> int:
+    """The most values that a column has: more than rows where these are lists."""
+    groups = _groups(metadata)
+    return max(
+        (
+            sum(int(group.column(index).num_values) for group in groups)
+            for index in range(metadata.num_columns)
+        ),
+        default=0,
     )
 
 

@@ -4,14 +4,26 @@ Flushing a file saves its content; flushing a folder saves the names in it. So a
 file is safe when first its content is flushed, and then its name in each folder on the
 way to it.
 
-Windows has no way to flush the names in a folder. There a file system that keeps a
-journal, as NTFS, holds them soon after.
+Windows has no way to flush the names in a folder, and some file systems have none, as
+of networks and in user space. One that keeps a journal, as NTFS, holds the names soon
+after. Where a file system says that it has no way, a line says so once.
 """
 
+import errno
+import logging
 import os
+import stat
 import sys
 from contextlib import suppress
 from pathlib import Path
+
+LOG = logging.getLogger("sweep")
+HAS_NO_WAY = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
+"""What a file system says that cannot flush folders. All else, as EIO and ENOSPC, means
+that it has tried, and that something may be lost already.
+"""
+SAID = "BOIDSWEEP_FLUSHES_NO_FOLDERS"
+"""A variable that says that it was said. Worker processes inherit it."""
 
 
 def flush(descriptor: int) -> None:
@@ -28,6 +40,24 @@ def flush(descriptor: int) -> None:
     os.fsync(descriptor)
 
 
+def flush_names(descriptor: int) -> None:
+    """Flush the names in an open folder, where its file system has a way to do that.
+    Raises OSError.
+    """
+    try:
+        flush(descriptor)
+    except OSError as error:
+        if error.errno not in HAS_NO_WAY:
+            raise
+        if SAID not in os.environ:
+            os.environ[SAID] = "1"
+            LOG.warning(
+                "this file system cannot flush a folder to the disk (%s): a power cut"
+                " may cost the last part that is stored; launch the study again then",
+                error.strerror,
+            )
+
+
 def flush_to_disk(path: Path) -> None:
     """Flush a file's content, or the names in a folder, to the disk. Raises OSError."""
     flags = os.O_RDONLY
@@ -37,7 +67,8 @@ def flush_to_disk(path: Path) -> None:
         flags = os.O_RDWR  # by which alone Windows flushes
     descriptor = os.open(path, flags)
     try:
-        flush(descriptor)
+        is_folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
+        (flush_names if is_folder else flush)(descriptor)
     finally:
         os.close(descriptor)
 

@@ -30,6 +30,7 @@ from sweep.spec.study_folder import (
     STORED,
     WRITING,
     is_own,
+    studies_below,
 )
 from sweep.store.durable import flush_to_disk, make_folders, move_durably
 from sweep.store.locations import Location
@@ -173,10 +174,10 @@ class Folder:
             raise StoreError(f"{target}: exists already; choose another name")
         if self.root in target.parents:
             raise StoreError(f"{target}: lies within {self.root}; choose another name")
-        plans = self.root.glob(f"**/{PLAN}")
-        if inner := sorted(plan.parent for plan in plans if plan.parent != self.root):
+        if inner := studies_below(self.root, "*/**/"):
             raise StoreError(
-                f"{inner[0]}: is another study, within {self.root}; rename that first"
+                f"{self.root / inner[0]}: is another study, within {self.root};"
+                " rename that first"
             )
         try:
             make_folders(target.parent)

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
-from sweep.store.durable import flush
+from sweep.store.durable import flush, flush_names
 
 
 def create(path: Path, folder: int | None = None) -> BinaryIO:
@@ -104,7 +104,7 @@ class _Opened:
         return _Opened(name, os.O_NOFOLLOW, self._descriptor)
 
     def flush(self) -> None:
-        flush(self._descriptor)
+        flush_names(self._descriptor)
 
     def close(self) -> None:
         os.close(self._descriptor)

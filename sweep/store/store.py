@@ -2,8 +2,9 @@
 trials say what has been run.
 
     parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
-    plan.parquet       the trials of the spec as last launched
-    asked.parquet      of a search: which candidate had which of them
+    plan.parquet       the trials of the spec as last launched; of a search, also which
+                       candidate had which of them
+    asked.parquet      the latter, up to version 0.18
     code-<sha>.json    code of the user's own that computed some of them
     lock/              who is launching it
     damaged/           parts that cannot be read
@@ -23,12 +24,13 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pyarrow as pa
 
 from sweep.errors import StoreError
 from sweep.spec.study_folder import ASKED, PLAN, SPEC, code_file
+from sweep.store.asked_lists import ASKED_FOR, asked_in, with_asked
 from sweep.store.finding import no_study
 from sweep.store.locations import Location, patiently
 from sweep.store.manifest import (
@@ -63,6 +65,8 @@ from sweep.store.uniting import united
 
 T = TypeVar("T")
 
+SEARCH_AGAIN = "delete it and search again"
+"""The way out where it is not known what a search has asked for."""
 LAST_ID = 10**19
 """Names of parts sort by age as far as 19 digits go."""
 
@@ -81,7 +85,6 @@ class Store:
         self.folder, self.results = folder, results or folder.parent
         self.place = place_of(folder, self.results)
         self.shared = False
-        self.asked = folder / ASKED
         self._plan = folder / PLAN
         self._gathering = Gathering()
         self._newest = -1
@@ -220,17 +223,15 @@ class Store:
     def write_plan(
         self, plan: pa.RecordBatchReader, asked: pa.Table | None = None
     ) -> None:
-        """Replace the plan, which comes some rows at a time, and what a search has
-        asked for, each with its schema metadata and in one step.
+        """Replace the plan, which comes some rows at a time, together with what a
+        search has asked for, each with its schema metadata, in one step.
         """
-        others = None if asked is None else asked.to_reader()
-        for name, rows in ((self._plan.name, plan), (self.asked.name, others)):
-            if rows is None:
-                self.place.remove(name)
-                continue
-            with self.staging(f"{name}-{secrets.token_hex(6)}") as staging:
-                _write_rows(staging / name, rows)
-                self.place.put(staging / name)
+        if asked is not None:
+            plan = with_asked(plan.read_all(), asked).to_reader()
+        with self.staging(f"plan-{secrets.token_hex(6)}") as staging:
+            _write_rows(staging / PLAN, plan)
+            self.place.put(staging / PLAN)
+        self.place.remove(ASKED)
 
     def write_spec(self, text: str) -> None:
         """Replace the spec as last launched in one step."""
@@ -251,9 +252,13 @@ class Store:
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
-        plan = patiently(
-            lambda: _read_if_there(self._plan, "delete it and launch the study again")
-        )
+
+        def trials(file: Any) -> pa.Table:
+            names = file.schema_arrow.names
+            return file.read([name for name in names if name != ASKED_FOR])
+
+        remedy = "delete it and launch the study again"
+        plan = patiently(lambda: _read_if_there(self._plan, remedy, trials))
         if plan is None and self.all_parts():
             lost = "trials are stored here, but there is no plan.parquet"
             raise StoreError(
@@ -265,9 +270,21 @@ class Store:
 
     def read_asked(self) -> pa.Table | None:
         """What a search has asked for; None where the study is no search."""
-        return patiently(
-            lambda: _read_if_there(self.asked, "delete it and search again")
-        )
+
+        def asked(file: Any) -> pa.Table | None:
+            if ASKED_FOR not in file.schema_arrow.names:
+                return None
+            plan = file.read(["trial_id", ASKED_FOR])
+            return asked_in(plan, self._plan, SEARCH_AGAIN)
+
+        def whole(file: Any) -> pa.Table:
+            return file.read()
+
+        for path, read in ((self._plan, asked), (self.folder / ASKED, whole)):
+            found = patiently(lambda: _read_if_there(path, SEARCH_AGAIN, read))  # noqa: B023
+            if found is not None:
+                return found
+        return None
 
     def current_parts(self) -> list[Location]:
         """The parts that count, oldest first."""
@@ -383,11 +400,14 @@ def _holds(path: Location, content: bytes) -> bool:
         return False
 
 
-def _read_if_there(path: Location, remedy: str) -> pa.Table | None:
+def _read_if_there(
+    path: Location, remedy: str, read: Callable[[Any], pa.Table | None]
+) -> pa.Table | None:
+    """What `read` takes of a parquet file; None where there is no such file."""
     if not path.exists():
         return None
     with opened(path, remedy) as file:
-        return file.read()
+        return read(file)
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:

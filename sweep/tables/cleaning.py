@@ -106,7 +106,7 @@ class Waste:
 
 def _grows(study: StoredStudy) -> bool:
     """Whether the study decides as it runs which trials it has."""
-    return study.looks is not None or study.store.asked.exists()
+    return study.looks is not None or study.store.read_asked() is not None
 
 
 def find_waste(study: StoredStudy) -> Waste:
@@ -147,6 +147,9 @@ def _unused(study: StoredStudy, parts: list[Location], waste: Waste) -> dict[str
 def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     waste, superseded = Waste(), superseded_rows(parts)
     listed = study.plan["trial_id"].combine_chunks()
+    if (asked := study.store.read_asked()) is not None:
+        # Up to version 0.18 it was another file, which may name other trials.
+        listed = pa.concat_arrays([listed, asked["trial_id"].combine_chunks()])
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, trials in zip(parts, tables, strict=True):
         ids, about = (

@@ -8,7 +8,9 @@ import pandas as pd
 import pyarrow as pa
 
 from sweep.errors import StoreError
+from sweep.spec.study_folder import PLAN
 from sweep.store.plan_about import AxisAbout
+from sweep.store.store import SEARCH_AGAIN
 from sweep.tables.stored_study import StoredStudy
 
 PHASE = "phase"
@@ -82,14 +84,14 @@ class PhasedSearch(StoredStudy):
 
 def by_phase(study: StoredStudy) -> StoredStudy:
     """A search with its phases apart; any other study as it is. Raises StoreError for
-    an asked.parquet that no search has written.
+    what no search has asked for.
     """
     if study.kept_apart or (asked := study.store.read_asked()) is None:
         return study
     if lacking := {"trial_id", PHASE} - set(asked.column_names):
         raise StoreError(
-            f"{study.store.asked}: it has no column {min(lacking)}; delete it and"
-            " search again"
+            f"{study.store.folder / PLAN}: it has no column {min(lacking)};"
+            f" {SEARCH_AGAIN}"
         )
     rows = asked.select(["trial_id", PHASE]).to_pandas().drop_duplicates("trial_id")
     return PhasedSearch(study, rows.set_index("trial_id")[PHASE])

@@ -38,6 +38,10 @@ REINSTALL = "install it again: pip install --force-reinstall --no-deps boidsweep
 NAME = "boidsweep"
 VARIABLE = "NUMBA_CACHE_DIR"
 WAY_OUT = f"Set {VARIABLE} to a folder that you alone can write."
+NOTHING_IS_KEPT = "BOIDSWEEP_KEEPS_NO_KERNELS"
+"""A variable that says that the folder cannot be written any more, and that it was
+said. Worker processes inherit it.
+"""
 LOG = logging.getLogger("sweep")
 
 

@@ -30,7 +30,14 @@ from sweep.design.jobs import Job
 from sweep.trial.generators import lent_to_all
 from sweep.trial.result import Result
 from sweep.trial.robots import flies_alone
-from sweep.trial.simulation import COMPILING_SECONDS, LOG, Simulation, one_step, run
+from sweep.trial.simulation import (
+    COMPILING_SECONDS,
+    LOG,
+    Simulation,
+    one_step,
+    run,
+    say_not_kept,
+)
 
 AT_ONCE = WIDTH
 """So many trials fly together at most."""
@@ -98,6 +105,7 @@ def warm_together(jobs: Sequence[Job]) -> bool:
         )
     steps = [one_step(job) for job in jobs]
     found = _attempt(_together, steps)
+    say_not_kept()
     if isinstance(found, Exception):
         _tell(found, [run(one) for one in steps])
         return False

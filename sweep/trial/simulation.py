@@ -5,6 +5,7 @@ takes one process. It takes one thread, or as many as its job says, with the sam
 """
 
 import logging
+import os
 import time
 import traceback
 from collections.abc import Callable
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.caching import is_kept
+from kernels.caching import NOT_KEPT, is_kept
 from kernels.coverage import heatmap, no_coverage
 from kernels.flight import (
     MOST_FRAMES,
@@ -45,6 +46,7 @@ from sweep.design.jobs import Job, stream
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
+from sweep.trial.compiled import NOTHING_IS_KEPT
 from sweep.trial.derived import measured, summaries
 from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
@@ -396,7 +398,21 @@ def warm(job: Job) -> Result:
     whose result it is.
     """
     say_compiling(job)
-    return run(one_step(job))
+    result = run(one_step(job))
+    say_not_kept()
+    return result
+
+
+def say_not_kept() -> None:
+    """Say where compiled kernels could not be kept, once."""
+    if NOT_KEPT and NOTHING_IS_KEPT not in os.environ:
+        os.environ[NOTHING_IS_KEPT] = "1"
+        folder, why = next(iter(NOT_KEPT.items()))
+        LOG.warning(
+            "%s: compiled kernels cannot be kept (%s), so each process compiles what"
+            " it needs: make room there, or set NUMBA_CACHE_DIR to another folder",
+            *(folder, why),
+        )
 
 
 def one_step(job: Job) -> Job:
@@ -406,8 +422,10 @@ def one_step(job: Job) -> Job:
 
 def say_compiling(job: Job) -> None:
     """Say that the model of a job will be compiled, where it is not yet: nothing else
-    is seen of it.
+    is seen of it. Where each process compiles, that was said.
     """
+    if NOTHING_IS_KEPT in os.environ:
+        return
     if seconds := compiling_seconds(job):
         about = f"about {seconds:.0f} s on an idle core, once"
         LOG.warning("compiling %s, %s", job.model, about)

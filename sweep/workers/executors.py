@@ -5,18 +5,22 @@ An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, an
 keeps the limits of a job.
 """
 
+import glob
 import logging
 import os
+import secrets
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
-from sweep.store.processes import end, end_with, started
+from sweep.store.processes import end, end_with, here, started
 from sweep.surroundings import SAFE_PATH, SETTINGS, ignore_settings, safe_path
 from sweep.trial.interrupts import SIGNALS, deaf
 
@@ -30,6 +34,8 @@ P = ParamSpec("P")
 
 IDLE_SECONDS = 30.0
 UNNOTICED_SECONDS = 1.0
+SHARED_MEMORY, SEMAPHORE = Path("/dev/shm"), "boidsweep"
+"""Where Linux keeps semaphores with names, and how ours are called."""
 PATIENCE_SECONDS = 5.0
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
@@ -167,6 +173,8 @@ class Loky(FliesOnProcessors):
 
         if self._pool is None:
             self._missed = None
+            if sys.platform == "linux":
+                _own_semaphores()
             with safe_path(), _deaf_workers():
                 # A pool of our own: loky's shared one could be resized or shut down
                 # under us by any joblib user.
@@ -251,6 +259,26 @@ def _deaf_workers() -> Iterator[None]:
             # Starting it later, between the workers, would lift the mask.
             resource_tracker.ensure_running()
         yield
+
+
+def _own_semaphores() -> None:
+    """Give semaphores from now on names that say whose they are, and remove those of
+    processes that are no more.
+
+    loky's resource tracker removes them when a process ends, however it ends; but not
+    where it is killed too, with a whole process group or container.
+    """
+    from joblib.externals.loky.backend.synchronize import SemLock
+
+    def name() -> str:
+        return f"/{here()}~{os.getpid()}~{SEMAPHORE}-{secrets.token_hex(4)}"
+
+    SemLock._make_name = staticmethod(name)
+    for file in SHARED_MEMORY.glob(f"sem.{glob.escape(here())}~*~{SEMAPHORE}-*"):
+        process = file.name.split("~")[1]
+        if process.isdecimal() and started(int(process)) is None:
+            with suppress(OSError):  # another launch has, or it is another user's
+                file.unlink()
 
 
 def _prepare_worker(

@@ -12,11 +12,10 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
 
-from kernels.catalogue import Catalogue
 from sweep.workers.executors import ONE_THREAD
 from sweep.workers.fingerprint import own_part, refusal
 from sweep.workers.watch import Limits
-from sweep.workers.worker import run_chunk
+from sweep.workers.worker import compile_ahead, run_chunk
 
 J = TypeVar("J")
 
@@ -25,7 +24,6 @@ WARDEN = (
     " from sweep.workers.warden import main; main({process}, {scheduler!r})"
 )
 _task = threading.local()
-_warmed: set[tuple[Catalogue, str]] = set()
 _wardens: list["subprocess.Popen[bytes]"] = []
 
 
@@ -57,30 +55,10 @@ def perform(task: bytes) -> bytes:
         )
     function, args, kwargs = pickle.loads(load)
     if function is run_chunk:
-        _warm(args[1], getattr(args[0], "together", False))
+        compile_ahead(args[1], getattr(args[0], "together", False))
     _tell(worker, topic, name)
     _task.names = {"topic": topic, "name": name}
     return pickle.dumps(function(*args, **kwargs))
-
-
-def _warm(jobs: Sequence[object], together: bool) -> None:
-    """Compile what trials need, alone and perhaps `together`, before the clock of a
-    trial runs: other machines have their own caches.
-    """
-    from sweep.design.jobs import Job
-    from sweep.trial.lanes import first_group, warm_together
-    from sweep.trial.simulation import warm
-
-    for job in jobs:
-        if not isinstance(job, Job):
-            continue
-        kind = job.known, f"{job.model} {job.record}"
-        if kind not in _warmed:
-            warm(job)
-            _warmed.add(kind)
-            alike = [one for one in jobs if isinstance(one, Job)] if together else []
-            if group := first_group(alike):
-                warm_together(group)
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:

@@ -1,16 +1,22 @@
 """Runs a chunk of jobs in a worker process."""
 
+import os
 import time
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
+from sweep.trial.compiled import NOTHING_IS_KEPT
 from sweep.workers import fingerprint
 from sweep.workers.watch import JobNote
 
+if TYPE_CHECKING:
+    from kernels.catalogue import Catalogue
+
 J = TypeVar("J")
 R = TypeVar("R")
+_compiled: "set[tuple[Catalogue, str]]" = set()
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,8 @@ def run_chunk(
     """
     if refusal := fingerprint.refusal(expected):
         return refusal
+    if seat is not None and NOTHING_IS_KEPT in os.environ:
+        compile_ahead(jobs)
     start = time.perf_counter()
     several: Callable[[Sequence[J]], list[R]] | None = getattr(run, "several", None)
     outcomes: list[R | Failure]
@@ -50,6 +58,26 @@ def run_chunk(
             _attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))
         ]
     return outcomes, time.perf_counter() - start
+
+
+def compile_ahead(jobs: Sequence[object], together: bool = False) -> None:
+    """Compile what trials need, alone and perhaps `together`, before the clock of a
+    trial runs: where no other process has kept it for this one.
+    """
+    from sweep.design.jobs import Job
+    from sweep.trial.lanes import first_group, warm_together
+    from sweep.trial.simulation import warm
+
+    for job in jobs:
+        if not isinstance(job, Job):
+            continue
+        kind = job.known, f"{job.model} {job.record}"
+        if kind not in _compiled:
+            warm(job)
+            _compiled.add(kind)
+            alike = [one for one in jobs if isinstance(one, Job)] if together else []
+            if group := first_group(alike):
+                warm_together(group)
 
 
 def _attempt(run: Callable[[J], R], job: J) -> R | Failure:

@@ -62,7 +62,7 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(
         patch.setattr(Checkpoints, "discard", note)
         next(store.folder.glob("parts/*/trials.parquet")).write_text("damaged")
         relaunch(long, tmp_path)
-    store.write_plan(study.plan.to_reader(), study.plan)
+    (store.folder / "asked.parquet").touch()  # of a search up to version 0.18
     seen |= {path.name for path in store.folder.iterdir()}
     assert seen == set(STORED)
 

@@ -248,6 +248,22 @@ def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
         )
 
 
+def test_a_small_plan_with_long_lists_is_not_read(tmp_path: Path) -> None:
+    store, rows = Store(tmp_path / "study"), 2_000_000
+    kind = pa.list_(pa.struct([("row", pa.int64())]))
+    lists = pa.array([[{"row": 0}] * 1000], kind)
+    file = tmp_path / "study" / "plan.parquet"
+    file.parent.mkdir()
+    long = pa.ListArray.from_arrays(
+        pa.array([0, rows], pa.int32()), pa.concat_arrays([lists.flatten()] * 2000)
+    )
+    plan = pa.table({"trial_id": ["a"], "asked for": long})
+    pq.write_table(plan, file, compression="zstd")
+    assert file.stat().st_size < SMALL_FILE
+    with pytest.raises(StoreError, match="2,000,000 values of lists cannot lie in"):
+        store.read_asked()
+
+
 def test_ids_are_what_the_bound_takes_them_for() -> None:
     study = parse_spec(SMALL)
     ids = Jobs(study, expand(study)).table()["trial_id"].to_pylist()

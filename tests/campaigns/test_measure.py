@@ -4,10 +4,12 @@ that records them stores, or they are refused and nothing is stored.
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from kernels.catalogue import BUILT_IN
@@ -21,6 +23,9 @@ from sweep.spec.adding import with_metrics
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.recorded import lacks
 from sweep.spec.strict_yaml import parse_document, read_documents
+from sweep.store.buckets import Bucket
+from sweep.store.folders import Folder
+from sweep.store.locations import Location
 from sweep.store.lock import Lock
 from sweep.store.manifest import table_names
 from sweep.store.parquet import load_table
@@ -34,6 +39,7 @@ from tests import oscillators
 from tests.commands import sweep
 from tests.own_models import edited, written
 from tests.searches import TINY, searched
+from tests.store.test_whole_studies import in_memory
 from tests.studies import (
     SMALL,
     launched,
@@ -149,8 +155,13 @@ def test_expressions_are_of_frames_or_of_series(tmp_path: Path) -> None:
     check_same(StoredStudy("small", tmp_path / "here"), there)
     with pytest.raises(ChoiceError, match="needs escapes, collisions or arrivals"):
         measured(tmp_path / "here", "hits = collisions + 1")
-    with pytest.raises(ChoiceError, match="gain is recorded already"):
+    with pytest.raises(ChoiceError, match="gain is recorded already: choose another"):
         measured(tmp_path / "here", "gain = speed")
+    with pytest.raises(ChoiceError, match="speed: recorded already, see `sweep table`"):
+        measured(tmp_path / "here", asked[0])
+    relaunch(spec, tmp_path / "here")  # its trials are listed without it again
+    again = measured(tmp_path / "here", asked[0])
+    assert again.metrics == ["polarization", "gain"]
     series = spec.replace("trajectories: true", "heatmaps: false")
     launched(series, tmp_path / "series")
     assert measured(tmp_path / "series", "left = 1 - escapes").measured == 6
@@ -162,9 +173,9 @@ def test_expressions_are_of_frames_or_of_series(tmp_path: Path) -> None:
     ("asked", "said"),
     [
         ("polarisation", 'unknown metric "polarisation"'),
-        ("speed", "speed: recorded already"),
         ("potential", "for models with a pair potential"),
         ("gain = speed /", "gain"),
+        ("speed", "speed: recorded already"),
         ("speed2 = n + 1", "has no metric"),
     ],
 )
@@ -436,9 +447,8 @@ def test_a_rule_goes_on_with_what_is_measured(tmp_path: Path) -> None:
 
 
 def test_a_search_goes_on_with_what_is_measured(tmp_path: Path) -> None:
-    spec = TINY.replace("[flock_radius]", "[flock_radius], trajectories: true")
-    assert spec != TINY
-    searched(spec, tmp_path)
+    assert FLOWN_SEARCH != TINY
+    searched(FLOWN_SEARCH, tmp_path)
     before = read_asked(StoredStudy("tiny", tmp_path))
     assert measured(tmp_path, "polarization", study="tiny").measured > 0
     after = read_asked(StoredStudy("tiny", tmp_path))
@@ -447,6 +457,70 @@ def test_a_search_goes_on_with_what_is_measured(tmp_path: Path) -> None:
     assert after.table["polarization"].notna().all()
     listed = StoredStudy("tiny", tmp_path).spec
     assert searched(listed, tmp_path).statuses.total() == 0
+
+
+FLOWN_SEARCH = TINY.replace("[flock_radius]", "[flock_radius], trajectories: true")
+
+
+def in_two_files(study: StoredStudy, asked: pa.Table) -> None:
+    """Store a search as versions up to 0.18 did, which were killed between them."""
+    study.store.write_plan(study.plan.to_reader())
+    pq.write_table(asked, study.store.folder / "asked.parquet")
+
+
+@pytest.mark.parametrize("kind", [Folder, Bucket])
+def test_what_a_search_asked_for_is_stored_with_its_plan_in_one_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: type[Folder | Bucket]
+) -> None:
+    """Wherever `sweep measure` is killed, the candidates have trials of the plan."""
+    searched(FLOWN_SEARCH, tmp_path)
+    place: Location = tmp_path if kind is Folder else in_memory(tmp_path)[1]
+    put, left = kind.put, list[int]()
+
+    def killed(store: Any, staged: Path) -> None:
+        if not left:
+            raise KeyboardInterrupt
+        left.pop()
+        put(store, staged)
+
+    monkeypatch.setattr(kind, "put", killed)
+    for writes in range(10):
+        left[:] = range(writes)
+        try:
+            measure("tiny", ["polarization"], place, Serial())
+            break
+        except KeyboardInterrupt:
+            study = StoredStudy("tiny", place)
+            asked, columns = read_asked(study).table, read_asked(study).about
+            assert set(asked["trial_id"]) == set(study.plan["trial_id"].to_pylist())
+            assert asked[columns["parameters"]].notna().all(axis=None)
+    assert writes == 2
+    assert read_asked(StoredStudy("tiny", place)).table["polarization"].notna().all()
+
+
+def test_a_search_whose_two_files_were_left_apart_is_healed_by_the_same_command(
+    tmp_path: Path,
+) -> None:
+    searched(FLOWN_SEARCH, tmp_path)
+    old = Store(tmp_path / "tiny").read_asked()
+    measured(tmp_path, "polarization", study="tiny")
+    study = StoredStudy("tiny", tmp_path)
+    whole = read_asked(study).table
+    in_two_files(study, old)
+    assert not find_waste(study).rows, "what the search asked for would be deleted"
+    said = sweep(tmp_path, "measure", "tiny", "polarization", "--results", ".")
+    assert said.returncode == 0
+    assert "tiny: what a killed measurement had left undone is done" in said.stderr
+    pd.testing.assert_frame_equal(read_asked(study).table, whole)
+    assert StoredStudy("tiny", tmp_path).plan.equals(study.plan, check_metadata=True)
+    assert sum(find_waste(study).trials.values()) == 39
+    # Without the former trials nobody knows which ones were asked for.
+    clean(study, find_waste(study))
+    in_two_files(study, old)
+    with pytest.raises(StoreError, match="its plan lacks 39 trials that it has asked"):
+        measured(tmp_path, "polarization", study="tiny")
+    assert searched(study.spec, tmp_path).statuses.total() == 0
+    pd.testing.assert_frame_equal(read_asked(study).table, whole)
 
 
 def test_state_and_kinds_of_boids_are_met(

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 
 import sweep.campaigns.search.run as run_module
@@ -26,6 +25,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
+from sweep.store.store import Store
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
@@ -95,11 +95,10 @@ def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
     whole: AskedTrials, tmp_path: Path
 ) -> None:
     searched(TINY, tmp_path)
-    (tmp_path / "tiny" / "asked.parquet").unlink()
-    with pytest.raises(
-        ChoiceError, match=r"study tiny: not a search \(it has no asked\.parquet\)"
-    ):
-        read_asked(StoredStudy("tiny", tmp_path))
+    study = StoredStudy("tiny", tmp_path)
+    study.store.write_plan(study.plan.to_reader())
+    with pytest.raises(ChoiceError, match="study tiny: not a search"):
+        read_asked(study)
     assert searched(TINY, tmp_path).statuses.total() == 0
     equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
 
@@ -370,14 +369,14 @@ def test_repetitions_that_nobody_can_read_are_none(
     assert stored_repetitions(study, tmp_path) == 0
     search(study, tmp_path, Serial(), repetitions=1)
     assert stored_repetitions(study, tmp_path) == 1
-    file = tmp_path / study.name / "asked.parquet"
-    table = pq.read_table(file)
+    store = Store(tmp_path / study.name)
+    plan, table = store.read_plan(), store.read_asked()
     about = json.loads(table.schema.metadata[b"search"])
     for wrong in ("many", -1, 1.5, True, None):
         told = {b"search": json.dumps(about | {"repetitions": wrong}).encode()}
-        pq.write_table(table.replace_schema_metadata(told), file)
+        store.write_plan(plan.to_reader(), table.replace_schema_metadata(told))
         assert stored_repetitions(study, tmp_path) == 0
-    file.write_bytes(b"no table")
+    (store.folder / "plan.parquet").write_bytes(b"no table")
     assert stored_repetitions(study, tmp_path) == 0
 
 

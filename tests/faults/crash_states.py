@@ -1,4 +1,5 @@
 """Launches that are recorded, and what a power cut may leave at each of their moments.
+Where further metrics are measured, that is recorded in the same way.
 
 After every step of a launch, and in the middle of what it writes, the disk may hold
 more or less of what was not flushed: LOSSES. Each such state is read, then launched
@@ -23,6 +24,8 @@ import pyarrow as pa
 import pytest
 
 from sweep.campaigns.launch import launch, search
+from sweep.campaigns.measure import measure
+from sweep.errors import ChoiceError
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table
 from sweep.store.store import Store
@@ -53,6 +56,8 @@ SOUGHT = SOUGHT.replace("candidates: 2, replicates: 3", "candidates: 1, replicat
 LONG = FIRST.replace("steps: 3", "steps: 16").replace("[0.5, 1]", "[1]")
 LONG = LONG.replace("[speed], every", "[speed], trajectories: true, every")
 LONG = LONG.replace(WITHOUT, "checkpoint: 1.0e-9\n")
+FLOWN = FIRST.replace("series: [speed]", "metrics: [speed], trajectories: true")
+SOUGHT_FLOWN = SOUGHT.replace("every: 3", "every: 3, trajectories: true")
 OWN = OWN_SPEC.replace("steps: 9", "steps: 3") + WITHOUT
 OWN = OWN.replace("replicates: 3", "replicates: 1")
 OWN_MORE = OWN.replace("replicates: 1", "replicates: 2")
@@ -60,10 +65,13 @@ WENT_ON = re.compile(r"trial (\w+): goes on from step ([0-9,]+) of")
 
 
 class Kind(NamedTuple):
-    """A launch of `spec` where one of `before` has stored its results."""
+    """A launch of `spec` where one of `before` has stored its results; or, with
+    `further` metrics, a measurement of these.
+    """
 
     spec: str
     before: str = ""
+    further: tuple[str, ...] = ()
 
 
 KINDS = {
@@ -73,6 +81,12 @@ KINDS = {
     "search": Kind(SOUGHT),
     "own code": Kind(OWN),
     "more of own code": Kind(OWN_MORE, before=OWN),
+}
+MEASURED_KINDS = {
+    "further metric": Kind(FLOWN, before=FLOWN, further=("polarization",)),
+    "further metric of a search": Kind(
+        SOUGHT_FLOWN, before=SOUGHT_FLOWN, further=("polarization",)
+    ),
 }
 
 
@@ -118,10 +132,24 @@ def launched(spec: str, results: Path) -> Counter[str]:
     return run(study, results, Serial()).statuses
 
 
+def done(kind: Kind, results: Path) -> int:
+    """Launch or measure a study; the number of new trials, or of measured ones."""
+    if not kind.further:
+        return launched(kind.spec, results).total()
+    name = read(kind.spec).name
+    if {*kind.further} <= {*StoredStudy(name, results).metrics}:
+        with pytest.raises(ChoiceError, match="recorded already"):
+            measure(name, kind.further, results, Serial())
+        return 0
+    return measure(name, kind.further, results, Serial()).measured
+
+
 def tables(spec: str, results: Path) -> list[pd.DataFrame]:
-    """What a study has stored, but for how long it took."""
+    """What a study has stored, less how long it took; and what a search asked for."""
     study = StoredStudy(read(spec).name, results)
     found = [study.trials, study.series, study.trajectories]
+    if (asked := study.store.read_asked()) is not None:
+        found.append(asked.to_pandas())
     return [
         table.sort_values([name for name in ("trial_id", "frame") if name in table])
         .drop(columns=["seconds", "replay"], errors="ignore")
@@ -170,14 +198,20 @@ def record(kind: Kind, root: Path, before: list[Step] | None = None) -> Recordin
             method = promising(place, name, promised, recorder, promises)
             patch.setattr(place, name, method)
         with recorder.recording():
-            launched(kind.spec, results)
+            done(kind, results)
     promises.append(everything(kind.spec, results, len(recorder.steps)))
     return Recording(kind, begin, recorder.steps, promises)
 
 
 def planned(store: Store, *_: Any) -> dict[str, Any]:
     """The trials of the plan that was written."""
-    return {"planned": ids(store.read_plan())}
+    return {"planned": flights(store.read_plan())}
+
+
+def flights(plan: pa.Table) -> frozenset[str]:
+    """What tells the trials of a plan apart, whatever they record."""
+    columns = [plan[name].to_pylist() for name in ("point", "replicate", "seed")]
+    return frozenset(" ".join(map(str, row)) for row in zip(*columns, strict=True))
 
 
 def ids(table: pa.Table) -> frozenset[str]:
@@ -192,7 +226,7 @@ def reached(one: Any, _seconds: float) -> dict[str, Any]:
 def everything(spec: str, results: Path, steps: int) -> Promise:
     """What a launch promises that has come to its end."""
     study = StoredStudy(read(spec).name, results)
-    return Promise(steps, frozenset(study.store.trial_ids()), ids(study.plan))
+    return Promise(steps, frozenset(study.store.trial_ids()), flights(study.plan))
 
 
 def promising(
@@ -296,10 +330,10 @@ class Campaign:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.counts: Counter[str] = Counter()
-        self.whole: dict[str, list[pd.DataFrame]] = {}
+        self.whole: dict[Kind, list[pd.DataFrame]] = {}
 
     def check(self, kind: Kind, state: State) -> None:
-        """All that was promised is there, and the same launch ends as in peace."""
+        """All that was promised is there, and the same command ends as in peace."""
         self.counts["states"] += 1
         self.counts[f"lost: {state.loss}"] += 1
         root = self.folder / "state"
@@ -308,13 +342,13 @@ class Campaign:
         with small_world(), said() as messages, pytest.MonkeyPatch.context() as patch:
             patch.setattr("os.fsync", lambda _: None)  # recordings are about that
             before = self.read(results / name, state.told)
-            launched(kind.spec, results)
+            done(kind, results)
             found = [one for message in messages for one in WENT_ON.findall(message)]
             went_on = {one: int(step.replace(",", "")) for one, step in found}
             for trial_id, step in state.told.reached.items():
                 assert trial_id in before or went_on[trial_id] >= step
-            self.compare(kind.spec, results)
-            assert not launched(kind.spec, results), "a second launch ran something"
+            self.compare(kind, results)
+            assert not done(kind, results), "the command has run something again"
         shutil.rmtree(root)
 
     def look(self, kind: Kind, state: State) -> None:
@@ -331,16 +365,18 @@ class Campaign:
         assert told.stored <= stored, "trials are gone that were stored"
         if told.planned or (folder / "plan.parquet").exists():
             study = StoredStudy(folder.name, folder.parent)
-            assert told.planned <= ids(study.plan)
+            assert told.planned <= flights(study.plan)
+            if (asked := study.store.read_asked()) is not None:
+                assert ids(asked) == ids(study.plan), "candidates have other trials"
             assert set(study.trials["trial_id"]) == stored & ids(study.plan)
             assert set(study.series["trial_id"]) <= stored
         return stored
 
-    def compare(self, spec: str, results: Path) -> None:
+    def compare(self, kind: Kind, results: Path) -> None:
         """The tables are those of a launch in peace, and nothing is left over."""
-        both = zip(tables(spec, results), self.in_peace(spec), strict=True)
+        both = zip(tables(kind.spec, results), self.in_peace(kind), strict=True)
         assert all(found.equals(wanted) for found, wanted in both)
-        folder = results / read(spec).name
+        folder = results / read(kind.spec).name
         store = Store(folder)
         parts = [load_table(part, "trials", ["trial_id"]) for part in store.all_parts()]
         assert sum(map(len, parts)) == len(store.trial_ids())
@@ -348,13 +384,15 @@ class Campaign:
         assert not (folder / "lock").exists()
         assert not (folder / "checkpoints").exists()
 
-    def in_peace(self, spec: str) -> list[pd.DataFrame]:
+    def in_peace(self, kind: Kind) -> list[pd.DataFrame]:
         """The tables of an undisturbed launch."""
-        if spec not in self.whole:
+        if kind not in self.whole:
             results = self.folder / f"peace-{len(self.whole)}"
-            launched(spec, results)
-            self.whole[spec] = tables(spec, results)
-        return self.whole[spec]
+            if kind.further:
+                launched(kind.before, results)
+            done(kind, results)
+            self.whole[kind] = tables(kind.spec, results)
+        return self.whole[kind]
 
 
 @contextmanager

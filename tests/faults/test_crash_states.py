@@ -14,6 +14,7 @@ from sweep.store.store import Store
 from tests.faults.crash_disk import Disk, Recorder, Step, held, now, put
 from tests.faults.crash_states import (
     KINDS,
+    MEASURED_KINDS,
     ONE,
     OWN,
     SOUGHT,
@@ -156,12 +157,12 @@ def test_the_recorder_sees_what_is_written_elsewhere_and_takes_nothing_on_trust(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", KINDS | MEASURED_KINDS)
 def test_thousands_of_states_end_as_in_peace(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     campaign = Campaign(tmp_path)
-    recording = recorded(KINDS[kind], tmp_path / "recorded")
+    recording = recorded((KINDS | MEASURED_KINDS)[kind], tmp_path / "recorded")
     states = list(crash_states(recording, seed=2))
     check_all_promises(campaign, recording.kind, states)
     for state in chosen(states, most=100, seed=2):

@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 from sweep.store.store import Store
+from sweep.workers.executors import Loky
 from tests import ROOT
+from tests.commands import python
 from tests.faults.campaign import SPEC, assert_no_orphans, workers
 from tests.patience import PATIENCE
 from tests.runner_jobs import said_by_us, started
@@ -72,6 +74,32 @@ def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
         process.kill()
         process.wait()
         assert_no_orphans(process.pid)
+
+
+def semaphores(process: int) -> set[Path]:
+    """The files of the semaphores that a process has made for its pools."""
+    return {*Path("/dev/shm").glob(f"sem.*~{process}~boidsweep-*")}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="semaphores are files on Linux")
+def test_semaphores_of_a_group_that_was_killed_go_with_the_next_launch() -> None:
+    """Whoever removes them when a coordinator ends was killed as well."""
+    with started(driven("nap"), ROOT) as process:
+        await_long_jobs(process)
+        left = semaphores(process.pid)
+        assert len(left) >= 2
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    engine = Loky(1)
+    engine.start()
+    try:
+        assert not any(file.exists() for file in left)
+        ours = semaphores(os.getpid())
+        assert ours
+        python("from sweep.workers.executors import Loky as L; e = L(1); e.start()")
+        assert all(file.exists() for file in ours), "their process is alive"
+    finally:
+        engine.stop()
 
 
 @pytest.mark.parametrize(

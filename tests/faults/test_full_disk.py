@@ -17,6 +17,8 @@ import pytest
 
 from sweep.errors import StoreError
 from sweep.store import writer as writer_module
+from tests import ROOT
+from tests.commands import SWEEP
 from tests.faults.campaign import tables
 from tests.patience import PATIENCE
 from tests.studies import OWN_SMALL, SMALL, relaunch
@@ -198,3 +200,23 @@ def test_the_command_says_so_in_one_line_where_files_may_not_grow(
     )
     assert "Traceback" not in done.stderr
     complete(tmp_path / "results", whole)
+
+
+@pytest.mark.slow
+def test_trials_run_where_no_compiled_kernel_can_be_kept(
+    small_disk: Path, tmp_path: Path, whole: dict[str, str]
+) -> None:
+    """Each process compiles anew, and one line says so; the results are the same."""
+    remount(small_disk, "size=32k")
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    done = subprocess.run(
+        [*SWEEP, "launch", "spec.yaml", "--workers", "2"],
+        cwd=tmp_path,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(small_disk), "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    said = r"kernels cannot be kept \(No space left on device\), so each process"
+    assert len(re.findall(said, done.stderr)) == 1
+    assert tables(tmp_path / "results" / "small") == whole

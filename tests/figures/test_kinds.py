@@ -276,7 +276,7 @@ def test_a_new_kind_is_one_entry(
             "study small: has no heatmaps; record: {heatmaps: true} keeps them",
         ),
         ("grid", ["effects"], {}, "no axis ablates a preset or details"),
-        ("grid", ["history"], {}, "study grid: not a search (it has no asked.parquet)"),
+        ("grid", ["history"], {}, "study grid: not a search"),
         (
             "searched",
             ["front"],

@@ -135,6 +135,27 @@ def test_a_second_process_compiles_nothing(copied: Path) -> None:
     assert files[0] == files[1]
 
 
+FULL = """
+import errno, os
+from kernels import caching
+
+def full(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+caching.IndexDataCacheFile.save = full
+"""
+
+
+def test_what_cannot_be_kept_is_compiled_all_the_same(copied: Path) -> None:
+    (copied / "kernels" / "caller.py").write_text(CALLER)
+    cache = str(copied / "cache")
+    code = f"{FULL}{CALL}\nprint(caching.NOT_KEPT)"
+    value, why = python(code, copied, NUMBA_CACHE_DIR=cache).splitlines()
+    assert value.split()[1] == "3.0"
+    assert why == str({f"{cache}/boidsweep/kernels": "No space left on device"})
+    assert cache_files(copied / "cache") == {}
+
+
 SCALED = """
 from kernels.jit import jit
 from kernels.scale import SCALE

@@ -14,7 +14,7 @@ from sweep.design.jobs import Jobs
 from sweep.store.shares import Share
 from sweep.store.stored_code import kept_code
 from sweep.tables.stored_study import StoredStudy
-from sweep.workers import remote
+from sweep.workers import worker
 from sweep.workers.cluster import Dask
 from sweep.workers.executors import ExecutorFactory, Loky
 from tests.cluster.started import TESTS, cluster
@@ -82,12 +82,12 @@ def test_a_worker_of_a_cluster_compiles_each_version_before_its_trials(
     """Else the compilation would count as time of a trial."""
     warmed = []
     monkeypatch.setattr("sweep.trial.simulation.warm", warmed.append)
-    monkeypatch.setattr(remote, "_warmed", set())
+    monkeypatch.setattr(worker, "_compiled", set())
     jobs = []
     for name, changes in (("first", ()), ("second", (OTHER_RULE,))):
         study = read(written(tmp_path / name, *changes))
         jobs.append(Jobs(study, expand(study))[0])
-    remote._warm([*jobs, *jobs], together=False)
+    worker.compile_ahead([*jobs, *jobs])
     assert warmed == jobs
 
 

@@ -1,10 +1,13 @@
 """A study is packed into one file, and loaded from it as it was."""
 
 import json
+import shutil
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 from zipfile import ZipFile
 
 import duckdb
@@ -21,11 +24,20 @@ from sweep.spec.study_folder import launched_studies
 from sweep.store.folders import Folder
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
+from sweep.store.lock_files import LockFiles
 from sweep.store.store import Store
 from sweep.store.whole_studies import rename_study
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep
-from tests.store.test_whole_studies import Crashed, files, in_memory
+from tests.faults.crash_states import NOBODY
+from tests.store.test_whole_studies import (
+    Crashed,
+    crashing,
+    files,
+    in_memory,
+    studies,
+    study_of,
+)
 from tests.studies import COVERING, OWN_SMALL, SMALL, launched, relaunch
 
 EXTENDED = SMALL.replace("[0.5, 1]", "[0.5, 1, 2]")
@@ -256,6 +268,92 @@ def test_what_is_loaded_counts_only_when_all_is_there(
     assert launched_studies(tmp_path / "results") == ["small"]
 
 
+@contextmanager
+def killed(after: int) -> Iterator[None]:
+    """Inside, a process that is no more stores so many parts and files in a folder,
+    and is killed: nothing is tidied up.
+    """
+    number = count()
+
+    def ending(original: Callable[..., Any]) -> Callable[..., Any]:
+        def store(*arguments: Any) -> Any:
+            if next(number) >= after:
+                raise Crashed
+            return original(*arguments)
+
+        return store
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.getpid", lambda: NOBODY)
+        for name in ("commit", "put"):
+            patch.setattr(Folder, name, ending(getattr(Folder, name)))
+        for owner, name in (
+            *((Folder, "delete"), (Folder, "left"), (LockFiles, "withdraw")),
+            (shutil, "rmtree"),
+        ):
+            patch.setattr(owner, name, lambda *_, **__: None)
+        yield
+
+
+def test_loading_goes_on_wherever_it_was_killed(results: Path, tmp_path: Path) -> None:
+    pack(StoredStudy("small", results), tmp_path / "x.zip")
+    place, whole = tmp_path / "results", files(results / "small")
+    for after in range(len(whole)):
+        try:
+            with killed(after):
+                unpack(tmp_path / "x.zip", place)
+            break
+        except Crashed:
+            assert launched_studies(place) == []
+            assert [*(place / "small" / "writing").iterdir()] != []
+        with suppress(Crashed), killed(after):  # the next process, too
+            unpack(tmp_path / "x.zip", place)
+        if not launched_studies(place):
+            unpack(tmp_path / "x.zip", place)
+        Store(place / "small").tidy()
+        shutil.rmtree(place / "small" / "lock", ignore_errors=True)
+        assert files(place / "small") == whole
+        shutil.rmtree(place)
+    assert after >= 4
+
+
+def test_loading_goes_on_after_any_request_to_an_object_store(
+    results: Path, tmp_path: Path
+) -> None:
+    pack(StoredStudy("own", results), tmp_path / "x.zip")
+    (tmp_path / "empty").mkdir()
+    for after in count():
+        memory, place = in_memory(tmp_path / "empty")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("os.getpid", lambda: NOBODY)
+            over = crashing(memory, after, lambda: unpack(tmp_path / "x.zip", place))  # noqa: B023
+        if over:
+            break
+        if not studies(memory):
+            unpack(tmp_path / "x.zip", place)
+        assert study_of(memory, "own") == files(results / "own")
+    assert after > 8
+
+
+@pytest.mark.parametrize("what", ["parts", "spec.yaml", "figures/drawn.svg"])
+def test_loading_goes_on_over_nothing_else(
+    what: str, results: Path, tmp_path: Path
+) -> None:
+    """What is left of another study may have been computed by somebody."""
+    pack(StoredStudy("small", results), tmp_path / "x.zip")
+    place = tmp_path / "results"
+    if what == "parts":
+        relaunch(SMALL.replace("seed: 5", "seed: 6"), place)
+        (place / "small" / "plan.parquet").unlink()
+    else:
+        (place / "small" / what).parent.mkdir(parents=True)
+        (place / "small" / what).write_text("mine")
+    before = files(place)
+    with pytest.raises(StoreError, match=r'without a plan; "sweep rm small" removes'):
+        unpack(tmp_path / "x.zip", place)
+    assert files(place) == before
+
+
 def test_a_place_that_is_taken_or_launched_into_stays(
     results: Path, tmp_path: Path
 ) -> None:
@@ -267,7 +365,7 @@ def test_a_place_that_is_taken_or_launched_into_stays(
         unpack(tmp_path / "x.zip", results, "../other")
     with (
         Lock(Store(results / "new", results).place),
-        pytest.raises(StoreError, match="what is left of a study"),
+        pytest.raises(StoreError, match="this study is being launched by"),
     ):
         unpack(tmp_path / "x.zip", results, "new")
     assert files(results) == before

@@ -603,6 +603,71 @@ def build(results: list[str]) -> dict[str, pa.Table]:
     return {"trials": trials(dict.fromkeys(results, "ok"))}
 
 
+def test_what_a_search_has_asked_for_is_in_its_plan(tmp_path: Path) -> None:
+    """In its order, with its metadata; trials may be in it several times, or never."""
+    store = Store(tmp_path / "study")
+    plan = pa.table({"trial_id": ["b", "c", "a"], "point": [0, 1, 2]})
+    plan = plan.replace_schema_metadata(PROVENANCE)
+    asked = pa.table(
+        {
+            "run": ["x", "y", "x", "x"],
+            "trial_id": ["a", "b", "a", "b"],
+            "block": [*"1234"],
+        }
+    ).replace_schema_metadata({b"search": b"{}"})
+    store.write_plan(plan.to_reader(), asked)
+    assert [file.name for file in store.folder.glob("*.parquet")] == ["plan.parquet"]
+    assert store.read_plan().equals(plan, check_metadata=True)
+    found = store.read_asked()
+    assert found is not None
+    assert found.select(asked.column_names).equals(asked)
+    assert found.schema.metadata == asked.schema.metadata
+    store.write_plan(plan.to_reader(), asked.slice(0, 0))
+    empty = store.read_asked()
+    assert empty is not None
+    assert empty.num_rows == 0
+    with pytest.raises(ValueError, match="only for trials of its plan"):
+        store.write_plan(plan.slice(1).to_reader(), asked)
+    store.write_plan(plan.to_reader())
+    assert store.read_asked() is None
+
+
+def test_what_searches_up_to_0_18_have_asked_for_is_read(tmp_path: Path) -> None:
+    """It was a file of its own, which goes when the next plan is stored."""
+    store = Store(tmp_path / "study")
+    plan = pa.table({"trial_id": ["a"]})
+    store.write_plan(plan.to_reader())
+    asked = plan.append_column("block", pa.array([1]))
+    pq.write_table(asked, store.folder / "asked.parquet")
+    found = store.read_asked()
+    assert found is not None
+    assert found.equals(asked)
+    store.write_plan(plan.to_reader(), asked)
+    assert not (store.folder / "asked.parquet").exists()
+    assert store.read_asked() is not None
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        pa.array([1]),
+        pa.array([[1]]),
+        pa.array([[{"block": 1}]]),
+        pa.array([[{"row": 0, "trial_id": "b"}]]),
+    ],
+)
+def test_what_no_search_has_asked_for_is_refused(
+    tmp_path: Path, column: pa.Array
+) -> None:
+    store = Store(tmp_path / "study")
+    plan = pa.table({"trial_id": ["a"], "asked for": column})
+    store.write_plan(plan.to_reader())
+    with pytest.raises(
+        StoreError, match="no lists under asked for; delete it and search again"
+    ):
+        store.read_asked()
+
+
 def test_a_writer_stores_a_part_when_it_is_full_or_late_and_at_the_end(
     store: Store,
 ) -> None:

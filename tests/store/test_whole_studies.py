@@ -106,6 +106,24 @@ def test_what_cannot_be_renamed_stays(
     assert files(results) == before
 
 
+def test_what_a_killed_launch_was_writing_is_no_study(results: Path) -> None:
+    """Its plan was written and not renamed; or a study was loaded."""
+    plan = results / "small" / "plan.parquet"
+    unfinished = (
+        results / "small" / "writing" / "host-1a2b~7~plan-3c" / plan.name,
+        results / "writing" / "host-1a2b~7~packed" / plan.name,
+        results / "small" / "writing" / "host-1a2b~7~packed" / "study" / plan.name,
+    )
+    for path in unfinished:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(plan, path)
+    assert launched_studies(results) == ["small"]
+    with pytest.raises(StoreError, match=r'did you mean "small"\? Stored: small$'):
+        StoredStudy("smal", results)
+    rename_study("small", "other", results)
+    assert launched_studies(results) == ["other"]
+
+
 @pytest.mark.parametrize("share", [None, Share(1, 2)])
 @pytest.mark.parametrize(
     "act",

@@ -1,11 +1,12 @@
 """That something will be compiled is said before: in a plan, and where trials run."""
 
 import logging
+from collections.abc import Iterator, Sequence
 
 import pytest
 from numba import typeof
 
-from kernels.caching import _classes, is_kept
+from kernels.caching import NOT_KEPT, _classes, is_kept
 from kernels.catalogue import BUILT_IN
 from kernels.layers import LAYERS, _named_tuples
 from kernels.models import MODELS
@@ -21,8 +22,11 @@ from sweep.campaigns.plan import plan_of
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.trial import simulation
+from sweep.trial.compiled import NOTHING_IS_KEPT
 from sweep.trial.simulation import Simulation, compiling_seconds, layers_of, warm
 from sweep.web.compiling import prepare
+from sweep.workers import worker
+from sweep.workers.fingerprint import fingerprint
 from tests.commands import python
 from tests.studies import OWN_SMALL, SMALL, read
 
@@ -42,6 +46,51 @@ def test_it_is_said_before_a_model_is_compiled_and_not_afterwards(
         warm(job)
     said = f"compiling {job.model}, about 15 s on an idle core, once"
     assert caplog.messages == [said]
+
+
+def test_it_is_said_once_where_nothing_can_be_kept(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """And no process says that it compiles: each does."""
+    study = read(SMALL)
+    job = Jobs(study, expand(study))[0]
+    warm(job)
+    caplog.clear()
+    monkeypatch.setenv(NOTHING_IS_KEPT, "")
+    monkeypatch.delenv(NOTHING_IS_KEPT)
+    monkeypatch.setitem(NOT_KEPT, "/full", "No space left on device")
+    for _ in range(2):
+        assert not warm(job).has_failed
+    [said] = caplog.messages
+    assert said.startswith(
+        "/full: compiled kernels cannot be kept (No space left on device), so each"
+    )
+    monkeypatch.setattr(simulation, "is_compiled_for", lambda *_: False)
+    warm(job)
+    assert caplog.messages == [said]
+
+
+def test_what_no_process_can_keep_is_compiled_before_the_clock_of_a_trial_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    study, ran = read(SMALL), list[str]()
+    job = Jobs(study, expand(study))[0]
+
+    class Seat:
+        def noting(self, jobs: Sequence[Job]) -> Iterator[Job]:
+            ran.append("noted")
+            yield from jobs
+
+    monkeypatch.setattr(simulation, "warm", lambda _job: ran.append("compiled"))
+    monkeypatch.setattr(worker, "_compiled", set())
+    monkeypatch.setenv(NOTHING_IS_KEPT, "1")
+    for _ in range(2):
+        worker.run_chunk(lambda one: one, [job, job], Seat(), fingerprint())  # type: ignore[arg-type]
+    assert ran == ["compiled", "noted", "noted"]
+    monkeypatch.delenv(NOTHING_IS_KEPT)
+    monkeypatch.setattr(worker, "_compiled", set())
+    worker.run_chunk(lambda one: one, [job], Seat(), fingerprint())  # type: ignore[arg-type]
+    assert ran == ["compiled", *["noted"] * 3]
 
 
 def test_it_is_said_too_where_an_own_model_is_tried_and_where_one_is_shown(

@@ -18,7 +18,7 @@ What runs:
 
 What it found:
 
-    asked_trials     asked.parquet, with the trials that it names
+    asked_trials     what was asked for, with the trials of it
     trials_by_block  these as arrays by candidate, block and scenario
     block_intervals  estimates from blocks, with intervals
     outcome          what became of candidates, and which are chosen

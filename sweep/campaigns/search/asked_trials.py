@@ -1,5 +1,5 @@
-"""The table of what a search has asked for, `asked.parquet`, beside its trials. If it
-is lost, the same search writes it again.
+"""The table of what a search has asked for, which its plan has, beside its trials. If
+it is lost, the same search writes it again.
 
 It has one row for each block and scenario of a candidate:
 
@@ -32,11 +32,11 @@ from sweep.spec.study import Study
 from sweep.spec.study_folder import PLAN
 from sweep.store.locations import Location
 from sweep.store.origin import metadata, plan_provenance
-from sweep.store.store import Store
+from sweep.store.store import SEARCH_AGAIN, Store
 from sweep.tables.stored_study import StoredStudy
 
 ABOUT = b"search"
-"""The key, in the metadata of asked.parquet, of what the search was, as JSON."""
+"""The key, in the metadata of that table, of what the search was, as JSON."""
 
 SHAPE = {
     "parameters": [str],
@@ -47,7 +47,6 @@ SHAPE = {
     "rejected": {str: int},
     "repeated": {str: int},
 }
-SEARCH_AGAIN = "delete it and search again"
 
 COLUMNS = pa.schema(
     [
@@ -64,7 +63,7 @@ COLUMNS = pa.schema(
 
 @dataclass(frozen=True, eq=False)
 class AskedTrials:
-    """`table` has the rows of asked.parquet, each with its trial's `status`, parameters
+    """`table` has the rows of that table, each with its trial's `status`, parameters
     and metric columns.
 
     The status is "missing" where the trial is not stored. `about` says what the search
@@ -90,7 +89,7 @@ def stored_repetitions(study: Study, results: Location) -> int:
         asked, plan = store.read_asked(), store.read_plan()
         if asked is None:
             return 0
-        about = metadata(asked.schema, ABOUT, SHAPE, store.asked, SEARCH_AGAIN)
+        about = _about(store, asked)
         spec = plan_provenance(plan, store.folder / PLAN)["spec"]
         stored = parse_document(spec, study.path).value
     except UserError:  # the launch says what is wrong, or writes it anew
@@ -108,11 +107,11 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     """
     asked = study.store.read_asked()
     if asked is None:
-        raise ChoiceError("not a search (it has no asked.parquet)", study.name)
+        raise ChoiceError("not a search", study.name)
     if study.restricted:
         raise ChoiceError("a search is a whole: ask it before where", study.name)
-    about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
-    _check_known(study.store.asked, about)
+    about = _about(study.store, asked)
+    _check_known(study.store.folder / PLAN, about)
     metrics = columns_of(study.metrics)
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
@@ -138,9 +137,14 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
     asked = study.store.read_asked()
     if asked is None:
         return []
-    about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
-    _check_known(study.store.asked, about)
+    about = _about(study.store, asked)
+    _check_known(study.store.folder / PLAN, about)
     return [Objective.from_json(one) for one in about["objectives"]]
+
+
+def _about(store: Store, asked: pa.Table) -> dict[str, Any]:
+    """What a search was, from what it has asked for. Raises StoreError."""
+    return metadata(asked.schema, ABOUT, SHAPE, store.folder / PLAN, SEARCH_AGAIN)
 
 
 def _check_known(file: Location, about: Mapping[str, Any]) -> None:

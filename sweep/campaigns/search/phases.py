@@ -21,7 +21,7 @@ from sweep.store.plan_about import AxisAbout, PlanAbout
 
 
 class AskedRow(NamedTuple):
-    """A row of asked.parquet, with a job in place of its id."""
+    """A row of what was asked for, with a job in place of its id."""
 
     run: str
     phase: str

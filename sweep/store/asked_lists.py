@@ -1,0 +1,62 @@
+"""What a search has asked for, as a column of its plan: a list for each trial, as a
+trial may be asked for more than once.
+
+So the plan and what was asked for are one file, which is replaced in one step.
+"""
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from sweep.errors import UnreadableError
+from sweep.store.locations import Location
+
+ASKED_FOR = "asked for"
+"""The column. The blank keeps it apart from settings, which are columns too."""
+ROW = "row"
+"""The place in the table of what was asked for, beside its other columns."""
+
+
+def with_asked(plan: pa.Table, asked: pa.Table) -> pa.Table:
+    """The plan with a column of what was asked for.
+
+    Each row of `asked` has the `trial_id` of a trial of the plan. The metadata of the
+    column are those of `asked`. Raises ValueError for another trial.
+    """
+    ids = plan["trial_id"].combine_chunks()
+    places = pc.index_in(asked["trial_id"].combine_chunks(), value_set=ids)
+    if places.null_count:
+        raise ValueError("a search can ask only for trials of its plan")
+    numbers = places.to_numpy()
+    ends = np.cumsum(np.bincount(numbers, minlength=len(ids)))
+    rows = asked.drop_columns("trial_id").append_column(
+        ROW, pa.array(np.arange(len(numbers)))
+    )
+    rows = rows.take(pa.array(np.argsort(numbers, kind="stable")))
+    values = pa.StructArray.from_arrays(
+        [column.combine_chunks() for column in rows.columns], rows.column_names
+    )
+    offsets = pa.array(np.concatenate([[0], ends]).astype(np.int32))
+    lists = pa.ListArray.from_arrays(offsets, values)
+    field = pa.field(ASKED_FOR, lists.type, metadata=asked.schema.metadata)
+    return plan.append_column(field, lists)
+
+
+def asked_in(plan: pa.Table, file: Location, remedy: str) -> pa.Table:
+    """What was asked for, from a plan with such a column, in its order.
+
+    Raises UnreadableError, which names the `file` and the `remedy`, for a column that
+    no search has written.
+    """
+    kind = plan.schema.field(ASKED_FOR).type
+    entry = kind.value_type if pa.types.is_list(kind) else pa.null()
+    names = [field.name for field in entry] if pa.types.is_struct(entry) else []
+    if ROW not in names or len({*names, "trial_id"}) <= len(names):
+        raise UnreadableError(file, f"has no lists under {ASKED_FOR}", remedy)
+    lists = plan[ASKED_FOR].combine_chunks()
+    rows = dict(zip(names, pc.list_flatten(lists).flatten(), strict=True))
+    rows["trial_id"] = (
+        plan["trial_id"].combine_chunks().take(pc.list_parent_indices(lists))
+    )
+    table = pa.table(rows, metadata=plan.schema.field(ASKED_FOR).metadata)
+    return table.sort_by(ROW).drop_columns(ROW)
