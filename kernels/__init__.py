@@ -44,14 +44,5 @@ prints nothing, validates nothing.
     coverage     visited pixels
 """
 
-import numba
-
-# numba declares it at run time. Functions that are not ours have their usual places.
-_USUAL = "UserProvided InTree UserWide IPython Zip"
-_PLACES = ",".join(f"{name}CacheLocator" for name in _USUAL.split())
-setattr(  # noqa: B010
-    numba.config, "CACHE_LOCATOR_CLASSES", f"kernels.caching.ByStamp,{_PLACES}"
-)
-
 INTERFACE = 1
 """The version of what models of others may import; see docs/own-models.md."""

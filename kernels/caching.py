@@ -18,6 +18,7 @@ import hashlib
 import os
 import sys
 import time
+import warnings
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import suppress
@@ -27,8 +28,14 @@ from types import CodeType
 from typing import Any
 from weakref import WeakKeyDictionary, WeakSet
 
-from numba import types
-from numba.core.caching import IndexDataCacheFile, _CacheLocator
+from numba import config, types
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    _CacheLocator,
+)
+from numba.core.errors import NumbaWarning
 from numba.core.runtime.nrt import rtsys
 
 from kernels.stamps import code_stamp, note_sources, stamp_of_all, text_hash, values
@@ -60,6 +67,10 @@ MAKERS = tuple(
 """The files of what makes them."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
+CONFIG: Any = config
+"""numba's settings, which it declares at run time."""
+USUAL_OPT = 3
+"""The level of optimization of numba where nothing sets another."""
 STAMP_DIGITS = 64
 ENTRIES = ".nbi", ".ptx", ".cubin", ".alone", ".promises", ".stamp"
 """How the names of files end that are entries of the cache."""
@@ -77,6 +88,7 @@ class ByStamp(_CacheLocator):
         if function in MADE_OF:
             _makers()
         self.function = function
+        self._py_file = function.__code__.co_filename
         self.package = function.__module__.partition(".")[0]
         self.code = _of_code(function.__code__)
 
@@ -84,17 +96,6 @@ class ByStamp(_CacheLocator):
     def stamp(self) -> str:
         """The stamp of the function as it was when it was imported."""
         return _stamp(self.function)
-
-    @classmethod
-    def from_function(
-        cls, function: Callable[..., Any], _file: str
-    ) -> "ByStamp | None":
-        """numba asks this of each kind of place, and takes the first that it gets."""
-        if function not in OURS:
-            return None
-        with suppress(OSError):  # nothing can be kept then, and `save` notes why
-            FOLDER.mkdir(parents=True, exist_ok=True)
-        return cls(function)
 
     def get_cache_path(self) -> str:
         return str(FOLDER)
@@ -109,6 +110,38 @@ class ByStamp(_CacheLocator):
         # What is compiled names classes by their modules: those of another package,
         # which may be gone, must not be met.
         return f"{self.package}-{self.code}"
+
+
+class OfOurs(CompileResultCacheImpl):
+    """What numba's cache asks about a function of ours. Its place is that of `ByStamp`:
+    numba would look it up in its settings, which change with the environment.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._locator = ByStamp(function)
+        self._lineno = function.__code__.co_firstlineno
+        name = f"{Path(self._locator._py_file).stem}.{function.__qualname__}"
+        numbas: Any = super()
+        self._filename_base = numbas.get_filename_base(name, sys.abiflags)
+
+    def check_cachable(self, result: Any) -> bool:
+        """Whether what is compiled means the same in another process. It does not where
+        it has addresses: of a table of over a megabyte, of which numba warns, and
+        without optimization of the functions that it calls.
+        """
+        numbas: Any = super()
+        if CONFIG.OPT > 0:
+            return bool(numbas.check_cachable(result))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NumbaWarning)
+            return bool(numbas.check_cachable(result))
+
+
+def _impl(function: Callable[..., Any]) -> CompileResultCacheImpl:
+    return (OfOurs if function in OURS else CompileResultCacheImpl)(function)
+
+
+setattr(FunctionCache, "_impl_class", staticmethod(_impl))  # noqa: B010
 
 
 def _stamp(function: Callable[..., Any]) -> str:
@@ -192,7 +225,8 @@ class ByClasses:
 
     @property
     def _name(self) -> str:
-        return f"{self._begin}{self._cache._impl.filename_base}-{self._stamp[:16]}"
+        begin = "".join([*_unusual(), self._begin])
+        return f"{begin}{self._cache._impl.filename_base}-{self._stamp[:16]}"
 
     def _load_overload(self, signature: Any, context: Any) -> Any:
         """What numba's `load_overload` does, but for `context.refresh`. It imports all
@@ -257,6 +291,16 @@ class ByClasses:
             names = " ".join(sorted(taken))
             held.append(hashlib.sha256(names.encode()).hexdigest()[:8])
         return "-".join([self._name, *held, *sorted(packages - self._ours)])
+
+
+def _unusual() -> Iterator[str]:
+    """Settings of numba which change what is compiled, and which numba's own index does
+    not name, where the user has set them.
+    """
+    if CONFIG.OPT != USUAL_OPT:
+        yield f"opt{int(CONFIG.OPT)}-"
+    if CONFIG.BOUNDSCHECK is not None:
+        yield f"bounds{CONFIG.BOUNDSCHECK}-"
 
 
 def note_alone(function: Callable[..., Any]) -> None:

@@ -4,6 +4,7 @@ A study flows down this list, and each package imports only what stands above it
 
     errors       every error that a user can mend
     text         words for people
+    surroundings what lies in the current folder neither runs nor counts as settings
     analysis/    arrays and tables -> estimates with intervals
     spec/        YAML -> Study, and its schema
     own_code/    models and more from files beside a spec

@@ -65,8 +65,8 @@ from sweep.cli import catalogue as catalogue
 from sweep.cli.app import app, stop
 from sweep.cli.output import check_output_stream, flush_output
 from sweep.errors import UserError
+from sweep.surroundings import SETTINGS, ignore_settings
 from sweep.text import guard_streams
-from sweep.workers.surroundings import ignore_settings
 
 INTERRUPTED = 130
 
@@ -75,7 +75,7 @@ def main() -> None:
     """The `sweep` command. An error that a user can mend becomes one line and an exit
     code.
     """
-    ignore_settings()
+    ignore_settings(*SETTINGS)
     check_output_stream()
     guard_streams()
     try:

@@ -14,6 +14,8 @@ from sweep.spec.study import Study
 
 MOST_BYTES = 2**28
 """Of the messages that are under way in one trial."""
+MOST_STEPS = 2.0**53
+"""Of a time: a double beyond does not tell one step from the next."""
 NEARLY = 1e-9
 """So much of a step may a time be off a whole number of steps, and of this number."""
 NOISES = "position_noise", "velocity_noise"
@@ -34,10 +36,13 @@ def check_senses(study: Study, points: Points) -> None:
     for name in (*NOISES, *times):
         refuse((name,), np.isinf(points.column(name)), _infinite)
     for name in times:
-        off = _steps(points, name)
+        finite = np.isfinite(points.column(name))
+        many = finite & ~np.isfinite(_steps(points, name))
+        refuse((name, "dt"), many, _too_many)
+        off = _few_steps(points, name)
         apart = np.abs(off - np.rint(off)) > NEARLY * np.maximum(1.0, off)
         refuse((name, "dt"), apart, _between_steps)
-    size = 32.0 * points.column("n") * (_steps(points, "sensing_delay") + 1.0)
+    size = 32.0 * points.column("n") * (_few_steps(points, "sensing_delay") + 1.0)
     refuse(
         ("sensing_delay", "dt", "n"),
         size > MOST_BYTES,
@@ -63,10 +68,15 @@ def _above(points: Points, name: str) -> Mask:
 
 
 def _steps(points: Points, name: str) -> NDArray[np.float64]:
-    """How many steps a time is at each point; none where it is infinite, which is
-    refused by itself.
-    """
-    found: NDArray[np.float64] = points.column(name) / points.column("dt")
+    """How many steps a time is at each point; infinitely many beyond MOST_STEPS."""
+    with np.errstate(over="ignore"):
+        found: NDArray[np.float64] = points.column(name) / points.column("dt")
+    return np.where(found <= MOST_STEPS, found, np.inf)
+
+
+def _few_steps(points: Points, name: str) -> NDArray[np.float64]:
+    """The same, with none where they are infinitely many: that is refused by itself."""
+    found = _steps(points, name)
     return np.where(np.isfinite(found), found, 0.0)
 
 
@@ -94,6 +104,11 @@ def _place(study: Study, names: Sequence[str]) -> Place:
 
 def _infinite(name: str, _value: float) -> str:
     return f"{name} must be finite"
+
+
+def _too_many(name: str, value: float, dt: float) -> str:
+    most = MOST_STEPS * dt
+    return f"{name} must be at most 2^53 steps of dt, {most:.12g}, not {value:.12g}"
 
 
 def _between_steps(name: str, value: float, dt: float) -> str:
@@ -129,7 +144,7 @@ def _check_model(study: Study, points: Points) -> None:
         ("position_noise", _above(points, "position_noise")),
         ("velocity_noise", _above(points, "velocity_noise")),
         ("sensing_delay", _above(points, "sensing_delay")),
-        ("sensing_period", _steps(points, "sensing_period") > 1.5),
+        ("sensing_period", _few_steps(points, "sensing_period") > 1.5),
         ("radio_range", ~np.isinf(points.column("radio_range"))),
         ("packet_loss", _above(points, "packet_loss")),
         ("occlusion", points.column("occlusion") != "none"),

@@ -1,5 +1,6 @@
 """Values that know in which line of a spec they stand, and errors that say so."""
 
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -161,7 +162,7 @@ class Entry:
         """This finite number."""
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
             raise self.expected("a number")
-        if not abs(self.value) < float("inf"):
+        if not abs(self.value) <= sys.float_info.max:  # a whole one may be longer
             raise self.expected("a finite number")
         return float(self.value)
 

@@ -4,6 +4,7 @@ values.
 
 import math
 import re
+import sys
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -120,7 +121,11 @@ class Setting:
             return value
         if self.kind == "places" and (places := places_of(value)) is not None:
             return in_a_line(places)
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        is_number = isinstance(value, float) or (
+            isinstance(value, int)
+            and not isinstance(value, bool)
+            and abs(value) <= sys.float_info.max
+        )
         if self.kind in ("float", "int") and is_number and self._in_range(value):
             return int(value) if self.kind == "int" else float(value) + 0.0
         raise NotAllowedError(

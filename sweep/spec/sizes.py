@@ -110,8 +110,10 @@ def _columns(
     if given.keep == "density":
         boids, width, height = (float(preset[name]) for name in (NUMBER, *SIDES))
         density = given.density or boids / (width * height)
-        numbers["width"] = np.sqrt(n / density * (width / height)).tolist()
-        numbers["height"] = np.sqrt(n / density * (height / width)).tolist()
+        with np.errstate(over="ignore", invalid="ignore"):  # refused as what they are
+            areas = n / density
+            numbers["width"] = np.sqrt(areas * (width / height)).tolist()
+            numbers["height"] = np.sqrt(areas * (height / width)).tolist()
     for name, values in numbers.items():
         with mistakes.noted():
             try:

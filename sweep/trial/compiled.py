@@ -22,6 +22,7 @@ import logging
 import os
 import shutil
 import stat
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from importlib.machinery import ModuleSpec, PathFinder
@@ -30,6 +31,7 @@ from types import ModuleType
 from typing import Any
 
 from sweep.errors import CacheError
+from sweep.surroundings import OF_NUMBA, ignore_settings
 
 PACKAGE = Path(__file__).parents[1]
 REINSTALL = "install it again: pip install --force-reinstall --no-deps boidsweep"
@@ -45,7 +47,8 @@ LOG = logging.getLogger("sweep")
 
 class OurKernels:
     """Finds our `kernels`, and calls `settle` just before, as it reads NUMBA_CACHE_DIR
-    when it is imported.
+    when it is imported. It imports numba, which then obeys no settings in the current
+    folder; where a program has imported numba before, the program's rules hold.
 
     It is a finder for `sys.meta_path` that finds no other module. So the folder is
     looked at only when kernels are needed, and `sweep --help` looks at none.
@@ -64,6 +67,8 @@ class OurKernels:
                 f"boidsweep lacks its package `kernels` in {beside_kernels()};"
                 f" {REINSTALL}"
             )
+        if "numba" not in sys.modules:
+            ignore_settings(OF_NUMBA)
         if hasattr(os, "geteuid"):  # other systems have no modes to look at
             settle()
         return found

@@ -15,11 +15,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import kernels  # before numba, which then obeys no settings in the current folder
+
+# isort: split
 import numba
 from numba.core import ir
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-import kernels
 from kernels.flight import Scenery
 from kernels.near import Near
 from kernels.neighbours import Grid

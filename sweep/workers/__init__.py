@@ -11,7 +11,6 @@ none is stored twice.
     watch              ends a worker whose job is beyond a limit
     failures           how many failed trials a study may have
     fingerprint        the code and libraries that must be equal everywhere
-    surroundings       keeps files of the current folder from running as code
     checkpoint         lets long trials go on after an interruption
     checkpoint_file    the format of a checkpoint
     checkpoint_folder  which checkpoints exist, and which are deleted

@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 from sweep.store.processes import end, end_with, here, started
+from sweep.surroundings import SAFE_PATH, SETTINGS, ignore_settings, safe_path
 from sweep.trial.interrupts import SIGNALS, deaf
-from sweep.workers.surroundings import SAFE_PATH, ignore_settings, safe_path
 
 if TYPE_CHECKING:
     from sweep.workers.flying import Flying
@@ -289,7 +289,7 @@ def _prepare_worker(
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     end_with(coordinator, began)
-    ignore_settings()
+    ignore_settings(*SETTINGS)
     if initializer is not None:
         initializer()
 

@@ -1,16 +1,21 @@
 """Code in the folder where a user stands never runs, and settings are not obeyed."""
 
+import ast
+import ctypes
 import json
 import os
 import signal
+import struct
 import subprocess
 import sys
+from contextlib import suppress
 from importlib.metadata import packages_distributions
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from tests import ROOT
 from tests.patience import PATIENCE
 from tests.searches import TINY
 from tests.studies import SMALL, launched
@@ -160,7 +165,7 @@ def test_workers_of_a_notebook_look_where_the_notebook_looks(tmp_path: Path) -> 
 ENVIRON = """
 import os
 from sweep.workers.executors import Loky
-from sweep.workers.surroundings import SAFE_PATH
+from sweep.surroundings import SAFE_PATH
 
 engine = Loky(1)
 print(engine.start().submit(os.getenv, SAFE_PATH).result(), os.getenv(SAFE_PATH))
@@ -221,3 +226,228 @@ def test_settings_of_numba_in_the_folder_are_not_obeyed(tmp_path: Path) -> None:
     launched(SMALL, mine.folder / "results")
     (mine.folder / ".numba_config.yaml").write_text("disable_jit: 1\nopt: 0\n")
     assert "asked [0, 3, 0, 3] [0, 3, 0, 3]\n" in mine.run(NUMBA)
+
+
+class Opened:
+    """The files of folders that any process opens from now on: the kernel of Linux
+    notes each, also of a process that is killed.
+    """
+
+    IN_OPEN = 0x20
+    EVENT = struct.Struct("iIII")
+
+    def __init__(self, *folders: Path) -> None:
+        libc = ctypes.CDLL(None, use_errno=True)
+        self._queue = libc.inotify_init1(os.O_NONBLOCK)
+        for folder in folders:
+            watch = libc.inotify_add_watch(
+                self._queue, os.fsencode(folder), self.IN_OPEN
+            )
+            assert watch > 0, os.strerror(ctypes.get_errno())
+
+    def names(self) -> set[str]:
+        found = set()
+        with suppress(BlockingIOError):
+            while events := os.read(self._queue, 1 << 20):
+                while events:
+                    length = self.EVENT.unpack_from(events)[3]
+                    name, events = (
+                        events[self.EVENT.size : self.EVENT.size + length],
+                        events[self.EVENT.size + length :],
+                    )
+                    found.add(os.fsdecode(name.rstrip(b"\0")))
+        return found
+
+    def close(self) -> None:
+        os.close(self._queue)
+
+
+LAID = (
+    *(".numba_config.yaml", "matplotlibrc", ".env", ".netrc", ".gitconfig"),
+    *("dask.yaml", "distributed.yaml", ".dask", "alembic.ini", "optuna.ini"),
+    *("ipython_config.py", "ipython_kernel_config.py", "jupyter_config.json"),
+    *("jupyter_config.py", "pyproject.toml", "setup.cfg", "pyvenv.cfg", "uvicorn.ini"),
+    *("logging.conf", ".pdbrc", ".pythonrc", "python311._pth", "libcuda.so"),
+)
+"""Settings as libraries and programs call them, none of which is Python's to run."""
+ALL = """
+import json, os, sys
+from contextlib import suppress
+from pathlib import Path
+from types import SimpleNamespace
+
+
+def compiling():
+    from kernels.catalogue import BUILT_IN
+    from sweep.web.compiling import _apart, small
+
+    _apart(small("nguyen2024", "as_run", BUILT_IN))
+
+
+def launching():
+    from sweep.own_code.reading import load_spec
+    from sweep.store.locations import location
+    from sweep.web.launching import Launcher
+
+    spec = Path("small.yaml")
+    started = Launcher(spec, location("results"))._start(load_spec(spec))
+    assert started.process.wait() == 0
+
+
+def page_beside():
+    from sweep.cli.page_beside import page_beside
+
+    with page_beside(["small", "--to", "figure.html"]):
+        pass
+
+
+def video():
+    import numpy as np
+    from sweep.errors import OutputError
+    from sweep.replays.video import write_mp4
+
+    with Path("film.mp4").open("wb") as file, suppress(OutputError):  # not installed
+        write_mp4(iter([np.zeros((16, 16, 3), np.uint8)] * 2), file)
+
+
+def repository():
+    from sweep.store.repository import study_state
+
+    spec = Path("small.yaml").absolute()
+    study_state(spec, spec.read_text())
+
+
+def elsewhere():
+    from sweep.testing.elsewhere import run_elsewhere
+
+    with suppress(RuntimeError):  # there is no such file
+        run_elsewhere("", "sweep.testing.interpreted", "./none.py", "flights.npz")
+
+
+def executors():
+    from sweep.workers.executors import Loky
+
+    engine = Loky(1)
+    assert engine.start().submit(asked).result() == "0"
+    engine.stop()
+
+
+def remote():
+    import distributed
+    from sweep.workers.remote import _new_warden
+
+    scheduler = SimpleNamespace(address="tcp://127.0.0.1:9")
+    distributed.get_worker = lambda: SimpleNamespace(scheduler=scheduler)
+    warden = _new_warden()
+    warden.stdin.close()
+    assert warden.wait() == 0
+
+
+def asked():
+    import kernels
+    from numba import config
+
+    return str(config.DISABLE_JIT)
+
+
+if __name__ == "__main__":
+    import sweep
+
+    STARTERS = {
+        "sweep/cli/page_beside.py": page_beside,
+        "sweep/replays/video.py": video,
+        "sweep/store/repository.py": repository,
+        "sweep/testing/elsewhere.py": elsewhere,
+        "sweep/web/compiling.py": compiling,
+        "sweep/web/launching.py": launching,
+        "sweep/workers/executors.py": executors,
+        "sweep/workers/remote.py": remote,
+    }
+    if sys.argv[1] == "names":
+        print(json.dumps([*STARTERS]))
+        sys.exit()
+    for name in json.loads(sys.argv[1]):
+        STARTERS[name]()
+"""
+STARTS = {"Popen", "ProcessPoolExecutor", "create_subprocess_exec", "execv", "spawnv"}
+STARTS_OF_MODULES = {"subprocess", "multiprocessing", "pty", "os.system", "os.popen"}
+
+
+def starts_processes(text: str) -> bool:
+    """Whether a module names what starts processes."""
+    nodes = [*ast.walk(ast.parse(text))]
+    imported = {
+        name
+        for node in nodes
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (
+            [alias.name for alias in node.names] + [getattr(node, "module", None) or ""]
+        )
+    }
+    called = {
+        getattr(node, "attr", getattr(node, "id", ""))
+        for node in nodes
+        if isinstance(node, ast.Attribute | ast.Name)
+    }
+    return bool(STARTS & (imported | called) or STARTS_OF_MODULES & imported)
+
+
+STARTERS = [
+    path.relative_to(ROOT).as_posix()
+    for path in sorted((ROOT / "sweep").glob("**/*.py"))
+    if starts_processes(path.read_text())
+]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks the kernel of Linux")
+@pytest.mark.parametrize(
+    "starters",
+    [
+        ["sweep/web/compiling.py"],
+        pytest.param(STARTERS, marks=pytest.mark.slow, id="every one"),
+    ],
+)
+def test_no_process_of_ours_opens_settings_that_lie_in_the_folder(
+    tmp_path: Path, starters: list[str]
+) -> None:
+    """Nor in the folder above it. `import numba` alone does, which shows that the
+    kernel would tell.
+    """
+    mine = Hostile(tmp_path, set())
+    launched(SMALL, mine.folder / "results")
+    for folder in (mine.folder, mine.folder.parent):
+        for name in LAID:
+            (folder / name).write_text("# of a stranger\n")
+    opened = Opened(mine.folder, mine.folder.parent)
+    mine.run("import numba")
+    assert opened.names() & {*LAID} == {".numba_config.yaml"}
+    mine.run(ALL, json.dumps(starters))
+    assert opened.names() & {*LAID} == set()
+    opened.close()
+
+
+def test_each_module_that_starts_a_process_is_tried(tmp_path: Path) -> None:
+    assert json.loads(Hostile(tmp_path, set()).run(ALL, "names")) == STARTERS
+
+
+FIRST = """
+import os
+{before}
+import sweep.trial.numba_errors
+from numba import config
+
+first = config.DISABLE_JIT
+os.environ["NUMBA_SHOW_HELP"] = "1"  # numba reads all settings again
+config.reload_config()
+print(first, config.DISABLE_JIT)
+"""
+
+
+@pytest.mark.parametrize(("before", "obeyed"), [("", 0), ("import numba", 1)])
+def test_a_program_that_imports_sweep_first_obeys_no_settings_of_numba(
+    tmp_path: Path, before: str, obeyed: int
+) -> None:
+    """One that has imported numba before has rules of its own."""
+    mine = Hostile(tmp_path, set())
+    (mine.folder / ".numba_config.yaml").write_text("disable_jit: 1\n")
+    assert mine.run(FIRST.format(before=before)) == f"{obeyed} {obeyed}\n"

@@ -36,6 +36,12 @@ def refused(text: str) -> str:
         ("position_noise: .inf", "position_noise must be finite"),
         ("sensing_delay: .inf", "sensing_delay must be finite"),
         (
+            "dt: 0.1, sensing_period: 1e308",
+            "sensing_period must be at most 2^53 steps of dt, 9.00719925474e+14, not"
+            " 1e+308",
+        ),
+        ("sensing_delay: 1e300", "sensing_delay must be at most 2^53 steps of dt"),
+        (
             "sensing_delay: 1000000",
             "the messages of 12 boids that are under way need more than 256 MiB: a"
             " sensing_delay up to 699049 fits",

@@ -183,6 +183,82 @@ def test_an_edit_after_the_import_is_not_taken_for_what_runs(copied: Path) -> No
     assert list(map(float, values)) == [2.0, 5.0]
 
 
+LARGE = """
+import numpy as np
+from kernels.jit import jit
+
+TABLE = {} * np.arange(200_000.0)
+
+@jit
+def looked_up(index: int) -> float:
+    return TABLE[index]
+
+@jit
+def doubled(index: int) -> float:
+    return 2.0 * looked_up(index)
+"""
+LOOK = """
+import warnings
+
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    from kernels.large import doubled
+    print(doubled(7), any("Cannot cache" in str(one.message) for one in said))
+"""
+
+
+def test_what_reads_a_table_of_over_a_megabyte_is_compiled_and_not_kept(
+    copied: Path,
+) -> None:
+    """It has the address of the table, which another process has elsewhere."""
+    cache = copied / "cache"
+    for factor in (1.0, 3.0):
+        (copied / "kernels" / "large.py").write_text(LARGE.format(factor))
+        said = python(LOOK, copied, NUMBA_CACHE_DIR=str(cache)).split()
+        assert said == [str(14.0 * factor), "True"]
+    assert [file for file in cache_files(cache) if "large" in file.name] == []
+
+
+def test_what_is_compiled_without_optimization_is_kept_apart(copied: Path) -> None:
+    """As far as it is kept: a function that calls another has its address then."""
+    (copied / "kernels" / "caller.py").write_text(CALLER)
+    cache = copied / "cache"
+    outcomes, files = [], []
+    for level in ("0", "0", "3", "3"):
+        place = {"NUMBA_CACHE_DIR": str(cache), "NUMBA_OPT": level}
+        outcomes.append(python(CALL, copied, **place))
+        files.append(cache_files(cache))
+    assert {float(one.split()[1]) for one in outcomes} == {3.0}
+    assert files[0] == files[1]
+    assert all(file.name.startswith("opt0-") for file in files[0])
+    assert files[2] == files[3]
+    added = files[2].keys() - files[0].keys()
+    assert any("reflected" in file.name for file in added)
+    assert not any("opt" in file.name for file in added)
+
+
+CHANGED = """
+import os
+from kernels.jit import jit
+from kernels.rules.borders import confine
+
+confine(-3.0, 1.0, 800.0, 2)
+os.environ["NUMBA_SHOW_HELP"] = "1"  # at the next call numba reads all settings again
+confine(-3, 1.0, 800.0, 2)
+from kernels.caller import reflected
+print(reflected(-3.0))
+"""
+
+
+def test_kernels_are_kept_in_their_place_whatever_becomes_of_numbas_settings(
+    copied: Path,
+) -> None:
+    (copied / "kernels" / "caller.py").write_text(CALLER)
+    cache = copied / "cache"
+    assert python(CHANGED, copied, NUMBA_CACHE_DIR=str(cache)) == "3.0\n"
+    assert any("reflected" in file.name for file in cache_files(cache))
+
+
 TAKING = """
 from typing import NamedTuple
 from kernels.jit import jit

@@ -15,9 +15,12 @@ from typing import Any
 
 SAFE_PATH = "PYTHONSAFEPATH"
 """If it is set in the environment, Python adds no folder to `sys.path` by itself."""
-SETTINGS = (".numba_config.yaml", "matplotlibrc")
+OF_NUMBA = ".numba_config.yaml"
+SETTINGS = (OF_NUMBA, "matplotlibrc")
+"""What no process of ours obeys in the current folder."""
 _changing = threading.Lock()
 _exists = os.path.exists
+_ignored: set[str] = set()
 
 
 @contextmanager
@@ -37,15 +40,16 @@ def safe_path() -> Iterator[None]:
                 os.environ[SAFE_PATH] = before
 
 
-def ignore_settings() -> None:
-    """From now on this process finds no SETTINGS in the current folder.
+def ignore_settings(*names: str) -> None:
+    """From now on this process finds no settings of these names in the current folder.
 
-    numba reads its own when it is imported and again when it compiles, matplotlib when
-    it is imported. Neither can be told not to; both ask `os.path.exists` for the bare
-    name. For processes of ours only: a program that uses this package has its rules.
+    matplotlib reads its own when it is imported. numba and numba.cuda do so when they
+    are imported and whenever the environment may have changed. None can be told not to;
+    all ask `os.path.exists` for the bare name.
     """
+    _ignored.update(names)
     os.path.exists = _exists_elsewhere
 
 
 def _exists_elsewhere(path: Any) -> bool:
-    return path not in SETTINGS and _exists(path)
+    return not (isinstance(path, str) and path in _ignored) and _exists(path)
