@@ -242,6 +242,7 @@ class Live(Session):
         state = self.state
         return {
             "type": "state",
+            "run": self.number,
             "model": state.model,
             "preset": state.preset,
             "settings": {name: plain(value) for name, value in state.settings.items()},

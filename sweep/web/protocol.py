@@ -52,9 +52,10 @@ To the page:
     controls model models preset others groups maps metrics overlays trials
           see sweep.web.controls; trials is null or the opened spec: {study, points,
           replicates, axes}, each axis with name and values, none where there are many
-    state model preset settings changed shapes seed running speed step steps past undo
-          redo exact note sweeps selected overlays plots trial files replay ended
+    state run model preset settings changed shapes seed running speed step steps past
+          undo redo exact note sweeps selected overlays plots trial files replay ended
           answers
+          run is another number for each run: frames that follow are of this one;
           past is [first, last], the steps that can be gone to; undo and redo say what
           they would do; ended, of two runs, says why one goes no further;
           files has the kinds of file that cannot be made, and why;

@@ -16,6 +16,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import simulate
 from sweep.trial.state import Taken
 from sweep.web import messages
+from sweep.web.course import RUNS
 from sweep.web.filing import Order
 from sweep.web.flight import silent
 from sweep.web.history import rows
@@ -85,8 +86,14 @@ class Replay(Live):
         self.running, self.aim = False, 0
         self.exact, self.note, self.diverged = True, "", False
         self.simulation = quiet(self.track.job)
+        self._number = next(RUNS)
         self._plot(state)
         self.seek(0)
+
+    @property
+    def number(self) -> int:
+        """The number of the run: another trial has another."""
+        return self._number
 
     def _show(self, state: ViewState) -> None:
         self.state = state

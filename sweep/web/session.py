@@ -89,6 +89,11 @@ class Session:
         return taken
 
     @property
+    def number(self) -> int:
+        """The number of the run: one that begins again has another."""
+        return self.course.run
+
+    @property
     def n(self) -> int:
         """The number of boids."""
         return self.simulation.schedule.n
@@ -195,7 +200,7 @@ class Session:
         on, it is the run of then, at its step. Otherwise it goes on from here.
         """
         course, history = moment.course, moment.history
-        other = course and (course.run is not self.course.run)
+        other = course and (course.run != self.course.run)
         if course and history and (other or moment.step == self.step):
             self.recall(moment._replace(course=course.copied()))
         else:

@@ -340,6 +340,25 @@ def test_an_embedded_recording_is_the_picture_and_its_bar(
     page.close()
 
 
+@pytest.mark.parametrize("width", [390, 700, 1280])
+def test_the_picture_of_a_recording_fills_its_page(
+    browser: Browser, file: File, tmp_path: Path, width: int
+) -> None:
+    """It is as wide as the page on a phone, and the larger part of a screen."""
+    path = tmp_path / "run.html"
+    path.write_bytes(file.content)
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto(path.as_uri())
+    clock(page, r"step 0 of 60")
+    least = width - 34 if width <= 700 else width / 2
+    for part in ("canvas[role=application]", ".run"):
+        box = page.locator(part).bounding_box()
+        assert box
+        assert least <= box["width"] <= width
+        assert box["height"] > 20
+    page.close()
+
+
 def test_a_printed_recording_is_light_and_whole(
     browser: Browser, file: File, tmp_path: Path
 ) -> None:

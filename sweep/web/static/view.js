@@ -413,6 +413,7 @@ export class View {
 
   /** @param {State} state */
   showState(state) {
+    this.stage.run = state.run;
     this.banner.hidden = true;
     if (state.answers === this.asked) this.asked = null;
     if (this.asked || !this.controls) return;
