@@ -19,7 +19,6 @@ from sweep.web import messages
 from sweep.web.course import RUNS
 from sweep.web.filing import Order
 from sweep.web.flight import silent
-from sweep.web.history import rows
 from sweep.web.live import Live, do
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
@@ -107,7 +106,7 @@ class Replay(Live):
         """Plot the whole run at once: all values are known already."""
         self._show(state)
         self.history.begin(state.plots)
-        self.history.add(self.track.steps, rows(self.track.values, state.plots))
+        self.history.add(self.track.steps, self.track.values)
 
     def seek(self, step: int) -> None:
         """Go to `step`. Where the run ended before it, go to the last step."""

@@ -4,6 +4,7 @@ is seen there.
 
 import asyncio
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -660,6 +661,23 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")
+
+
+def test_a_run_goes_on_when_its_last_plot_is_removed(opened: Open) -> None:
+    page = opened()
+    plots = page.page.locator(".plots .plot")
+    removing = page.page.get_by_role("button", name=re.compile("^Remove"))
+    while count := plots.count():
+        removing.first.click()
+        page.until(f"boidsweep.view.state.plots.length === {count - 1}")
+        page.until(f"document.querySelectorAll('.plots .plot').length === {count - 1}")
+    page.page.get_by_role("button", name="Run (Space)").click()
+    page.until("boidsweep.view.stage.frame.step > 5")
+    page.send(type="pause")
+    assert page.page.locator(".banner").is_hidden()
+    page.send(type="metrics", names=["speed"])
+    page.until("boidsweep.view.charts.plots.has('speed')")
+    assert live(page).exact
 
 
 def test_what_presets_differ_in_is_listed_with_a_switch_for_each(

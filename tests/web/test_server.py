@@ -443,6 +443,36 @@ def test_what_is_wrong_is_said_in_a_sentence_and_harms_nobody(
             assert one.go(2)["exact"]
 
 
+@pytest.mark.parametrize(
+    ("names", "plots"),
+    [
+        ([], []),
+        (["speed", "speed"], ["speed"]),
+        (["sped"], None),
+        ([""], None),
+        ([[]], None),
+        ({}, None),
+        (None, None),
+        (["speed"] * 201, None),
+    ],
+)
+def test_no_list_of_plots_ends_a_run(
+    server: PageServer, names: object, plots: list[str] | None
+) -> None:
+    """None, or one twice, is shown; what is no list of metrics is refused."""
+    with Page(server) as page:
+        page.wait("frame")
+        usual = page.go(2)["plots"]
+        assert page.ask("metrics", names=names)["plots"] == (
+            usual if plots is None else plots
+        )
+        assert ("error" in page.last) is (plots is None)
+        page.say("step")
+        page.wait("state", lambda state: state["step"] == 3)
+        page.ask("reset")
+        assert page.go(5)["exact"]
+
+
 def broken(*_: object) -> None:
     raise ZeroDivisionError("secret")
 
