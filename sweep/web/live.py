@@ -18,7 +18,7 @@ from sweep.web.filing import Make, Order, filed, origin_of, unavailable
 from sweep.web.history import Cursor
 from sweep.web.messages import Message
 from sweep.web.opened import opened_again
-from sweep.web.overlays import coarsened
+from sweep.web.overlays import visited_shares
 from sweep.web.protocol import Reply, plain
 from sweep.web.scene import scene_of
 from sweep.web.session import Session
@@ -221,7 +221,8 @@ class Live(Session):
             not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD
         ):
             self.covered = time.monotonic()
-            sections.append(encoding.coverage(coarsened(looking.visits(simulation))))
+            shares = visited_shares(looking.visits(simulation))
+            sections.append(encoding.coverage(shares))
         world = simulation.world
         return encoding.frame(
             self.step, self.bodies, (world.width, world.height), sections

@@ -100,9 +100,9 @@ bytes:
     1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo
                      65535; 65535 for a boid that is alone
     2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
-    4 coverage       u32 rows, u32 columns, u8 visits[rows * columns]: 255 an obstacle,
-                     254 as many visits or more; sent a few times a second: until the
-                     next one, the page shows the last one
+    4 coverage       u32 rows, u32 columns, u8 shares[rows * columns]: which share of
+                     each cell was visited, 254 all of it, 255 an obstacle; sent a few
+                     times a second: until the next one, the page shows the last one
 """
 
 import json

@@ -311,7 +311,7 @@ def test_flocks_and_visits_of_a_recording_are_drawn(played: Page) -> None:
     played.get_by_label("flocks", exact=True).check()
     played.get_by_label("coverage", exact=True).check()
     played.get_by_text(re.compile(r"of two or more; grey boids are alone")).wait_for()
-    played.get_by_text(re.compile(r"^1 to \d+ visits of a pixel")).wait_for()
+    played.get_by_text(re.compile(r"^0 to 100 % of a cell was visited")).wait_for()
 
 
 def test_a_recorded_page_says_how_to_cite_it_and_its_settings(played: Page) -> None:

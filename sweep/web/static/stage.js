@@ -148,7 +148,6 @@ export class Stage {
     this.heat = document.createElement("canvas");
     /** @type {Coverage | null} */
     this.coverage = null; // the latest that came: not every frame has one
-    this.heatMost = 0;
     this.request = 0;
     this.watcher = new ResizeObserver(() => this.resize());
     this.watcher.observe(canvas);
