@@ -10,6 +10,7 @@ from pathlib import Path
 from sweep.errors import SpecError
 from sweep.spec.derived_metrics import needed
 from sweep.spec.settings import Value, in_a_line, places_of
+from sweep.text import numbered
 from sweep.trial import looking
 from sweep.web import encoding, messages
 from sweep.web.compiling import small, waiting
@@ -139,10 +140,8 @@ class Live(Session):
         spec = opened_again(*kept, state.known, spec.study.path)
         if spec.design.n_points * spec.replicates == 1:
             return ""
-        return (
-            f"point {spec.point + 1:,} of {spec.design.n_points:,},"
-            f" replicate {spec.replicate + 1:,} of {spec.replicates:,}"
-        )
+        point = numbered("point", spec.point, spec.design.n_points)
+        return f"{point}, {numbered('replicate', spec.replicate, spec.replicates)}"
 
     def kept(self) -> Reply:
         """The message with which a page goes on when its session is gone."""

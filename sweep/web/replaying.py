@@ -13,6 +13,7 @@ from sweep.errors import SpecError, StoreError, UserError
 from sweep.replays.bits import differences
 from sweep.replays.flight import Report
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import numbered
 from sweep.trial.simulation import simulate
 from sweep.trial.state import Taken
 from sweep.web import messages
@@ -78,8 +79,8 @@ class Replay(Live):
         """The values of the trial in what varies in its study, and its replicate."""
         names = self.study.varied
         values = [f"{name.replace('_', ' ')} {self.stored.row[name]}" for name in names]
-        number = f"replicate {self.job.replicate + 1:,} of {self.others.replicates:,}"
-        return ", ".join([*values, number])
+        count = self.others.replicates
+        return ", ".join([*values, numbered("replicate", self.job.replicate, count)])
 
     def _begin(self, state: ViewState) -> None:
         self.running, self.aim = False, 0
