@@ -245,7 +245,8 @@ SHOWN = """(places) => {
     const here = [at.x, at.y];
     if (!near([stage.screenX[i], stage.screenY[i]], here)) wrong.add("the screen");
     if (!near(drawn[i] ?? [1e9, 1e9], here, 12)) wrong.add("the SVG");
-    const colour = png.getImageData(Math.floor(4 * at.x), Math.floor(4 * at.y), 1, 1).data;
+    const [column, row] = [Math.floor(4 * at.x), Math.floor(4 * at.y)];
+    const colour = png.getImageData(column, row, 1, 1).data;
     const words = `rgb(${Array.from(colour.slice(0, 3)).join(", ")})`;
     if (words !== stage.colours.boid) wrong.add("the PNG");
     const hit = stage.boidAt(at, 4);

@@ -521,7 +521,11 @@ class Leaving:
     """
 
     def __init__(
-        self, server: PageServer, said: list[dict[str, Any]], most: int, error: Exception
+        self,
+        server: PageServer,
+        said: list[dict[str, Any]],
+        most: int,
+        error: Exception,
     ) -> None:
         self.said: list[dict[str, Any]] = [{"type": "websocket.connect"}]
         self.said += [

@@ -136,7 +136,10 @@ export class Pickers {
         },
       },
     });
-    const words = make("span", { className: "unit", textContent: `of 0 to ${count - 1}` });
+    const words = make("span", {
+      className: "unit",
+      textContent: `of 0 to ${count - 1}`,
+    });
     return make(
       "div",
       { className: "trial" },
