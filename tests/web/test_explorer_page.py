@@ -91,11 +91,11 @@ def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     address = link.get_attribute("href") or ""
     assert address.startswith("index.html#spec=")
     simulator = opened(address)
-    expect(simulator.locator(".status .exact")).to_be_visible(timeout=PATIENCE)
+    expect(simulator.locator(".status .exact")).to_be_visible()
     # the number that the row of the trial has
     number = page.locator("[aria-label=trials] tbody tr").first.locator("td").nth(1)
     title = re.compile(rf"replicate {number.inner_text()} \(of 0 to ")
-    expect(simulator).to_have_title(title, timeout=PATIENCE)
+    expect(simulator).to_have_title(title)
 
 
 def test_a_click_on_a_cell_shows_its_trials_and_the_address_keeps_it(

@@ -616,7 +616,7 @@ def test_a_page_may_leave_while_its_run_is_compiled_and_come_back(
     left = threading.Event()
 
     def begun() -> Watched:
-        assert left.wait(DEADLINE)
+        assert left.wait(PATIENCE)
         return watched()
 
     server = PageServer(begun)
