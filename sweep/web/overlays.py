@@ -19,10 +19,14 @@ def visited_shares(visits: NDArray[np.int32]) -> NDArray[np.float64]:
     free, seen = (
         _summed(_summed(one, apart).T, apart).T for one in (visits >= 0, visits > 0)
     )
-    return np.divide(seen, free, out=np.full(free.shape, np.nan), where=free > 0)
+    shares = np.full(free.shape, np.nan)
+    np.divide(seen, free, out=shares, where=free > 0)
+    return shares
 
 
-def _summed(table: NDArray[np.generic], apart: int) -> NDArray[np.int32]:
+def _summed(
+    table: NDArray[np.bool_] | NDArray[np.int32], apart: int
+) -> NDArray[np.int32]:
     """The sums of every `apart` rows. np.add.reduceat takes much longer."""
     total = table[::apart].astype(np.int32)
     for row in range(1, apart):

@@ -8,7 +8,7 @@ import socket
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -515,6 +515,12 @@ def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
         assert page.last["state"]["selected"] == 2
 
 
+def in_a_loop(work: Coroutine[Any, Any, None]) -> None:
+    """Run something in an event loop of its own: playwright has one in this thread."""
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, work).result()
+
+
 class Leaving:
     """The other end of the server's application, without a server between them: it says
     all at once, and leaves when it has been sent so many messages.
@@ -573,7 +579,7 @@ def test_a_page_may_leave_at_any_message(
         await server.app(page.scope, page.receive, page.send)
         assert page.sent == most
 
-    asyncio.run(leave())
+    in_a_loop(leave())
     server.socket.close()
     assert caplog.text == ""
 
@@ -603,7 +609,7 @@ def test_a_page_may_leave_while_it_is_refused_or_while_another_takes_its_place(
 
     for begun, leave in ((refused, refuse), (watched, replace)):
         server = PageServer(begun)
-        asyncio.run(leave(server))
+        in_a_loop(leave(server))
         server.socket.close()
     assert caplog.text == ""
 
@@ -636,7 +642,7 @@ def test_a_page_may_leave_while_its_run_is_compiled_and_come_back(
         await server.app(again.scope, again.receive, again.send)
         assert again.sent == 6
 
-    asyncio.run(leave())
+    in_a_loop(leave())
     server.socket.close()
     assert len(SHOWS) == 1
     assert caplog.text == ""
