@@ -84,6 +84,11 @@ def so_many(number: int, what: str) -> str:
     return f"{number:,} {what}" + "s" * (number != 1)
 
 
+def numbered(what: str, number: int, count: int) -> str:
+    """Which one of `count` things, as data number them: replicate 1 (of 0 to 399)."""
+    return f"{what} {number:,} (of 0 to {count - 1:,})"
+
+
 def harmless(text: str) -> str:
     r"""`text` with every sign that cannot be printed as JSON writes it, as \u001b;
     lines and tabs stay.

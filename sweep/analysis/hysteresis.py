@@ -57,7 +57,8 @@ def loop(
         np.array([getattr(mean, name) for mean in means])
         for name in ("value", "low", "high")
     )
-    size = max(np.nanmax(abs(lower)), np.nanmax(abs(upper))) if lower.size else 0.0
+    sizes = abs(np.concatenate([lower, upper]))
+    size = np.max(sizes[np.isfinite(sizes)], initial=0.0)
     apart = ((low > 0.0) | (high < 0.0)) & (abs(difference) > ROUNDING_ERROR * size)
     where = along[apart]
     return Loop(

@@ -204,7 +204,7 @@ def _run_begun(
         "trial": shown.trial_id,
         "roles": shown.roles,
         "value": shown.value,
-        "replicate": int(stored.row["replicate"]) + 1,
+        "replicate": int(stored.row["replicate"]),
         "scene": scene,
         "stored": stored.row[metric],
         "notes": [f"{path.name} {OTHER_NOW}." for path in other],

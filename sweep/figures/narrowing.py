@@ -95,7 +95,8 @@ def draw_narrowing(layout: Narrowing) -> Figure:
         _lines(axes, layout, drawn)
         line = _reference(drawn)
         axes.plot(line.x, line.y, color=GREY, linestyle="--", linewidth=1.0)
-        axes.set(xscale="log", yscale="log")
+        if len(drawn):  # an axis without a number above 0 cannot be logarithmic
+            axes.set(xscale="log", yscale="log")
         ticks = _looks(int(drawn["n"].max()) if len(drawn) else FEWEST)
         axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
         axes.xaxis.set_minor_locator(NullLocator())

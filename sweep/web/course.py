@@ -3,6 +3,7 @@ and states from which any of its steps is run again.
 """
 
 from bisect import bisect_right
+from itertools import count
 from typing import NamedTuple
 
 from sweep.trial.simulation import Simulation
@@ -20,6 +21,9 @@ MOST_PARTS = 1000
 is forgotten.
 """
 
+RUNS = count()
+"""A number for each run of this process, live or stored."""
+
 
 class Part(NamedTuple):
     """Steps with the same settings: those of `state`, from the step `begin` on.
@@ -36,14 +40,15 @@ class Part(NamedTuple):
 class Course:
     """The parts of a run. Its steps from `first` to `last` can be reached.
 
-    A change makes another course of the same `run`; a run that begins again is another.
+    A change makes another course of the same `run`; a run that begins again has another
+    number.
     """
 
     def __init__(self, state: ViewState) -> None:
         self.parts = [Part(0, state, frozenset(), {})]
         self.before: frozenset[str] = frozenset()
         self.first = self.last = self.latest = self.apart = 0
-        self.run = object()
+        self.run = next(RUNS)
 
     def copied(self) -> "Course":
         """A course of its own with the same parts."""

@@ -105,7 +105,7 @@ def _between(before: Moment, after: Moment) -> str:
         return "plots"
     if one.sweeps != other.sweeps:
         return "sweep of " + _spaced(min(one.sweeps.items() ^ other.sweeps.items())[0])
-    anew = before.course and after.course and before.course.run is not after.course.run
+    anew = before.course and after.course and before.course.run != after.course.run
     return "reset" if anew and before.step > 0 else ""
 
 

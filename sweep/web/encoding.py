@@ -13,7 +13,7 @@ MAGIC = b"BSF1"
 HEAD = struct.Struct("<4s3I4f")
 SPAN, TURN = 65535, 256
 ALONE = 65535
-BLOCKED, MOST_VISITS = 255, 254
+BLOCKED, WHOLE = 255, 254
 
 
 def frame(
@@ -82,9 +82,10 @@ def accelerations(by_rule: Floats) -> tuple[int, bytes]:
     ).tobytes()
 
 
-def coverage(visits: NDArray[np.int32]) -> tuple[int, bytes]:
-    """The section of visits (rows, columns), which are negative in obstacles."""
-    shown = np.where(visits < 0, BLOCKED, np.minimum(visits, MOST_VISITS)).astype(
-        np.uint8
-    )
+def coverage(shares: Floats) -> tuple[int, bytes]:
+    """The section of the shares (rows, columns) of cells that were visited, from 0 to
+    1; NaN in obstacles.
+    """
+    shown = np.where(np.isnan(shares), BLOCKED, np.round(WHOLE * shares))
+    shown = shown.astype(np.uint8)
     return COVERAGE, struct.pack("<2I", *shown.shape) + padded(shown.tobytes())

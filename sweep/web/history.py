@@ -3,7 +3,7 @@ plot.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -54,15 +54,19 @@ class History:
         other.columns = {name: list(column) for name, column in self.columns.items()}
         return other
 
-    def add(self, steps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """Add `values` (metrics, F) at `steps` (F,). Steps that are known stay."""
+    def add(
+        self, steps: NDArray[np.int64], values: Mapping[str, NDArray[np.float64]]
+    ) -> None:
+        """Add `values`, (F,) of each followed metric, at `steps` (F,). Steps that are
+        known stay.
+        """
         known = self.steps[-1] if self.steps else -1
-        for step, row in zip(steps.tolist(), values.T.tolist(), strict=True):
+        now = {name: values[name].tolist() for name in self.names}
+        for place, step in enumerate(steps.tolist()):
             if step > known and step % self.every == 0:
                 self.steps.append(step)
-                now = dict(zip(self.names, row, strict=True))
                 for name, column in self.columns.items():
-                    column.append(now.get(name, math.nan))
+                    column.append(now[name][place] if name in now else math.nan)
         while len(self.steps) > MOST:
             self.every *= 2
             self._only(
@@ -109,13 +113,6 @@ class History:
         }
         message = {"type": "metrics", "steps": steps, "values": values, "reset": anew}
         return message, cursor._replace(era=self.era, step=steps[-1] if steps else -1)
-
-
-def rows(
-    values: Mapping[str, NDArray[np.float64]], names: Sequence[str]
-) -> NDArray[np.float64]:
-    """The values of these metrics, each (F,), as rows (metrics, F)."""
-    return np.array([values[name] for name in names])
 
 
 def _number(value: float) -> float | None:

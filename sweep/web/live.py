@@ -10,6 +10,7 @@ from pathlib import Path
 from sweep.errors import SpecError
 from sweep.spec.derived_metrics import needed
 from sweep.spec.settings import Value, in_a_line, places_of
+from sweep.text import numbered
 from sweep.trial import looking
 from sweep.web import encoding, messages
 from sweep.web.compiling import small, waiting
@@ -18,7 +19,7 @@ from sweep.web.filing import Make, Order, filed, origin_of, unavailable
 from sweep.web.history import Cursor
 from sweep.web.messages import Message
 from sweep.web.opened import opened_again
-from sweep.web.overlays import coarsened
+from sweep.web.overlays import visited_shares
 from sweep.web.protocol import Reply, plain
 from sweep.web.scene import scene_of
 from sweep.web.session import Session
@@ -139,10 +140,8 @@ class Live(Session):
         spec = opened_again(*kept, state.known, spec.study.path)
         if spec.design.n_points * spec.replicates == 1:
             return ""
-        return (
-            f"point {spec.point + 1:,} of {spec.design.n_points:,},"
-            f" replicate {spec.replicate + 1:,} of {spec.replicates:,}"
-        )
+        point = numbered("point", spec.point, spec.design.n_points)
+        return f"{point}, {numbered('replicate', spec.replicate, spec.replicates)}"
 
     def kept(self) -> Reply:
         """The message with which a page goes on when its session is gone."""
@@ -221,7 +220,8 @@ class Live(Session):
             not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD
         ):
             self.covered = time.monotonic()
-            sections.append(encoding.coverage(coarsened(looking.visits(simulation))))
+            shares = visited_shares(looking.visits(simulation))
+            sections.append(encoding.coverage(shares))
         world = simulation.world
         return encoding.frame(
             self.step, self.bodies, (world.width, world.height), sections
@@ -242,6 +242,7 @@ class Live(Session):
         state = self.state
         return {
             "type": "state",
+            "run": self.number,
             "model": state.model,
             "preset": state.preset,
             "settings": {name: plain(value) for name, value in state.settings.items()},

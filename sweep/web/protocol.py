@@ -52,9 +52,10 @@ To the page:
     controls model models preset others groups maps metrics overlays trials
           see sweep.web.controls; trials is null or the opened spec: {study, points,
           replicates, axes}, each axis with name and values, none where there are many
-    state model preset settings changed shapes seed running speed step steps past undo
-          redo exact note sweeps selected overlays plots trial files replay ended
+    state run model preset settings changed shapes seed running speed step steps past
+          undo redo exact note sweeps selected overlays plots trial files replay ended
           answers
+          run is another number for each run: frames that follow are of this one;
           past is [first, last], the steps that can be gone to; undo and redo say what
           they would do; ended, of two runs, says why one goes no further;
           files has the kinds of file that cannot be made, and why;
@@ -99,9 +100,9 @@ bytes:
     1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo
                      65535; 65535 for a boid that is alone
     2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
-    4 coverage       u32 rows, u32 columns, u8 visits[rows * columns]: 255 an obstacle,
-                     254 as many visits or more; sent a few times a second: until the
-                     next one, the page shows the last one
+    4 coverage       u32 rows, u32 columns, u8 shares[rows * columns]: which share of
+                     each cell was visited, 254 all of it, 255 an obstacle; sent a few
+                     times a second: until the next one, the page shows the last one
 """
 
 import json

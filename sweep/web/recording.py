@@ -122,6 +122,7 @@ def _state(flight: KeptFlight, state: Message) -> Message:
     replay = replay | {"frames": [first, last, flight.every], "recorded": True}
     plots = [name for name in state["plots"] if name in flight.values]
     return state | {
+        "run": 0,
         "replay": replay,
         "running": False,
         "step": first,

@@ -13,12 +13,13 @@ from sweep.errors import SpecError, StoreError, UserError
 from sweep.replays.bits import differences
 from sweep.replays.flight import Report
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import numbered
 from sweep.trial.simulation import simulate
 from sweep.trial.state import Taken
 from sweep.web import messages
+from sweep.web.course import RUNS
 from sweep.web.filing import Order
 from sweep.web.flight import silent
-from sweep.web.history import rows
 from sweep.web.live import Live, do
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
@@ -78,15 +79,21 @@ class Replay(Live):
         """The values of the trial in what varies in its study, and its replicate."""
         names = self.study.varied
         values = [f"{name.replace('_', ' ')} {self.stored.row[name]}" for name in names]
-        number = f"replicate {self.job.replicate + 1:,} of {self.others.replicates:,}"
-        return ", ".join([*values, number])
+        count = self.others.replicates
+        return ", ".join([*values, numbered("replicate", self.job.replicate, count)])
 
     def _begin(self, state: ViewState) -> None:
         self.running, self.aim = False, 0
         self.exact, self.note, self.diverged = True, "", False
         self.simulation = quiet(self.track.job)
+        self._number = next(RUNS)
         self._plot(state)
         self.seek(0)
+
+    @property
+    def number(self) -> int:
+        """The number of the run: another trial has another."""
+        return self._number
 
     def _show(self, state: ViewState) -> None:
         self.state = state
@@ -100,7 +107,7 @@ class Replay(Live):
         """Plot the whole run at once: all values are known already."""
         self._show(state)
         self.history.begin(state.plots)
-        self.history.add(self.track.steps, rows(self.track.values, state.plots))
+        self.history.add(self.track.steps, self.track.values)
 
     def seek(self, step: int) -> None:
         """Go to `step`. Where the run ended before it, go to the last step."""

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -77,14 +78,9 @@ class Rooms:
             begin = partial(self._begin, hello)
             making = asyncio.create_task(asyncio.to_thread(begin))
             if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
-                await line.tell(
-                    {
-                        "type": "info",
-                        "message": (
-                            "compiling, which takes up to a minute the first time"
-                        ),
-                    }
-                )
+                words = "compiling, which takes up to a minute the first time"
+                with suppress(ConnectionError):  # who leaves meanwhile may come back
+                    await line.tell({"type": "info", "message": words})
             show = await making
             if hello.yaml or hello.kept_trial:
                 try:

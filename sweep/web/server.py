@@ -14,11 +14,11 @@ import socket
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection, Request
+from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -31,6 +31,7 @@ from sweep.web.protocol import MOST_BYTES, MessageError, Reply, write
 from sweep.web.rooms import PageSite, Rooms
 from sweep.web.show import Show
 
+R = TypeVar("R")
 STATIC = Path(__file__).parent / "static"
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 HERE = "127.0.0.1"
@@ -61,24 +62,18 @@ class Socket:
         """The next message. A binary one becomes the empty text, which is refused
         later.
         """
-        event = await self.socket.receive()
+        event = await _there(self.socket.receive())
         if event["type"] == "websocket.disconnect":
             raise ConnectionError("the page is gone")
         return event.get("text") or ""
 
     async def tell(self, reply: Reply) -> None:
         """Send a message."""
-        await self._send(self.socket.send_text(write(reply)))
+        await _there(self.socket.send_text(write(reply)))
 
     async def show(self, frame: bytes) -> None:
         """Send a frame."""
-        await self._send(self.socket.send_bytes(frame))
-
-    async def _send(self, sending: Awaitable[None]) -> None:
-        try:
-            await sending
-        except (WebSocketDisconnect, RuntimeError, OSError):
-            raise ConnectionError("the page is gone") from None
+        await _there(self.socket.send_bytes(frame))
 
 
 class PageServer:
@@ -108,9 +103,10 @@ class PageServer:
             Route("/{token}/", self._file),
             Route("/{token}/{file}", self._file),
         ]
+        self.app = Starlette(routes=routes)
         self._server = uvicorn.Server(
             uvicorn.Config(
-                Starlette(routes=routes),
+                self.app,
                 http="h11",
                 ws="websockets-sansio",
                 loop="asyncio",
@@ -176,6 +172,8 @@ class PageServer:
         try:
             body = await _object(request)
             return JSONResponse(await asyncio.to_thread(act, body), 200, HEADERS)
+        except ClientDisconnect:  # the page is gone before it has said all
+            return Response("", 400, HEADERS)
         except (UserError, MessageError) as error:
             return JSONResponse({"error": str(error)}, 400, HEADERS)
 
@@ -199,12 +197,23 @@ class PageServer:
     async def _talk(self, websocket: WebSocket) -> None:
         """The conversation with a page, from its hello on."""
         ours = websocket.headers.get("origin") == _origin(websocket)
-        if not self._admits(websocket) or not ours:
-            await websocket.close()
-            return
-        await websocket.accept()
         with suppress(ConnectionError):
-            await websocket.close(await self.rooms.serve(Socket(websocket)))
+            if not self._admits(websocket) or not ours:
+                await _there(websocket.close())
+                return
+            await _there(websocket.accept())
+            code = await self.rooms.serve(Socket(websocket))
+            await _there(websocket.close(code))
+
+
+async def _there(work: Awaitable[R]) -> R:
+    """What a socket does. Raises ConnectionError where its page is gone, which can be
+    at any moment, and which starlette and uvicorn say in ways of their own.
+    """
+    try:
+        return await work
+    except (WebSocketDisconnect, RuntimeError, OSError):
+        raise ConnectionError("the page is gone") from None
 
 
 def _origin(connection: HTTPConnection) -> str:

@@ -23,7 +23,7 @@ from sweep.trial.state import Taken
 from sweep.web.compiling import prepare
 from sweep.web.course import Course, Part
 from sweep.web.edits import EditStack, Moment, differing
-from sweep.web.history import History, rows
+from sweep.web.history import History
 from sweep.web.opened import OpenedSpec
 from sweep.web.protocol import OVERLAYS
 from sweep.web.running import changed, recorded, simulation_of
@@ -78,15 +78,20 @@ class Session:
         self.state = state
 
     def _take(self) -> Taken:
-        job, plots = self.state.job, self.state.plots
-        wanted = replace(recorded(job, plots), trajectories=True)
+        job = self.state.job
+        wanted = replace(recorded(job, self.state.plots), trajectories=True)
         taken = self.simulation.take_frames(wanted)
         if len(taken.steps):
             self.bodies: NDArray[np.float64] = taken.bodies[-1]
             values = measured(wanted, taken, job.settings)
-            self.history.add(taken.steps, rows(values, plots))
+            self.history.add(taken.steps, values)
         self.version += 1
         return taken
+
+    @property
+    def number(self) -> int:
+        """The number of the run: one that begins again has another."""
+        return self.course.run
 
     @property
     def n(self) -> int:
@@ -195,7 +200,7 @@ class Session:
         on, it is the run of then, at its step. Otherwise it goes on from here.
         """
         course, history = moment.course, moment.history
-        other = course and (course.run is not self.course.run)
+        other = course and (course.run != self.course.run)
         if course and history and (other or moment.step == self.step):
             self.recall(moment._replace(course=course.copied()))
         else:

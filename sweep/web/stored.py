@@ -83,7 +83,7 @@ class TrialChoice:
     def trial(self, point: int, replicate: int) -> str:
         """The id of the trial at a place. Raises SpecError where none is stored."""
         if (point, replicate) not in self.ids:
-            where = f"point {point + 1:,}, replicate {replicate + 1:,}"
+            where = f"point {point:,}, replicate {replicate:,}"
             raise SpecError(f"no trial is stored of {where}")
         return self.ids[point, replicate]
 

@@ -2,11 +2,14 @@
 files, and what is refused.
 """
 
+import copy
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
@@ -105,6 +108,43 @@ def test_every_kind_says_whether_it_suits(name: str, suited: list[str]) -> None:
     assert len({reason.partition(":")[2] for reason in plot.left_out}) == len(
         plot.left_out
     ), "said once"
+
+
+SUITING = {
+    "small": ["curves", "scatter"],
+    "grid": ["heatmap"],
+    "drawn": ["parallel", "sensitivity"],
+    "covering": ["pareto", "coverage"],
+    "flying": ["trajectories"],
+    "ablated": ["effects"],
+    "repeated": ["narrowing"],
+    "searched": ["history", "front", "comparison", "hypervolume"],
+    "chained": ["hysteresis"],
+    "refined": ["phase"],
+    "validated": ["validity"],
+    "sized": ["scaling", "collapse"],
+}
+"""Kinds of figures by a study that they suit."""
+
+
+def test_each_kind_has_a_study_that_it_suits() -> None:
+    assert sorted(KINDS) == sorted(kind for some in SUITING.values() for kind in some)
+
+
+@pytest.mark.parametrize("value", [1.0, 0.0, np.nan])
+@pytest.mark.parametrize("name", SUITING)
+def test_each_kind_is_drawn_of_a_constant_metric_or_says_why_not(
+    name: str, value: float, tmp_path: Path
+) -> None:
+    """Also of one that has no value at all, and where an axis would be logarithmic."""
+    part = copy.copy(study(name))
+    metrics = {one for one in part.trials if one.removesuffix("_half") in part.metrics}
+    part.trials = part.trials.assign(**dict.fromkeys(metrics, value))
+    for kind in SUITING[name]:
+        with suppress(ChoiceError):  # which says why it is not drawn
+            plot = plan_figures(part, [kind], Choices())
+            first = plot._replace(figures=plot.figures[:1])
+            assert list(draw_figures(part, first, tmp_path, ("png",)))
 
 
 def test_of_a_search_only_its_objectives_are_drawn() -> None:

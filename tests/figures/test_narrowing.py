@@ -2,17 +2,20 @@
 
 import copy
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.analysis import mean_interval
+from sweep.analysis import by_point, mean_interval
 from sweep.errors import ChoiceError
-from sweep.figures import narrowing_figure
+from sweep.figures import narrowing, narrowing_figure
 from sweep.figures.narrowing import half_widths, narrowing_layout
 from sweep.figures.narrowing import marks as marks_of
 from sweep.figures.planning import Choices
+from sweep.figures.saving import save
 from sweep.tables.stored_study import StoredStudy
 from tests.plotted import legend_texts, shown, study
 
@@ -79,6 +82,21 @@ def test_points_without_a_width_are_counted(value: float) -> None:
     figure = narrowing_figure(part, "speed")
     assert ("2 points have no width above 0" in shown(figure)) is (value == 1.0)
     assert marks_of(part, Choices(("speed",))).panels[0].marks.empty
+
+
+@pytest.mark.parametrize("end", [np.nan, np.inf])
+def test_widths_that_are_not_known_are_counted_and_the_file_is_written(
+    end: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of equal values of a metric whose range nothing bounds."""
+
+    def unknown(*about: Any, **more: Any) -> pd.DataFrame:
+        return by_point(*about, **more).assign(speed_low=-end, speed_high=end)
+
+    monkeypatch.setattr(narrowing, "by_point", unknown)
+    figure = narrowing_figure(study("repeated"), "speed")
+    assert "2 points have no width above 0" in shown(figure)
+    assert save(figure, tmp_path / "widths", formats=("png",))
 
 
 def test_of_few_trials_there_is_none() -> None:

@@ -47,14 +47,17 @@ def test_any_trial_of_an_opened_spec_is_shown_and_its_text_stays(opened: Open) -
         assert page.page.title().startswith("nguyen2024/separation, ")
         page.page.get_by_label("separation weight", exact=True).first.select_option("2")
         page.until("boidsweep.view.state.trial.point === 4")
-        page.page.get_by_label("replicate", exact=True).fill("17")
+        page.page.get_by_label("replicate", exact=True).fill("16")
         page.page.get_by_label("replicate", exact=True).press("Enter")
         page.until("boidsweep.view.state.trial.replicate === 16")
         assert page.ask("boidsweep.view.state.settings.separation_weight") == 2
-        assert "separation weight 2, replicate 17 of 400" in page.page.title()
+        assert "separation weight 2, replicate 16 (of 0 to 399)" in page.page.title()
         assert copied(page) == SEPARATION.read_text()
         page.page.get_by_role("button", name="Copy as spec").click()
-        words = "Launched, point 5 of 5, replicate 17 of 400 gives the very frames"
+        words = (
+            "Launched, point 4 (of 0 to 4), replicate 16 (of 0 to 399) gives the very"
+            " frames"
+        )
         page.page.get_by_text(words).wait_for()
         assert page.show.state.job.replicate == 16  # type: ignore[attr-defined]
         page.page.context.close()
@@ -190,7 +193,7 @@ def test_a_state_has_an_address_that_opens_it_in_another_window(opened: Open) ->
         window = page.page.context.new_page()
         window.goto(address)
         window.get_by_label("replicate", exact=True).wait_for()
-        assert window.get_by_label("replicate", exact=True).input_value() == "17"
+        assert window.get_by_label("replicate", exact=True).input_value() == "16"
         shown = window.evaluate("boidsweep.view.state")
         assert (shown["settings"]["n"], shown["trial"]["point"]) == (31, 3)
         page.page.context.close()

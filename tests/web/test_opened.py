@@ -166,7 +166,7 @@ def test_changes_stay_at_another_point_and_replicate() -> None:
     }
     assert live.state.settings["cohesion_weight"] == 2
     (reply,) = live.handle(messages.Spec())
-    assert reply["trial"] == "point 4 of 5, replicate 18 of 400"
+    assert reply["trial"] == "point 3 (of 0 to 4), replicate 17 (of 0 to 399)"
     live.handle(messages.Set("cohesion_weight", 1.0))
     assert live.state.as_text() == SEPARATION.read_text()
     for message, words in (

@@ -160,32 +160,46 @@ def test_flocks_are_those_of_the_metric() -> None:
     assert (flag, len(section) % 4) == (1, 0)
 
 
-def test_coverage_is_what_the_metric_counts_and_coarsened_by_its_most() -> None:
-    simulation = flown("aziel_chen2025", steps=30, map="cafeteria")
+@pytest.mark.parametrize("steps", [1, 30])
+@pytest.mark.parametrize(
+    ("model", "changes"),
+    [
+        ("aziel_chen2025", {"map": "cafeteria"}),
+        ("nguyen2024", {"map": "random_obstacles"}),
+    ],
+)
+def test_what_is_painted_of_the_floor_is_the_metric(
+    model: str, changes: dict[str, object], steps: int
+) -> None:
+    """The opacities of all cells, each for its pixels outside of obstacles, sum up to
+    the metric coverage, to the 254th part of a cell: also at an early step, when most
+    cells that discs have touched are partly visited.
+    """
+    simulation = flown(model, steps=steps, **changes)
     counted = simulation.flight.record.coverage
     pixels = looking.visits(simulation)
     assert (pixels >= 0).sum() == counted.traversable
     assert (pixels > 0).sum() == counted.sums[0]
-    coarse = overlays.coarsened(pixels)
-    assert coarse.size <= overlays.MOST_CELLS < pixels.size
-    side = -(-counted.rows // coarse.shape[0])
-    for row, column in ((0, 0), (66, 66), (100, 20), coarse.shape):
-        row, column = (
-            row - (row == coarse.shape[0]),
-            column - (column == coarse.shape[1]),
-        )
-        block = pixels[
-            row * side : (row + 1) * side, column * side : (column + 1) * side
-        ]
-        assert coarse[row, column] == block.max()
-    _, section = encoding.coverage(coarse)
+    shares = overlays.visited_shares(pixels)
+    assert shares.size <= overlays.MOST_CELLS < pixels.size
+    side = -(-counted.rows // shares.shape[0])
+    room = [(0, -length % side) for length in pixels.shape]
+    blocks = np.pad(pixels, room, constant_values=-1).reshape(
+        shares.shape[0], side, shares.shape[1], side
+    )
+    free = (blocks >= 0).sum(axis=(1, 3))
+    _, section = encoding.coverage(shares)
     rows, columns = np.frombuffer(section, "<u4", 2)
     shown = np.frombuffer(section, np.uint8, rows * columns, 8).reshape(rows, columns)
-    np.testing.assert_array_equal(shown == 255, coarse < 0)
-    np.testing.assert_array_equal(
-        shown[coarse >= 0], np.minimum(coarse[coarse >= 0], 254)
-    )
-    assert (shown == 255).any()
+    np.testing.assert_array_equal(shown == encoding.BLOCKED, free == 0)
+    opacity = np.where(free == 0, 0, shown / encoding.WHOLE)
+    metric = counted.sums[0] / counted.traversable
+    painted = (opacity * free).sum() / free.sum()
+    assert painted == pytest.approx(metric, abs=1 / (2 * encoding.WHOLE))
+    if steps == 1:
+        assert (opacity[opacity > 0] < 1).mean() > 0.2
+    else:
+        assert (shown == encoding.BLOCKED).any()
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 100])

@@ -4,6 +4,7 @@ is seen there.
 
 import asyncio
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from sweep.web.page import script
 from sweep.web.protocol import Reply
 from sweep.web.replaying import Replay
 from sweep.web.server import Socket
+from sweep.web.state import from_study
 from tests import builders, oscillators, studies
 from tests.web.chromium import Opened, running_server
 
@@ -226,6 +228,88 @@ def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
     bodies = go_to(page, 5)
     colour, pixels = page.page.evaluate(PIXELS, bodies[:2].T.tolist())
     assert pixels == [colour] * n
+
+
+SHOWN = """(places) => {
+  const { stage } = boidsweep.view;
+  const wrong = new Set();
+  const near = (a, b, most = 0.5) => Math.hypot(a[0] - b[0], a[1] - b[1]) < most;
+  const of = (lines) => lines.stage.lines().parts
+    .filter((one) => one.startsWith("<path") && one.split("L").length === 3)
+    .map((one) => one.match(/[-\\d.]+/g).map(Number));
+  const drawn = of({ stage });
+  if (drawn.length !== places.length) wrong.add("the number of boids in the SVG");
+  const png = stage.pixels(4).getContext("2d");
+  places.forEach(([x, y], i) => {
+    const at = stage.toScreen({ x, y });
+    const here = [at.x, at.y];
+    if (!near([stage.screenX[i], stage.screenY[i]], here)) wrong.add("the screen");
+    if (!near(drawn[i] ?? [1e9, 1e9], here, 12)) wrong.add("the SVG");
+    const [column, row] = [Math.floor(4 * at.x), Math.floor(4 * at.y)];
+    const colour = png.getImageData(column, row, 1, 1).data;
+    const words = `rgb(${Array.from(colour.slice(0, 3)).join(", ")})`;
+    if (words !== stage.colours.boid) wrong.add("the PNG");
+    const hit = stage.boidAt(at, 4);
+    if (hit === null || !near(places[hit], [x, y], 4 / stage.camera.scale)) {
+      wrong.add("the mouse");
+    }
+  });
+  if (stage.trail.length !== 1) wrong.add("the trails");
+  return [...wrong];
+}"""
+"""Where the page shows or hits boids elsewhere than where they are."""
+
+IN_FRAME = """(places) => {
+  const { n, box, x, y } = boidsweep.view.stage.frame;
+  const at = (sixteen, low, high) => low + (sixteen / 65535) * (high - low);
+  return n === places.length && places.every((place, i) =>
+    Math.abs(at(x[i], box[0], box[2]) - place[0]) < 0.1 &&
+    Math.abs(at(y[i], box[1], box[3]) - place[1]) < 0.1
+  );
+}"""
+"""Whether the frame that has come has boids at these places."""
+
+CHANGES_AT_THE_START: list[tuple[str, dict[str, object]]] = [
+    ("the next trial", {"type": "trial", "point": 0, "replicate": 1}),
+    ("the seed", {"type": "set", "name": "seed", "value": 77}),
+    ("the map", {"type": "set", "name": "map", "value": "dense_cafeteria"}),
+    ("how many boids", {"type": "set", "name": "n", "value": 31}),
+    ("the preset", {"type": "model", "model": "nguyen2024", "preset": "as_written"}),
+    ("the model", {"type": "model", "model": "aziel_chen2025", "preset": "as_run"}),
+    (
+        "an obstacle",
+        {"type": "shapes", "shapes": [{"disc": {"x": 350, "y": 400, "radius": 120}}]},
+    ),
+    (
+        "an obstacle that is moved",
+        {"type": "shapes", "shapes": [{"disc": {"x": 450, "y": 400, "radius": 120}}]},
+    ),
+]
+"""Messages by which boids start elsewhere."""
+
+
+def test_after_each_change_at_the_start_boids_are_shown_where_they_are(
+    opened: Open,
+) -> None:
+    """The picture is of the new run: on the screen, in files of it, for the mouse and
+    for trails, which begin again.
+    """
+    study = parse_spec(
+        "study: s\nmodel: nguyen2024\nfixed: {n: 30}\nreplicates: 3\n"
+        "record: {metrics: [speed]}\n"
+    )
+    with running_server(lambda: Live(from_study(study))) as server:
+        page = opened(server)
+        before = live(page).bodies.copy()
+        for name, message in CHANGES_AT_THE_START:
+            page.send(**message)
+            page.until("!boidsweep.view.asked")
+            bodies = live(page).bodies
+            assert live(page).step == 0
+            assert not np.array_equal(bodies, before), name
+            page.until(f"({IN_FRAME})({json.dumps(bodies[:2].T.tolist())})")
+            assert page.page.evaluate(SHOWN, bodies[:2].T.tolist()) == [], name
+            before = bodies.copy()
 
 
 def test_obstacles_drawn_by_mouse_are_avoided_and_the_copied_spec_gives_the_same_frames(
@@ -578,6 +662,23 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")
+
+
+def test_a_run_goes_on_when_its_last_plot_is_removed(opened: Open) -> None:
+    page = opened()
+    plots = page.page.locator(".plots .plot")
+    removing = page.page.get_by_role("button", name=re.compile("^Remove"))
+    while count := plots.count():
+        removing.first.click()
+        page.until(f"boidsweep.view.state.plots.length === {count - 1}")
+        page.until(f"document.querySelectorAll('.plots .plot').length === {count - 1}")
+    page.page.get_by_role("button", name="Run (Space)").click()
+    page.until("boidsweep.view.stage.frame.step > 5")
+    page.send(type="pause")
+    assert page.page.locator(".banner").is_hidden()
+    page.send(type="metrics", names=["speed"])
+    page.until("boidsweep.view.charts.plots.has('speed')")
+    assert live(page).exact
 
 
 def test_what_presets_differ_in_is_listed_with_a_switch_for_each(

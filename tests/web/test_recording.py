@@ -311,7 +311,7 @@ def test_flocks_and_visits_of_a_recording_are_drawn(played: Page) -> None:
     played.get_by_label("flocks", exact=True).check()
     played.get_by_label("coverage", exact=True).check()
     played.get_by_text(re.compile(r"of two or more; grey boids are alone")).wait_for()
-    played.get_by_text(re.compile(r"^1 to \d+ visits of a pixel")).wait_for()
+    played.get_by_text(re.compile(r"^0 to 100 % of a cell was visited")).wait_for()
 
 
 def test_a_recorded_page_says_how_to_cite_it_and_its_settings(played: Page) -> None:
@@ -337,6 +337,25 @@ def test_an_embedded_recording_is_the_picture_and_its_bar(
     assert not page.get_by_label("about the run").is_visible()
     sides = page.locator(".player").bounding_box()
     assert sides == {"x": 0, "y": 0, "width": 600, "height": 400}
+    page.close()
+
+
+@pytest.mark.parametrize("width", [390, 700, 1280])
+def test_the_picture_of_a_recording_fills_its_page(
+    browser: Browser, file: File, tmp_path: Path, width: int
+) -> None:
+    """It is as wide as the page on a phone, and the larger part of a screen."""
+    path = tmp_path / "run.html"
+    path.write_bytes(file.content)
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto(path.as_uri())
+    clock(page, r"step 0 of 60")
+    least = width - 34 if width <= 700 else width / 2
+    for part in ("canvas[role=application]", ".run"):
+        box = page.locator(part).bounding_box()
+        assert box
+        assert least <= box["width"] <= width
+        assert box["height"] > 20
     page.close()
 
 

@@ -87,9 +87,9 @@ def test_every_number_is_the_stored_one(spec: str, index: int, tmp_path: Path) -
     show = Replay(study, trial)
     told = show.status()["replay"]
     assert (told["study"], told["trial"], told["equal"]) == (study.name, trial, True)
-    assert told["which"].endswith(
-        f"replicate {show.job.replicate + 1} of {len(set(study.trials['replicate']))}"
-    )
+    row = study.trials.set_index("trial_id").loc[trial]
+    last = study.trials["replicate"].max()
+    assert told["which"].endswith(f"replicate {row['replicate']} (of 0 to {last})")
     assert all(name.replace("_", " ") in told["which"] for name in study.varied)
     assert told["words"] == "Every number equals the stored one, bit for bit."
     series = study.series[study.series["trial_id"] == trial]
@@ -359,7 +359,7 @@ def test_one_goes_from_one_stored_trial_to_another(flown: StoredStudy) -> None:
     state = show.status()
     assert (state["trial"]["point"], state["trial"]["replicate"]) == (0, 2)
     for wrong, words in (
-        (messages.ShowTrial(0, 3), "no trial is stored of point 1, replicate 4"),
+        (messages.ShowTrial(0, 3), "no trial is stored of point 0, replicate 3"),
         (messages.ShowValue("separation_weight", 0.7), "no point has 0.7"),
         (messages.ShowValue("cohesion_weight", 1.0), "unknown setting that varies"),
     ):

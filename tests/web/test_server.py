@@ -8,7 +8,7 @@ import socket
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -443,6 +443,36 @@ def test_what_is_wrong_is_said_in_a_sentence_and_harms_nobody(
             assert one.go(2)["exact"]
 
 
+@pytest.mark.parametrize(
+    ("names", "plots"),
+    [
+        ([], []),
+        (["speed", "speed"], ["speed"]),
+        (["sped"], None),
+        ([""], None),
+        ([[]], None),
+        ({}, None),
+        (None, None),
+        (["speed"] * 201, None),
+    ],
+)
+def test_no_list_of_plots_ends_a_run(
+    server: PageServer, names: object, plots: list[str] | None
+) -> None:
+    """None, or one twice, is shown; what is no list of metrics is refused."""
+    with Page(server) as page:
+        page.wait("frame")
+        usual = page.go(2)["plots"]
+        assert page.ask("metrics", names=names)["plots"] == (
+            usual if plots is None else plots
+        )
+        assert ("error" in page.last) is (plots is None)
+        page.say("step")
+        page.wait("state", lambda state: state["step"] == 3)
+        page.ask("reset")
+        assert page.go(5)["exact"]
+
+
 def broken(*_: object) -> None:
     raise ZeroDivisionError("secret")
 
@@ -483,6 +513,139 @@ def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
     with Page(server) as page:
         page.wait("frame")
         assert page.last["state"]["selected"] == 2
+
+
+def in_a_loop(work: Coroutine[Any, Any, None]) -> None:
+    """Run something in an event loop of its own: playwright has one in this thread."""
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, work).result()
+
+
+class Leaving:
+    """The other end of the server's application, without a server between them: it says
+    all at once, and leaves when it has been sent so many messages.
+    """
+
+    def __init__(
+        self,
+        server: PageServer,
+        said: list[dict[str, Any]],
+        most: int,
+        error: Exception,
+    ) -> None:
+        self.said: list[dict[str, Any]] = [{"type": "websocket.connect"}]
+        self.said += [
+            {"type": "websocket.receive", "text": json.dumps(one)} for one in said
+        ]
+        self.most, self.error = most, error
+        self.sent = 0
+        self.gone = asyncio.Event()
+        address = urlsplit(server.url)
+        host = address.netloc.encode()
+        self.scope = {
+            "type": "websocket",
+            "path": f"{address.path}socket",
+            "query_string": b"",
+            "headers": [(b"host", host), (b"origin", b"http://" + host)],
+        }
+
+    async def receive(self) -> dict[str, Any]:
+        if self.said:
+            return self.said.pop(0)
+        await self.gone.wait()
+        return {"type": "websocket.disconnect", "code": 1001}
+
+    async def send(self, _: object) -> None:
+        if self.sent >= self.most:
+            self.gone.set()
+            raise self.error
+        self.sent += 1
+
+
+HELLO = {"type": "hello", "page": "one"}
+BUSY = [{"type": "ready"}, {"type": "step"}, {"type": "export", "kind": "svg"}]
+
+
+@pytest.mark.parametrize("error", [OSError(), RuntimeError("after websocket.close")])
+@pytest.mark.parametrize("most", range(14))
+def test_a_page_may_leave_at_any_message(
+    caplog: pytest.LogCaptureFixture, most: int, error: Exception
+) -> None:
+    """Before it is let in, in the greeting, between frames, while a file is made."""
+    server = PageServer(watched)
+
+    async def leave() -> None:
+        page = Leaving(server, [HELLO, *(20 * BUSY)], most, error)
+        await server.app(page.scope, page.receive, page.send)
+        assert page.sent == most
+
+    in_a_loop(leave())
+    server.socket.close()
+    assert caplog.text == ""
+
+
+@pytest.mark.parametrize("error", [OSError(), RuntimeError("after websocket.close")])
+def test_a_page_may_leave_while_it_is_refused_or_while_another_takes_its_place(
+    caplog: pytest.LogCaptureFixture, error: Exception
+) -> None:
+    def refused() -> Watched:
+        raise SpecError("no such model")
+
+    async def refuse(server: PageServer) -> None:
+        page = Leaving(server, [HELLO], 2, error)  # let in, and told why
+        await server.app(page.scope, page.receive, page.send)
+
+    async def replace(server: PageServer) -> None:
+        first = Leaving(server, [HELLO], 5, error)
+        playing = asyncio.create_task(
+            server.app(first.scope, first.receive, first.send)
+        )
+        while "one" not in server.rooms.players:
+            await asyncio.sleep(0)
+        first.most = 0  # its last message is that it is closed
+        second = Leaving(server, [HELLO, *BUSY], 3, error)
+        await server.app(second.scope, second.receive, second.send)
+        await playing
+
+    for begun, leave in ((refused, refuse), (watched, replace)):
+        server = PageServer(begun)
+        in_a_loop(leave(server))
+        server.socket.close()
+    assert caplog.text == ""
+
+
+def test_a_page_may_leave_while_its_run_is_compiled_and_come_back(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Told that it waits, it is gone; what was begun for it is there for its return."""
+    monkeypatch.setattr(rooms, "PATIENCE", 0.0)
+    left = threading.Event()
+
+    def begun() -> Watched:
+        assert left.wait(PATIENCE)
+        return watched()
+
+    server = PageServer(begun)
+
+    async def leave() -> None:
+        page = Leaving(server, [HELLO], 1, OSError())
+
+        async def send(message: object) -> None:
+            try:
+                await page.send(message)
+            finally:
+                if page.gone.is_set():
+                    left.set()
+
+        await server.app(page.scope, page.receive, send)
+        again = Leaving(server, [HELLO], 6, OSError())
+        await server.app(again.scope, again.receive, again.send)
+        assert again.sent == 6
+
+    in_a_loop(leave())
+    server.socket.close()
+    assert len(SHOWS) == 1
+    assert caplog.text == ""
 
 
 def test_a_message_too_long_closes_the_socket_and_leaves_the_session(

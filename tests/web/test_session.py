@@ -366,13 +366,38 @@ def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
         assert (column[:4] == [None] * 4) is not (name in plotted)
 
 
+def test_a_run_without_a_plot_goes_on_and_plots_come_back() -> None:
+    session = short_run()
+    session.run()
+    session.advance(4)
+    names = session.state.plots
+    session.follow(())
+    session.advance(3)
+    message, _ = session.history.since(Cursor())
+    assert message is not None
+    assert (message["steps"], message["values"]) == ([*range(8)], {})
+    session.seek(2)
+    session.reset()
+    session.run()
+    session.advance(4)
+    session.follow(names)
+    session.advance(3)
+    message, _ = session.history.since(Cursor())
+    assert message is not None
+    values: dict[str, list[float | None]] = message["values"]
+    for column in values.values():
+        assert column[:5] == [None] * 5
+        assert None not in column[5:]
+    assert session.exact
+
+
 def test_a_long_history_is_thinned_evenly_and_told_once() -> None:
     history, cursor = History(), Cursor()
     history.begin(("speed",))
     told: list[int] = []
     for first in range(0, 3 * MOST, 100):
         steps = np.arange(first, first + 100)
-        history.add(steps, 2.0 * steps[np.newaxis])
+        history.add(steps, {"speed": 2.0 * steps})
         message, cursor = history.since(cursor)
         told += message["steps"] if message else []  # type: ignore[operator]
     assert len(history.steps) <= MOST

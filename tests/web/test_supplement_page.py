@@ -247,6 +247,20 @@ def test_the_page_fits_a_window(
     assert marks(page).count() == 16
 
 
+@pytest.mark.parametrize("width", [390, 700, 1280])
+def test_the_picture_of_a_run_fills_its_part_of_the_page(
+    shown: Callable[..., Page], file: Path, width: int
+) -> None:
+    """It is as wide as the page on a phone, and half of a screen."""
+    page = shown(file, viewport={"width": width, "height": 800})
+    least = width - 42 if width <= 860 else width / 2 - 50
+    for part in (".player canvas[role=application]", ".player .run"):
+        box = page.locator(part).bounding_box()
+        assert box
+        assert least <= box["width"] <= width
+        assert box["height"] > 20
+
+
 def test_the_page_prints(shown: Callable[..., Page], file: Path) -> None:
     page = shown(file, color_scheme="dark")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")

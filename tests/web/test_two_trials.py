@@ -146,7 +146,7 @@ def test_trials_that_were_gone_to_are_shown_again_by_another_server(
         point = study.points.index[0]
         page.goto(f"{server.url}#study=small&point={point}&trial={first}")
         expect(replay).to_contain_text(first)
-        page.get_by_label("replicate", exact=True).fill("3")
+        page.get_by_label("replicate", exact=True).fill("2")
         page.get_by_label("replicate", exact=True).press("Enter")
         expect(replay).to_contain_text(third)
         expect(said).to_have_text(third)
@@ -160,7 +160,7 @@ def test_trials_that_were_gone_to_are_shown_again_by_another_server(
         page.goto(f"{page.url}&beside={second}")
         expect(page.locator(".head-of-side")).to_have_count(2)
         beside = page.locator(".twins [aria-label='run B']")
-        beside.get_by_label("replicate", exact=True).fill("1")
+        beside.get_by_label("replicate", exact=True).fill("0")
         beside.get_by_label("replicate", exact=True).press("Enter")
         expect(said).to_have_text(f"{third} and {first}")
         assert choice_of(page) | {"trial": third, "beside": first} == choice_of(page)

@@ -106,7 +106,7 @@ const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 /** @param {Trial} trial */
 function cellsOf({ trial_id: id, replicate, value, part, status, error }) {
   const why = status === "done" ? part : `${status}: ${error}`;
-  return [`▶ ${id.slice(0, 8)}`, String(replicate + 1), short(value, 6), why];
+  return [`▶ ${id.slice(0, 8)}`, String(replicate), short(value, 6), why];
 }
 
 /** @param {Record<string, unknown>} settings */

@@ -7,7 +7,8 @@ const FLOCKS = 1;
 const ACCELERATIONS = 2;
 const COVERAGE = 4;
 const ALONE = 65535;
-export const OBSTACLE_PIXEL = 255;
+export const OBSTACLE_CELL = 255;
+export const WHOLE_CELL = 254; // all of it was visited
 
 /**
  * @typedef {object} Frame
@@ -23,7 +24,7 @@ export const OBSTACLE_PIXEL = 255;
  * @property {Coverage | null} coverage
  */
 
-/** @typedef {{ rows: number, columns: number, visits: Uint8Array }} Coverage */
+/** @typedef {{ rows: number, columns: number, shares: Uint8Array }} Coverage */
 
 /** @param {number} bytes */
 const padded = (bytes) => (bytes + 3) & ~3;
@@ -74,7 +75,7 @@ export function decode(data) {
   }
   if (flags & COVERAGE) {
     const [rows, columns] = take(Uint32Array, 2);
-    frame.coverage = { rows, columns, visits: take(Uint8Array, rows * columns) };
+    frame.coverage = { rows, columns, shares: take(Uint8Array, rows * columns) };
   }
   return frame;
 }

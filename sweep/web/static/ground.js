@@ -1,7 +1,7 @@
 // Draws what does not move: the world, its visits and obstacles, the goal, the handles
 // of the selection, and the scale.
 
-import { OBSTACLE_PIXEL } from "./frames.js";
+import { OBSTACLE_CELL, WHOLE_CELL } from "./frames.js";
 import { contextOf, partsOf, short } from "./dom.js";
 
 /** @import { Obstacle, Polygon, Scene } from "./protocol.d.ts" */
@@ -34,20 +34,16 @@ export function drawGround(stage, scene) {
   context.setLineDash([]);
 }
 
+// A cell is as opaque as the share of it that was visited: what is painted is the
+// metric coverage.
 /** @param {Stage} stage */
 export function paintHeat(stage) {
   if (!stage.coverage) return;
-  const { rows, columns, visits } = stage.coverage;
-  stage.heatMost = visits.reduce(
-    (most, count) => (count === OBSTACLE_PIXEL ? most : Math.max(most, count)),
-    0,
-  );
+  const { rows, columns, shares } = stage.coverage;
   const [red, green, blue] = partsOf(stage.colours.heat);
   const table = new Uint32Array(256);
-  for (let count = 1; count < OBSTACLE_PIXEL; count++) {
-    const opacity = 0.16 +
-      0.84 * (Math.log1p(count) / Math.log1p(Math.max(stage.heatMost, 8)));
-    table[count] = (Math.round(255 * Math.min(1, opacity)) << 24) | (blue << 16) |
+  for (let share = 1; share < OBSTACLE_CELL; share++) {
+    table[share] = (Math.round(255 * (share / WHOLE_CELL)) << 24) | (blue << 16) |
       (green << 8) | red;
   }
   if (stage.heat.width !== columns || stage.heat.height !== rows) {
@@ -56,7 +52,7 @@ export function paintHeat(stage) {
   const context = contextOf(stage.heat);
   const image = context.createImageData(columns, rows);
   const pixels = new Uint32Array(image.data.buffer);
-  for (let i = 0; i < pixels.length; i++) pixels[i] = table[visits[i]];
+  for (let i = 0; i < pixels.length; i++) pixels[i] = table[shares[i]];
   context.putImageData(image, 0, 0);
 }
 

@@ -325,12 +325,10 @@ export class Overlays {
       }),
       make("small", { textContent: this.sample() }),
     ]);
-    const most = this.stage.heatMost;
-    this.legend("coverage", on("coverage") && most > 0, () => [
+    const { coverage } = this.stage;
+    this.legend("coverage", on("coverage") && Boolean(coverage), () => [
       make("i", { className: "ramp" }),
-      make("small", {
-        textContent: `1 to ${most}${most >= 254 ? " or more" : ""} visits of a pixel`,
-      }),
+      make("small", { textContent: "0 to 100 % of a cell was visited" }),
     ]);
     const kinds = this.stage.scene?.kinds ?? [];
     this.legend(

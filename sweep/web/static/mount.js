@@ -55,7 +55,7 @@ function valuesOf({ settings, seed, shapes, replay }, names) {
   const others = {
     seed,
     obstacles: shapes ? shapes.length : "as in the map",
-    replicate: (replay?.replicate ?? 0) + 1,
+    replicate: replay?.replicate ?? 0,
   };
   const words = names.map((name) =>
     `${spaced(name)} ${short(settings[name] ?? others[name], 6)}`

@@ -115,7 +115,7 @@ export class Pickers {
     return button(picture, label, go, "", { disabled: !place });
   }
 
-  // One of `count` things, which people count from 1.
+  // One of `count` things, by its number in data, which begin at 0.
   /**
    * @param {string} label
    * @param {number} index
@@ -127,16 +127,19 @@ export class Pickers {
     const input = make("input", {
       id,
       type: "number",
-      min: "1",
-      max: String(count),
-      value: String(index + 1),
+      min: "0",
+      max: String(count - 1),
+      value: String(index),
       on: {
         change: () => {
-          if (input.reportValidity() && input.value) act(Number(input.value) - 1);
+          if (input.reportValidity() && input.value) act(Number(input.value));
         },
       },
     });
-    const words = make("span", { className: "unit", textContent: `of ${count}` });
+    const words = make("span", {
+      className: "unit",
+      textContent: `of 0 to ${count - 1}`,
+    });
     return make(
       "div",
       { className: "trial" },

@@ -191,6 +191,8 @@ export interface Published {
 
 export interface State {
   type: "state";
+  /** Another number for each run; frames that follow are of this one. */
+  run: number;
   model: string;
   preset: string;
   settings: Record<string, Value>;

@@ -118,8 +118,10 @@ export class Stage {
     this.scene = null;
     /** @type {Frame | null} */
     this.frame = null;
-    /** @type {Bytes | Frame | null} */
+    /** @type {{ data: Bytes | Frame, run: number } | null} */
     this.pending = null;
+    this.run = 0; // of the frames that come
+    this.shown = 0; // of the frame on the screen
     /** @type {Selected | null} */
     this.selection = null;
     /** @type {Set<string>} */
@@ -146,7 +148,6 @@ export class Stage {
     this.heat = document.createElement("canvas");
     /** @type {Coverage | null} */
     this.coverage = null; // the latest that came: not every frame has one
-    this.heatMost = 0;
     this.request = 0;
     this.watcher = new ResizeObserver(() => this.resize());
     this.watcher.observe(canvas);
@@ -199,7 +200,7 @@ export class Stage {
 
   /** @param {Bytes | Frame} data */
   take(data) {
-    this.pending = data;
+    this.pending = { data, run: this.run };
     this.redraw();
   }
 
@@ -310,8 +311,9 @@ export class Stage {
   draw() {
     if (!this.scene || !this.width) return;
     if (this.pending) {
-      const fresh = "step" in this.pending ? this.pending : decode(this.pending);
-      this.accept(fresh);
+      const { data, run } = this.pending;
+      const fresh = "step" in data ? data : decode(data);
+      this.accept(fresh, run);
       this.pending = null;
       this.taken(fresh); // the next one is made and sent while this one is drawn
     }
@@ -367,12 +369,14 @@ export class Stage {
     return pen;
   }
 
-  /** @param {Frame} frame */
-  accept(frame) {
-    const gone = this.frame &&
-      (frame.step < this.frame.step || frame.n !== this.frame.n);
-    if (gone) this.trail = [];
-    if (gone) this.coverage = null;
+  // Of another run, or of an earlier step, nothing before goes on.
+  /** @param {Frame} frame @param {number} run */
+  accept(frame, run) {
+    if (run !== this.shown || (this.frame && frame.step < this.frame.step)) {
+      this.trail = [];
+      this.coverage = null;
+    }
+    this.shown = run;
     this.frame = frame;
     if (frame.coverage) this.coverage = frame.coverage;
     if (frame.coverage) paintHeat(this);
@@ -393,16 +397,16 @@ export class Stage {
   }
 
   /** @param {Frame} frame */
-  project({ n }) {
-    const { x, y } = this.trail.at(-1) ?? { x: [], y: [] };
+  project(frame) {
+    const { n } = frame;
     const origin = this.toScreen({ x: 0, y: 0 });
     const [across, along] = [this.camera.scale, this.camera.scale * this.upright];
     if (this.screenX.length !== n) {
       [this.screenX, this.screenY] = [new Float32Array(n), new Float32Array(n)];
     }
     for (let i = 0; i < n; i++) {
-      this.screenX[i] = origin.x + across * x[i];
-      this.screenY[i] = origin.y + along * y[i];
+      this.screenX[i] = origin.x + across * placeX(frame, i);
+      this.screenY[i] = origin.y + along * placeY(frame, i);
     }
   }
 

@@ -189,6 +189,7 @@ class Supplement {
     const recorded = every > 1 ? `A frame is kept every ${every} steps.` : "";
     return {
       type: "state",
+      run: 0,
       model: "",
       preset: "",
       settings: {},

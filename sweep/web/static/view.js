@@ -413,6 +413,7 @@ export class View {
 
   /** @param {State} state */
   showState(state) {
+    this.stage.run = state.run;
     this.banner.hidden = true;
     if (state.answers === this.asked) this.asked = null;
     if (this.asked || !this.controls) return;
@@ -577,9 +578,9 @@ function titleOf({ trials }, { model, preset, trial, replay }) {
   const values = Object.entries(trial.values).map(([name, value]) =>
     `, ${spaced(name)} ${short(value)}`
   );
-  return `${trials.study}${values.join("")}, replicate ${
-    trial.replicate + 1
-  } of ${trials.replicates}`;
+  const { replicate } = trial;
+  const last = trials.replicates - 1;
+  return `${trials.study}${values.join("")}, replicate ${replicate} (of 0 to ${last})`;
 }
 
 /** @param {string[]} names @param {string} name */

@@ -1,14 +1,12 @@
-// Counts from the frames of a recording how often boids were at each pixel, as the
-// kernels do.
+// Tells from the frames of a recording which pixels boids have visited, as the kernels
+// do. Each is a cell of its own.
 
-import { OBSTACLE_PIXEL, placeX, placeY } from "./frames.js";
+import { OBSTACLE_CELL, placeX, placeY, WHOLE_CELL } from "./frames.js";
 import { isSolid } from "./obstacles.js";
 
 /** @import { Coverage, Frame } from "./frames.js" */
 /** @import { Obstacle, Pixels, Scene } from "./protocol.d.ts" */
 /** @import { Tape } from "./tape.js" */
-
-const MOST = 254;
 
 export class Visits {
   /** @param {Tape} tape @param {Pixels} pixels @param {Scene} scene */
@@ -17,7 +15,7 @@ export class Visits {
     this.pixels = pixels;
     this.empty = new Uint8Array(pixels.rows * pixels.columns);
     for (const obstacle of scene.obstacles) this.block(obstacle);
-    this.visits = this.empty.slice();
+    this.shares = this.empty.slice();
     this.place = 0; // the start is no visit
   }
 
@@ -36,7 +34,7 @@ export class Visits {
           : round
           ? dx * dx + dy * dy < halfWidth * halfWidth
           : Math.abs(dx) < halfWidth && Math.abs(dy) < halfHeight;
-        if (inside) this.empty[at] = OBSTACLE_PIXEL;
+        if (inside) this.empty[at] = OBSTACLE_CELL;
       },
     );
   }
@@ -61,16 +59,16 @@ export class Visits {
     }
   }
 
-  // The visits in the frames up to `place`.
+  // What was visited in the frames up to `place`.
   /** @param {number} place @returns {Coverage} */
   until(place) {
     if (place < this.place) {
-      this.visits.set(this.empty);
+      this.shares.set(this.empty);
       this.place = 0;
     }
     while (this.place < place) this.mark(this.tape.frame(++this.place));
     const { rows, columns } = this.pixels;
-    return { rows, columns, visits: this.visits };
+    return { rows, columns, shares: this.shares };
   }
 
   /** @param {Frame} frame */
@@ -84,7 +82,7 @@ export class Visits {
         [y - radius, y + radius],
         (column, row, at) => {
           const near = (column - x) ** 2 + (row - y) ** 2 <= radius * radius;
-          if (near && this.visits[at] < MOST) this.visits[at]++;
+          if (near && this.shares[at] !== OBSTACLE_CELL) this.shares[at] = WHOLE_CELL;
         },
       );
     }
