@@ -258,7 +258,7 @@ def _as_copy() -> None:
     mutant = of_program(publication, name, changed)
     engine = Loky(int(workers)) if int(workers) > 1 else Serial()
     run_studies(_changed(publication, mutant), results, engine, lambda _: _Unseen())
-    answer.write_text(json.dumps(_found(mutant.publication, results)))
+    answer.write_text(json.dumps(_found(mutant.publication, results)), encoding="utf-8")
 
 
 def fingerprint(publication: Publication) -> str:
