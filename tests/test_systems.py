@@ -94,7 +94,7 @@ GUARDED = {
     "sweep/trial/compiled.py grp": "where geteuid is",
     "sweep/trial/compiled.py pwd": "where geteuid is",
     "sweep/workers/executors.py resource_tracker": "where pthread_sigmask is",
-    "sweep/workers/executors.py /dev": "elsewhere the folder is missing, and has nothing",
+    "sweep/workers/executors.py /dev": "elsewhere that folder is missing",
     "sweep/workers/executors.py sched_getaffinity": "asked for before it is used",
     "sweep/workers/remote.py start_new_session": "Windows takes and ignores it",
     "sweep/web/launching.py start_new_session": "Windows takes and ignores it",
