@@ -706,6 +706,7 @@ def test_the_plan_of_a_search_says_which_settings_change_nothing(
     text = f"""
 study: idle
 model: nguyen2024
+preset: as_written
 fixed: {{{fixed}}}
 search:
   parameters: {{{", ".join(filter(None, [parameters, searched]))}}}
