@@ -23,6 +23,7 @@ import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -281,7 +282,7 @@ class Store:
             return file.read()
 
         for path, read in ((self._plan, asked), (self.folder / ASKED, whole)):
-            found = patiently(lambda: _read_if_there(path, SEARCH_AGAIN, read))  # noqa: B023
+            found = patiently(partial(_read_if_there, path, SEARCH_AGAIN, read))
             if found is not None:
                 return found
         return None

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -326,7 +327,7 @@ def test_loading_goes_on_after_any_request_to_an_object_store(
         memory, place = in_memory(tmp_path / "empty")
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("os.getpid", lambda: NOBODY)
-            over = crashing(memory, after, lambda: unpack(tmp_path / "x.zip", place))  # noqa: B023
+            over = crashing(memory, after, partial(unpack, tmp_path / "x.zip", place))
         if over:
             break
         if not studies(memory):
