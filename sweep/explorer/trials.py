@@ -1,5 +1,6 @@
 """The trials of some points, those to look at first: the ones that are not done, then
-the worst, the median and the best by a metric, then all others by that metric.
+the worst, the median and the best by a metric, then all others by that metric. Of a
+metric without better values these are the lowest, the median and the highest.
 """
 
 from typing import Any
@@ -10,7 +11,8 @@ import pandas as pd
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskSpec, AskTrials
 from sweep.explorer.watching import Watched
-from sweep.figures.directions import direction
+from sweep.figures.directions import better_values
+from sweep.figures.selection import recorded
 from sweep.spec.recorded import Column
 from sweep.tables.json_rows import json_rows
 from sweep.tables.stored_study import StoredStudy
@@ -22,22 +24,27 @@ from sweep.workers.failures import in_a_line
 SHOWN = [
     *("trial_id", "point", "replicate", "status", "error", "value", "part", "replay"),
 ]
-NOTABLE = ("worst", "median", "best")
+NOTABLE = {
+    "high": ("worst", "median", "best"),
+    "low": ("worst", "median", "best"),
+    "neither": ("lowest", "median", "highest"),
+}
+"""By which values of the metric are better, the first, middle and last trial."""
 
 
 def trials(watched: Watched, asked: AskTrials) -> dict[str, Any]:
     """A page of the trials: `rows` with `trial_id`, `point`, `replicate`, `status`,
-    `error` in a line, `value` of the metric, `part`, which is "worst", "median", "best"
-    or "", and `replay`, the command. `points` are the settings of the points.
+    `error` in a line, `value` of the metric, `part`, which is one of NOTABLE or "",
+    and `replay`, the command. `points` are the settings of the points.
 
     Raises ChoiceError for an unknown point or metric.
     """
     study = watched.narrow(asked.study, (asked.metric,) if asked.metric else ())
     study = study.where(*asked.where)
     metric = asked.metric or study.metrics[0]
-    column = str(Column(direction(study, metric).metric, asked.half))
+    column = str(Column(recorded(study, metric), asked.half))
     found = _of_points(study, asked.point)
-    ordered = looked_at(found, column, high=direction(study, metric).high)
+    ordered = looked_at(found, column, better_values(study, metric))
     start = asked.page * MOST_ROWS
     shown = ordered.iloc[start : start + MOST_ROWS]
     troubled = shown["error"].fillna("").astype(str).map(in_a_line)
@@ -72,7 +79,7 @@ def spec(watched: Watched, asked: AskSpec) -> dict[str, Any]:
     return {"yaml": state.as_text(), "point": point, "replicate": replicate}
 
 
-def looked_at(found: pd.DataFrame, column: str, *, high: bool) -> pd.DataFrame:
+def looked_at(found: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
     """Trials in the order in which they are worth a look, with their `part`.
 
     The median is the trial in the middle: of an even number the lower one of two.
@@ -81,11 +88,11 @@ def looked_at(found: pd.DataFrame, column: str, *, high: bool) -> pd.DataFrame:
     known = (found["status"] == "done").to_numpy() & np.isfinite(values)
     places = np.flatnonzero(known)
     upwards = places[np.argsort(values[places], kind="stable")]
-    from_worst = upwards if high else upwards[::-1]
+    from_worst = upwards[::-1] if better == "low" else upwards
     part, first = np.full(len(found), "", dtype=object), list[int]()
     if len(upwards):
         chosen = (from_worst[0], upwards[(len(upwards) - 1) // 2], from_worst[-1])
-        for name, place in zip(NOTABLE, chosen, strict=True):
+        for name, place in zip(NOTABLE[better], chosen, strict=True):
             if not part[place]:
                 part[place] = name
                 first.append(int(place))

@@ -4,9 +4,9 @@ for low ones. Of a search its objectives say it.
 
 from typing import NamedTuple
 
+from kernels.metrics import Better
 from sweep.campaigns.search.asked_trials import asked_objectives
 from sweep.figures.selection import recorded
-from sweep.spec.objectives import Objective
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
@@ -32,7 +32,7 @@ def direction(study: StoredStudy, text: str) -> Direction:
         metric,
         not text.endswith("-")
         if text[-1:] in ("+", "-")
-        else _more_is_better(study, asked_objectives(study), metric),
+        else _more_is_better(study, metric),
     )
 
 
@@ -51,24 +51,28 @@ def opposed_metrics(study: StoredStudy) -> list[str]:
     if len(aims) > 1:
         return [one.column for one in aims[:2]]
     better, worse = (
-        [name for name in study.metrics if _more_is_better(study, aims, name) is high]
+        [name for name in study.metrics if _more_is_better(study, name) is high]
         for high in (True, False)
     )
     return [better[0], worse[0]] if better and worse else []
 
 
-def _more_is_better(study: StoredStudy, aims: list[Objective], column: str) -> bool:
-    """Whether high values of a metric, or of its mean over the last half, are the
-    better ones where nobody says it.
+def better_values(study: StoredStudy, column: str) -> Better:
+    """Return which values of a metric, or of its mean over the last half, are better.
 
     An objective of a search says it of its own column first, and then of its metric.
-    Else the metric does; they are of one without a direction, and of one that this
-    version does not know.
+    Else the metric does. It is "neither" of one that this version does not know.
     """
     metric = Column.read(column).metric
+    aims = asked_objectives(study)
     exact = [one for one in aims if one.column == column]
     for one in exact or aims:
         if Column.read(one.column).metric == metric:
-            return one.maximize
+            return "high" if one.maximize else "low"
     about = study.known.metrics.get(metric)
-    return about is None or about.better != "low"
+    return about.better if about else "neither"
+
+
+def _more_is_better(study: StoredStudy, column: str) -> bool:
+    """Whether high values count as the better ones, as where nothing says it."""
+    return better_values(study, column) != "low"

@@ -153,12 +153,15 @@ def test_trials_that_are_not_done_come_first_then_worst_median_best() -> None:
             "speed": [3.0, float("nan"), 1.0, 2.0, float("nan")],
         }
     )
-    more = looked_at(found, "speed", high=True)
+    more = looked_at(found, "speed", "high")
     assert list(more.index) == [1, 2, 3, 0, 4]
     assert list(more["part"]) == ["", "worst", "median", "best", ""]
-    less = looked_at(found, "speed", high=False)
+    less = looked_at(found, "speed", "low")
     assert list(less["part"]) == ["", "worst", "median", "best", ""]
     assert list(less.index) == [1, 0, 3, 2, 4]
+    neither = looked_at(found, "speed", "neither")
+    assert list(neither["part"]) == ["", "lowest", "median", "highest", ""]
+    assert list(neither.index) == [1, 2, 3, 0, 4]
 
 
 def test_the_trials_of_a_point_are_its_stored_ones() -> None:
