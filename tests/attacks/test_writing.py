@@ -100,6 +100,12 @@ OTHERWISE = {
         "where another process leaves its numbers; nobody else may enter it"
     ),
     "sweep/testing/given.py savez": "into that folder",
+    "sweep/published/trying.py TemporaryDirectory": (
+        "where a copy of the program lies that has a mistake; nobody else may enter it"
+    ),
+    "sweep/published/trying.py write_text": "into that folder",
+    "sweep/published/program_mutants.py copytree": "into that folder",
+    "sweep/published/program_mutants.py write_text": "into that folder",
     "sweep/published/headline.py write_text": (
         "README.md of a checkout, by `make documents`"
     ),
