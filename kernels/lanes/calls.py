@@ -46,12 +46,6 @@ def calls(function: Any, other: Any) -> bool:
 
 
 @cache
-def names_in(function: Any) -> frozenset[str]:
-    """The globals and attributes that a function of ours reads, itself or by others."""
-    return frozenset().union(*(one.__code__.co_names for one in _reached(function)))
-
-
-@cache
 def writes(function: Any) -> bool:
     """Whether a function of ours, or one that it calls, writes into an array. What a
     search writes is read by masks, which say in which lanes it counts.

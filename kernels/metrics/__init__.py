@@ -27,27 +27,12 @@ from kernels.metrics import (
     shape,
     spectrum,
 )
-from kernels.metrics.ground import (
-    RANGES,
-    Better,
-    Distribution,
-    Ground,
-    Metric,
-    ranges_of,
-)
+from kernels.metrics.ground import Better, Distribution, Ground, Metric, Range
 from kernels.metrics.parts import OF, of_part
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
 
-__all__ = [
-    "METRICS",
-    "RANGES",
-    "Better",
-    "Distribution",
-    "Ground",
-    "Metric",
-    "ranges_of",
-]
+__all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric", "Range"]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
 _VASARHELYI = "Vasarhelyi et al. (2018)"
@@ -191,6 +176,7 @@ METRICS = Registry(
             pairwise=True,
             low=0.0,
             high=100.0,
+            within="contact_distance",
         ),
         "least_distance": Metric(
             shape.least_distance,
@@ -209,6 +195,7 @@ METRICS = Registry(
             distribution="percentage",
             better="low",
             pairwise=True,
+            within="contact_distance",
         ),
         "elongation": Metric(
             shape.elongation,
@@ -220,6 +207,7 @@ METRICS = Registry(
             pairwise=True,
             low=-1.0,
             high=1.0,
+            within="flock_range",
         ),
         "neighbours_ahead": Metric(
             shape.neighbours_ahead,
@@ -229,6 +217,7 @@ METRICS = Registry(
             distribution="percentage",
             better="neither",
             pairwise=True,
+            within="flock_range",
         ),
         "flock_count": Metric(
             flocks.flock_count,
@@ -239,6 +228,7 @@ METRICS = Registry(
             better="neither",
             pairwise=True,
             low=1.0,
+            within="flock_range",
         ),
         "largest_flock": Metric(
             flocks.largest_flock,
@@ -249,6 +239,7 @@ METRICS = Registry(
             better="neither",
             pairwise=True,
             low=1.0,
+            within="flock_range",
         ),
         "largest_flock_share": Metric(
             flocks.largest_flock_share,
@@ -258,6 +249,7 @@ METRICS = Registry(
             distribution="percentage",
             better="neither",
             pairwise=True,
+            within="flock_range",
         ),
         "boids_lost": Metric(
             flocks.boids_lost,
@@ -267,6 +259,7 @@ METRICS = Registry(
             distribution="count",
             better="low",
             pairwise=True,
+            within="flock_range",
         ),
         "smallest_flock": Metric(
             flocks.smallest_flock,
@@ -277,6 +270,7 @@ METRICS = Registry(
             better="neither",
             pairwise=True,
             low=1.0,
+            within="flock_range",
         ),
         "boids_alone": Metric(
             flocks.boids_alone,
@@ -286,6 +280,7 @@ METRICS = Registry(
             distribution="count",
             better="low",
             pairwise=True,
+            within="flock_range",
         ),
         "flock_correlation": Metric(
             flocks.flock_correlation,
@@ -297,6 +292,7 @@ METRICS = Registry(
             pairwise=True,
             low=-1.0,
             high=1.0,
+            within="flock_range",
         ),
         "algebraic_connectivity": Metric(
             spectrum.algebraic_connectivity,
@@ -308,6 +304,7 @@ METRICS = Registry(
             pairwise=True,
             low=0.0,
             cubic=True,
+            within="flock_range",
         ),
         "potential": Metric(
             energy.potential,
@@ -328,6 +325,7 @@ METRICS = Registry(
             better="neither",
             pairwise=True,
             potential=True,
+            within="flock_range",
         ),
         "clearance": Metric(
             places.clearance,
@@ -371,6 +369,7 @@ METRICS = Registry(
             better="low",
             demands=(_GOAL,),
             low=0.0,
+            within="goal_radius",
         ),
         "coverage": Metric(
             counted.coverage,
@@ -433,6 +432,7 @@ METRICS = Registry(
             distribution="count",
             better="low",
             pairs=True,
+            within="contact_distance",
         ),
         "pair_collisions": Metric(
             counted.pair_collisions,
@@ -442,6 +442,7 @@ METRICS = Registry(
             distribution="count",
             better="low",
             pairs=True,
+            within="contact_distance",
         ),
         "collision_rate": Metric(
             counted.collision_rate,
@@ -453,6 +454,7 @@ METRICS = Registry(
             counts=True,
             pairs=True,
             low=0.0,
+            within="contact_distance",
         ),
         "fissions": Metric(
             counted.fissions,
@@ -462,6 +464,7 @@ METRICS = Registry(
             distribution="count",
             better="low",
             follows=True,
+            within="flock_range",
         ),
         "fusions": Metric(
             counted.fusions,
@@ -471,6 +474,7 @@ METRICS = Registry(
             distribution="count",
             better="neither",
             follows=True,
+            within="flock_range",
         ),
         "path_length": Metric(
             counted.path_length,
@@ -510,6 +514,7 @@ METRICS = Registry(
             distribution="percentage",
             counts=True,
             demands=(_GOAL,),
+            within="goal_radius",
         ),
         "time_to_goal": Metric(
             counted.time_to_goal,
@@ -521,6 +526,7 @@ METRICS = Registry(
             counts=True,
             demands=(_GOAL,),
             low=0.0,
+            within="goal_radius",
         ),
         "goals_reached": Metric(
             counted.goals_reached,
@@ -531,6 +537,7 @@ METRICS = Registry(
             counts=True,
             demands=(_GOAL,),
             low=0.0,
+            within="goal_radius",
         ),
         "equilibrium": Metric(
             counted.equilibrium,

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
-from kernels.lanes.calls import names_in
 from kernels.model import PairPotential
 from kernels.moving import Motion
 from kernels.recording import FIRST_STATE, Frames
@@ -12,18 +11,9 @@ from kernels.settings import Demand, Observation, Unit
 from kernels.state import Floats, Kinds, World
 
 Better = Literal["high", "low", "neither"]
+Range = Literal["", "flock_range", "contact_distance", "goal_radius"]
 Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
 X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
-
-
-RANGES = {
-    "flock_range": {"flock_range", "FISSIONS", "FUSIONS"},
-    "contact_distance": {"contact_distance", "BOID_COLLISIONS", "PAIR_COLLISIONS"},
-    "goal_radius": {"goal_radius", "ARRIVED", "GOALS_REACHED"},
-}
-"""Settings that are ranges of metrics, and the names by which kernels read each of
-them, or what is counted within it.
-"""
 
 
 class Ground(NamedTuple):
@@ -70,7 +60,8 @@ class Metric(NamedTuple):
     `ground.kind[i]` is the index of the kind of boid i. `demands` are conditions on the
     settings of whoever records it. `short` is what the figure of visits calls it, which
     shows no metric without one. `per_step` says that it measures what one step changes,
-    so that values with another time step are of something else.
+    so that values with another time step are of something else. `within` is the setting
+    that is its range, as flock_range; "" for none.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]
@@ -95,15 +86,10 @@ class Metric(NamedTuple):
     integrates: bool = False
     follows: bool = False
     part: str = ""
+    within: Range = ""
 
     @property
     def looks(self) -> bool:
         """Whether the metric looks at the bodies."""
         counted = self.covers or self.counts or self.pairs
         return not (counted or self.integrates or self.follows)
-
-
-def ranges_of(metric: Metric) -> list[str]:
-    """The settings in RANGES on which a metric depends."""
-    read = names_in(metric.measure)
-    return [name for name, names in RANGES.items() if names & read]

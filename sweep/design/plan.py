@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from kernels.metrics import RANGES, ranges_of
 from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, evenly, expand
@@ -199,12 +198,12 @@ def _too_long(study: Study, points: Points) -> Iterator[str]:
     """
     half = np.minimum(points.column("width"), points.column("height")) / 2
     is_closed = points.column("borders") != "open"
-    read = {one: ranges_of(study.known.metrics[one]) for one in study.record.metrics}
-    for name in RANGES:
+    read = {one: study.known.metrics[one].within for one in study.record.metrics}
+    for name in dict.fromkeys(filter(None, read.values())):
         values, usual = points.column(name), COMMON[name]
         taken = values == usual if not study.place_of(name) else False
         beyond = (values > half) & (values < math.inf) & (is_closed | taken)
-        told = [one for one, ranges in read.items() if name in ranges]
+        told = [one for one, within in read.items() if within == name]
         if told and beyond.any():
             first, unit = int(np.argmax(beyond)), study.settings[name].unit
             yield (

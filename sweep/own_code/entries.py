@@ -20,7 +20,7 @@ from typing import (
 )
 
 from kernels.identity import is_compiled, without_stamp
-from kernels.metrics import Better, Distribution, Metric
+from kernels.metrics import Better, Distribution, Metric, Range
 from kernels.model import Model, flaw
 from kernels.settings import UNITS, About
 from kernels.starts import Start
@@ -35,7 +35,7 @@ from sweep.spec.settings import GROUPS
 T = TypeVar("T")
 KINDS = (float, int, bool)
 MODEL = "MODEL"
-CHOICES = {"better": Better, "distribution": Distribution}
+CHOICES = {"better": Better, "distribution": Distribution, "within": Range}
 """The fields of a metric that are one of some words."""
 
 

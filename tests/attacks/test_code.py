@@ -310,6 +310,21 @@ def video():
         write_mp4(iter([np.zeros((16, 16, 3), np.uint8)] * 2), file)
 
 
+def trying():
+    from sweep.surroundings import SETTINGS, ignore_settings
+
+    ignore_settings(*SETTINGS)  # as the command does, before it imports figures
+    from sweep.errors import WorkersError
+    from sweep.published.program_mutants import PROGRAM_MUTANTS
+    from sweep.published.trying import _found_by_copy
+    from sweep.workers.executors import Serial
+
+    document = SimpleNamespace(name="none", folder=Path("none"))
+    variant = SimpleNamespace(name="radians", program=PROGRAM_MUTANTS["radians"])
+    with suppress(WorkersError):  # there is no such document
+        _found_by_copy(document, variant, Path("results"), Serial())
+
+
 def repository():
     from sweep.store.repository import study_state
 
@@ -355,6 +370,7 @@ if __name__ == "__main__":
 
     STARTERS = {
         "sweep/cli/page_beside.py": page_beside,
+        "sweep/published/trying.py": trying,
         "sweep/replays/video.py": video,
         "sweep/store/repository.py": repository,
         "sweep/testing/elsewhere.py": elsewhere,

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from kernels.catalogue import BUILT_IN
 from kernels.events import N_EVENTS, N_INTEGRALS
 from kernels.identity import code_of
+from kernels.lanes.calls import _reached
 from kernels.metrics import METRICS, Ground, Metric
 from kernels.model import PairPotential
 from kernels.recording import FIRST_STATE, N_COUNTS, build_frames
@@ -522,3 +523,19 @@ def test_the_summary_is_the_last_frame_and_the_mean_of_the_last_half() -> None:
     speed = result.series["speed"]
     assert result.last["speed"] == speed[10]
     assert result.mean["speed"] == speed[6:].mean()
+
+
+WITHIN = {
+    "flock_range": {"flock_range", "FISSIONS", "FUSIONS"},
+    "contact_distance": {"contact_distance", "BOID_COLLISIONS", "PAIR_COLLISIONS"},
+    "goal_radius": {"goal_radius", "ARRIVED", "GOALS_REACHED"},
+}
+"""By range the names by which kernels read it, or what is counted within it."""
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_a_metric_names_the_range_that_it_reads(name: str) -> None:
+    functions = _reached(METRICS[name].measure)
+    read = {one for function in functions for one in function.__code__.co_names}
+    found = [setting for setting, names in WITHIN.items() if names & read]
+    assert found == ([METRICS[name].within] if METRICS[name].within else [])
