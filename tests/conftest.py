@@ -45,6 +45,15 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What needs a browser is slow, but for one look at each page."""
+    for item in items:
+        in_a_browser = "browser" in getattr(item, "fixturenames", ())
+        if in_a_browser and not item.get_closest_marker("smoke"):
+            item.add_marker(pytest.mark.slow)
+
+
 def pytest_sessionfinish() -> None:
     """Modules end with the interpreter as they do elsewhere."""
     gc.unfreeze()

@@ -69,6 +69,7 @@ def comes_to_what_is_committed(path: Path, folder: Path) -> None:
         assert words(cell) == words(again), f"run make notebooks: {cell.source}"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_process")
 def test_the_first_one_runs_from_nothing_to_what_is_committed(tmp_path: Path) -> None:
     comes_to_what_is_committed(FOLDER / "first_sweep.ipynb", tmp_path)

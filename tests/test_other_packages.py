@@ -127,6 +127,7 @@ def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> Non
     assert set(again["speed"]) != set(first["speed"])
 
 
+@pytest.mark.slow
 def test_a_rule_that_cannot_be_compiled_is_one_sentence_before_any_work(
     tmp_path: Path,
 ) -> None:

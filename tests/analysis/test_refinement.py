@@ -240,6 +240,7 @@ def noisy(rng: np.random.Generator, spread: float = 0.3) -> Draw:
     return draw
 
 
+@pytest.mark.slow
 def test_a_crossing_holds_the_edge() -> None:
     """Of 60 made-up studies. Up to 5 % may err, 3 of them: more than 9 would with a
     chance of 0.06 %. `measured_boundaries` has more, with other noise.

@@ -97,6 +97,7 @@ def test_nothing_beside_a_spec_runs_on_a_launch(hostile: Hostile, workers: str) 
     assert "6 new trials (6 done)" in said
 
 
+@pytest.mark.slow
 def test_nothing_runs_on_a_search_and_a_verification(hostile: Hostile) -> None:
     launched(SMALL, hostile.folder / "results")
     commands = [
@@ -107,6 +108,7 @@ def test_nothing_runs_on_a_search_and_a_verification(hostile: Hostile) -> None:
     assert "6 of 6" in said
 
 
+@pytest.mark.slow
 def test_nothing_runs_when_stored_results_are_read(hostile: Hostile) -> None:
     trial = launched(SMALL, hostile.folder / "results").trials["trial_id"][0]
     commands = [
@@ -128,6 +130,7 @@ def test_nothing_runs_when_stored_results_are_read(hostile: Hostile) -> None:
     assert all(" ".join(command) in said.splitlines() for command in commands)
 
 
+@pytest.mark.slow
 def test_nothing_runs_on_a_view(hostile: Hostile) -> None:
     script = hostile.scripts / "script.py"
     script.write_text(COMMAND)
@@ -157,6 +160,7 @@ def test_nothing_runs_in_workers_of_a_program(hostile: Hostile) -> None:
     assert "{'done': 6}" in hostile.run(RUN)
 
 
+@pytest.mark.slow
 def test_workers_of_a_notebook_look_where_the_notebook_looks(tmp_path: Path) -> None:
     """IPython puts the current folder behind the modules of Python: there it stays."""
     assert "{'done': 6}" in Hostile(tmp_path, OF_PYTHON).run(NOTEBOOK + RUN)
@@ -184,6 +188,7 @@ def test_a_program_keeps_its_environment(
     assert Hostile(tmp_path, set()).run(ENVIRON) == f"1 {value}\n"
 
 
+@pytest.mark.slow
 def test_settings_of_matplotlib_in_the_folder_are_not_obeyed(tmp_path: Path) -> None:
     mine = Hostile(tmp_path, set())
     launched(SMALL, mine.folder / "results")

@@ -75,6 +75,7 @@ def expected() -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_no_file_of_a_study_is_waited_for_or_read_without_an_end(
     tmp_path: Path,
 ) -> None:

@@ -25,6 +25,7 @@ from sweep.store.manifest import MANIFEST, write_manifest
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.replaying import Replay
 from tests.attacks.hostile import give, give_plan
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.studies import COVERING, DERIVING, IMPOSSIBLE, SMALL, launched
 
@@ -408,7 +409,7 @@ MAPS: dict[str, tuple[Any, str]] = {
 
 
 @pytest.mark.usefixtures("no_kernel")
-@pytest.mark.parametrize("name", MAPS)
+@pytest.mark.parametrize("name", slow_but(MAPS.keys() - {"polygon of a million"}, MAPS))
 def test_stored_maps_that_are_none_are_refused(folder: Path, name: str) -> None:
     stored, message = MAPS[name]
     give(folder / "results" / "small", map="room")

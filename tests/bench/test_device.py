@@ -46,6 +46,7 @@ def test_other_bits_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert row["error"] == "first: as_written, seed 27, replicate 0"
 
 
+@pytest.mark.slow
 def test_boid_steps_are_counted_there_and_here() -> None:
     rows = rows_of("throughput")
     assert [row["N"] for row in rows] == list(SMALL.sizes)

@@ -155,6 +155,7 @@ def test_any_number_of_workers_gives_the_same(tmp_path: Path) -> None:
     assert same(one, launched(CHAINED, tmp_path / "two", Loky(2)))
 
 
+@pytest.mark.slow
 def test_any_number_of_threads_gives_the_same(tmp_path: Path) -> None:
     at_once = CHAINED.replace("separation_weight", "strength")
     at_once = at_once.replace("nguyen2024", "cucker_smale2007")

@@ -137,6 +137,7 @@ def test_the_winners_curse_shows_in_the_search_interval_and_not_in_the_held_out_
     assert optimism.low <= largest / np.sqrt(8) <= optimism.high
 
 
+@pytest.mark.slow
 def test_simultaneous_held_out_intervals_cover_all_shown_candidates() -> None:
     """At least 95 % by Bonferroni, and no more than independent intervals would."""
     searches, rng = 150, np.random.default_rng(5)

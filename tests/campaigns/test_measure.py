@@ -315,6 +315,7 @@ def test_a_metric_that_needs_more_and_does_not_say_so_is_found_out(
     assert after.store.trial_ids() == before.store.trial_ids()
 
 
+@pytest.mark.slow
 def test_velocities_of_before_are_those_that_the_model_keeps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -525,6 +526,7 @@ def test_a_search_whose_two_files_were_left_apart_is_healed_by_the_same_command(
     pd.testing.assert_frame_equal(read_asked(study).table, whole)
 
 
+@pytest.mark.slow
 def test_state_and_kinds_of_boids_are_met(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

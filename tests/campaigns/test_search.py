@@ -641,6 +641,7 @@ def winner_of(sampler: str, seed: int, blocks: int, level: float | None) -> floa
     return true_coverage(best.candidate.values)
 
 
+@pytest.mark.slow
 def test_a_search_beats_random_search_where_the_truth_is_known() -> None:
     """A quadratic, what a block adds for all, and noise: six runs of 240 trials each.
 

@@ -162,6 +162,7 @@ def test_of_two_who_ask_the_smaller_token_waits_and_the_larger_lets_it_pass(
     assert place.lock.tokens() == ["a", "c"]
 
 
+@pytest.mark.slow
 def test_of_two_who_exclude_each_other_and_ask_at_once_one_goes_on(
     tmp_path: Path,
 ) -> None:

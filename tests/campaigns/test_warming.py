@@ -130,6 +130,7 @@ def test_what_cannot_be_run_is_one_line(tmp_path: Path) -> None:
     assert (done.returncode, "no code may run" in done.stderr) == (2, True)
 
 
+@pytest.mark.slow
 def test_the_command_says_how_long_it_took_and_where_it_is(
     warmed: list[Job], tmp_path: Path
 ) -> None:

@@ -193,6 +193,7 @@ def test_output_that_cannot_be_written_is_one_line(
     assert "Traceback" not in errors.getvalue()
 
 
+@pytest.mark.slow
 def test_a_full_disk_and_a_reader_who_leaves_end_a_command_quietly(
     folder: Path,
 ) -> None:

@@ -99,6 +99,7 @@ def test_the_page_of_a_launch_stays_until_ctrl_c(folder: Path) -> None:
         assert_gone(process, url)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)]
 )

@@ -81,6 +81,7 @@ def disturbed(
     line.passes = passes
 
 
+@pytest.mark.slow
 def test_a_launch_over_a_line_that_is_cut_has_the_tables_of_an_undisturbed_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -70,6 +70,7 @@ def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_othe
     assert not (tmp_path / "elsewhere").exists()
 
 
+@pytest.mark.slow
 def test_chains_have_the_bits_of_a_launch_here_wherever_their_links_run(
     tmp_path: Path, engines: list[Dask]
 ) -> None:
@@ -104,6 +105,7 @@ def log(made: Cluster, number: int) -> str:
     return made.logs[number].read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_late_joiners_get_work_and_no_kill_or_restart_loses_any(
     tmp_path: Path, engines: list[Dask], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -155,6 +157,7 @@ def disturb(made: Cluster, folder: Path) -> None:
     (folder / "allowed-2").touch()
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_its_workers_or_hangs_convicts_only_itself(
     tmp_path: Path, engines: list[Dask]
 ) -> None:

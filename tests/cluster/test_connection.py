@@ -44,6 +44,7 @@ def connecting() -> set[threading.Thread]:
     return {thread for thread in threading.enumerate() if thread.name == THREAD}
 
 
+@pytest.mark.slow
 def test_each_packet_of_the_start_may_be_the_last_of_its_connection(
     line: Line, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

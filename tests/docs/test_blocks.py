@@ -24,6 +24,7 @@ from tests.studies import SMALL, launched
 
 PAGES = [path for path in pages_of_documents() if list(blocks(path, read(path)))]
 LONG = {
+    "GUIDE.md",
     "docs/recipes.md",
     "docs/tutorials/one-question.md",
     "docs/tutorials/own-model.md",

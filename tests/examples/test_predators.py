@@ -71,6 +71,7 @@ def ring(n: int = 201, **settings: Any) -> tuple[np.ndarray, np.ndarray]:
     return place[:-1], place[-1]
 
 
+@pytest.mark.slow
 def test_a_predator_in_the_middle_of_prey_confuses_itself() -> None:
     """They rest in a ring. Where all rest, sum over x . x' is 0, so that their mean
     square distance from their centre is ((N - 1) / 2 N + b) / a, whatever N.

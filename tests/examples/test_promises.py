@@ -6,8 +6,8 @@ from sweep.testing import PROMISES, assert_keeps
 from tests.examples.flown import EXAMPLES
 
 MODELS = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
-LONG = ("workers",)
-"""Promises for which worker processes are started."""
+LONG = ("workers", "threads", "motors")
+"""Promises for which worker processes are started, or much is compiled."""
 TRIED = [
     pytest.param(one, marks=pytest.mark.slow) if one in LONG else one
     for one in PROMISES

@@ -52,6 +52,7 @@ def measured(flock: Any) -> list[float]:
     return [cosines[pairs].mean(), speed.mean(), off.min(axis=1).mean()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parameters", CONDITIONS)
 def test_flights_are_those_of_the_authors_simulator(parameters: str) -> None:
     """Means over 300..600 s of five flights without noise, read one step after each

@@ -85,6 +85,7 @@ def written(folder: Path, spec: str) -> None:
         (folder / name).write_text(text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spec",
     [
@@ -118,6 +119,7 @@ def test_long_trials_go_on_after_kills_of_workers_and_of_the_coordinator(
     assert tables(folder) == tables(tmp_path / "whole" / "long")
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_an_own_model_is_not_that_of_an_edited_one(
     tmp_path: Path,
 ) -> None:

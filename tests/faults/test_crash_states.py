@@ -11,6 +11,7 @@ import pytest
 from sweep.store.custody import custody
 from sweep.store.durable import flush_to_disk
 from sweep.store.store import Store
+from tests.cases import slow_but
 from tests.faults.crash_disk import Disk, Recorder, Step, held, now, put
 from tests.faults.crash_states import (
     KINDS,
@@ -78,7 +79,7 @@ def check_all_promises(campaign: Campaign, kind: Kind, states: Iterable[State]) 
             campaign.look(kind, state)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", slow_but(["first launch"], KINDS))
 def test_states_of_every_loss_end_as_in_peace(kind: str, tmp_path: Path) -> None:
     campaign = Campaign(tmp_path)
     recording = recorded(KINDS[kind], tmp_path / "recorded")

@@ -67,6 +67,7 @@ def await_long_jobs(process: "subprocess.Popen[str]") -> None:
     assert len(workers(process.pid)) == 2
 
 
+@pytest.mark.slow
 def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
     with started(driven("nap_or_hang"), ROOT) as process:
         await_long_jobs(process)
@@ -81,6 +82,7 @@ def semaphores(process: int) -> set[Path]:
     return {*Path("/dev/shm").glob(f"sem.*~{process}~boidsweep-*")}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="semaphores are files on Linux")
 def test_semaphores_of_a_group_that_was_killed_go_with_the_next_launch() -> None:
     """Whoever removes them when a coordinator ends was killed as well."""
@@ -102,6 +104,7 @@ def test_semaphores_of_a_group_that_was_killed_go_with_the_next_launch() -> None
         engine.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "whole_group"), [(signal.SIGTERM, False), (signal.SIGHUP, True)]
 )

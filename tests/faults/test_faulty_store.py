@@ -183,6 +183,7 @@ def whole(folder: Path, spec: str) -> dict[str, str]:
     return tables(folder / "whole" / "faulty")
 
 
+@pytest.mark.slow
 def test_a_launch_into_a_store_that_fails_has_the_tables_of_an_undisturbed_one(
     server: ObjectStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -214,8 +214,12 @@ LONG_IN_A_FOLDER = [
         ((operation, "begin"), "damaged")
         for operation in ("gather", "compact", "begin")
     ),
+    (("append", "begin"), "damaged"),
     (("gather", "gather"), ""),
+    (("gather", "look"), ""),
+    (("gather", "compact"), ""),
     (("whole_begin", "look"), ""),
+    (("whole_discard", "look"), ""),
 ]
 """A folder has more steps than an object store, where all of these are tried by the
 fast tests. Each of their operations is in another case of a folder; who discards has

@@ -85,6 +85,7 @@ def watchers(tmp_path: Path) -> Iterator[Watchers]:
     watchers.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kills", [4, pytest.param(200, marks=pytest.mark.slow)], ids=str
 )

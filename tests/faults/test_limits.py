@@ -47,6 +47,7 @@ def late(job: Any, error: str) -> tuple[Any, str]:
     return job, f"late: {error}"
 
 
+@pytest.mark.slow
 def test_jobs_that_hang_are_ended_and_no_other_is_touched(loky: Loky) -> None:
     results = runner_jobs.run_all(
         range(40),
@@ -74,6 +75,7 @@ def test_without_a_word_for_lateness_a_job_that_hangs_has_failed(loky: Loky) -> 
     assert (job, failure) == (7, Failure("did not return within 0.5 s, and was ended"))
 
 
+@pytest.mark.slow
 def test_a_job_that_takes_more_and_more_memory_is_ended_near_its_limit(
     loky: Loky,
 ) -> None:

@@ -153,6 +153,7 @@ def test_a_kind_for_one_study_says_so(results: Path) -> None:
         assert ("shows one study at a time" in reason) != together, name
 
 
+@pytest.mark.slow
 def test_the_command_tells_studies_from_kinds(results: Path) -> None:
     command = ["plot", "small", "more/other", "curves", "--results", str(results)]
     done = sweep(results, *command)

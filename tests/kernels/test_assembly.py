@@ -30,6 +30,7 @@ def kernel(model: str) -> Any:
     return on_device._batch([prepared]).kernel
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model",
     [

@@ -126,6 +126,7 @@ def test_normal_numbers_have_the_normal_distribution() -> None:
     assert stats.kstest(z, "norm").pvalue > 1e-6
 
 
+@pytest.mark.slow
 def test_normal_numbers_are_the_same_of_a_generator_and_of_a_stream() -> None:
     rng = np.random.default_rng(7)
     stream, ours, theirs = stream_of(rng), np.zeros(5000), np.zeros(5000)

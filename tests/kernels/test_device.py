@@ -15,6 +15,7 @@ from kernels.models import MODELS
 from kernels.recording import Frames
 from sweep.trial import on_device
 from tests import builders
+from tests.cases import slow_but
 from tests.trial import test_all_layers
 
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
@@ -42,7 +43,7 @@ def compiled(model: str) -> Any:
     return ptx.ptx_of(on_device.kernel_of(replace(job, record=record)))
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", slow_but(["nguyen2024"], MODELS))
 def test_a_model_has_only_exact_operations(model: str) -> None:
     """It is compiled with its metrics, from the large arrays of many flights."""
     made = compiled(model)
@@ -131,6 +132,7 @@ def said_of(measure: Any) -> str:
     return str(ptx.Compiled(ptx._compiled(kernel, ptx.CAPABILITY)).refusal)
 
 
+@pytest.mark.slow
 def test_a_remainder_of_floats_is_refused() -> None:
     """A GPU has another one, and the text of its instructions shows no trace of it."""
     assert re.fullmatch(r"[1-9]\d* remainder operations", said_of(remaining))

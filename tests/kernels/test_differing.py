@@ -201,6 +201,7 @@ def test_values_stay_within_the_bounds_of_their_setting() -> None:
 # ---- in flights
 
 
+@pytest.mark.slow
 def test_each_robot_is_as_fast_as_its_own_limit_lets_it() -> None:
     """Boids of the example swirl faster and faster, up to max_speed."""
     a_job = flown.job("vortex", "standard", n=30, steps=300, max_speed_spread=0.25)

@@ -18,6 +18,7 @@ INTERPRETED = (
 )
 
 
+@pytest.mark.slow
 def test_the_interpreter_gives_the_same_bits() -> None:
     """And warns of nothing: every division by zero, overflow and invalid value in a
     rule is an error there.
@@ -69,6 +70,7 @@ def quartered(x: float) -> float:
     return halved(times=2, x=x) + 0.0 * halved(x)
 
 
+@pytest.mark.slow
 def test_what_kernels_call_is_compiled_for_python_when_python_calls_it() -> None:
     """Without wrappers it could not be called there."""
     assert quartered(6.0) == 1.5
@@ -219,6 +221,7 @@ def test_what_reads_a_table_of_over_a_megabyte_is_compiled_and_not_kept(
     assert [file for file in cache_files(cache) if "large" in file.name] == []
 
 
+@pytest.mark.slow
 def test_what_is_compiled_without_optimization_is_kept_apart(copied: Path) -> None:
     """As far as it is kept: a function that calls another has its address then."""
     (copied / "kernels" / "caller.py").write_text(CALLER)

@@ -91,6 +91,7 @@ def test_a_kernel_takes_roots_of_several_numbers_at_once() -> None:
         assert wide
 
 
+@pytest.mark.slow
 def test_what_is_called_lane_by_lane_is_known() -> None:
     names, _, _ = compiled("aziel_chen2025")
     assert names == EXPECTED["aziel_chen2025"]

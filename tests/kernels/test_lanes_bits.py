@@ -30,6 +30,7 @@ from kernels.near import EVERYBODY, Near
 from kernels.settings import STAMP
 from kernels.worlds import build_reach
 from tests.builders import OBSERVATION, a_world
+from tests.cases import slow_but
 from tests.kernels import rules_for_lanes as rules
 
 N = 6
@@ -126,7 +127,11 @@ REFUSED = (
 )
 
 
-@pytest.mark.parametrize("rule", SAME)
+FAST = (rules.swaps, rules.events_that_are_counted, rules.elementary_functions)
+"""Of those above; each is compiled in some 5 s."""
+
+
+@pytest.mark.parametrize("rule", slow_but(FAST, SAME))
 def test_a_rule_has_the_bits_of_its_text(rule: Any) -> None:
     row, events = _together(rule)
     for lane in range(WIDTH):

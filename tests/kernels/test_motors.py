@@ -108,6 +108,7 @@ def test_the_step_response_of_the_lag_is_exact() -> None:
         assert vy == pytest.approx(-2.0 * share, abs=CLOSE)
 
 
+@pytest.mark.slow
 def test_halving_the_time_step_leaves_the_step_response() -> None:
     """The lag is solved exactly: only what depends on the step's beginning may vary."""
     whole, half = Fleet(0.0, 0.0, motor_lag=0.7), Fleet(0.0, 0.0, motor_lag=0.7)

@@ -87,6 +87,7 @@ def test_those_that_have_failed_do_not_count_from_then_on(name: str) -> None:
     assert (working[steps > 3] != every[steps > 3]).all()
 
 
+@pytest.mark.slow
 def test_a_part_without_boids_has_no_value() -> None:
     flown = herd(failing_share=1.0, failing_how="blind")
     assert np.isnan(values(flown, "speed_of_working")[1:]).all()

@@ -220,6 +220,7 @@ def test_nobody_goes_on_before_all_have_arrived() -> None:
     assert [one.result() for one in found] == [True] * 3
 
 
+@pytest.mark.slow
 def test_nobody_waits_for_a_thread_that_is_lost() -> None:
     teams = build_teams(3, 10)
     found = at_once(teams[:2], np.zeros(3, np.int64), 100)

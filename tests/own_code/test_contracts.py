@@ -11,6 +11,7 @@ from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.own_code.sources import gather
 from tests import ROOT
+from tests.cases import slow_but
 
 VORTEX = (ROOT / "examples" / "vortex.py").read_text()
 METRIC = '''
@@ -188,7 +189,11 @@ def test_what_is_right_is_planned(folder: Path) -> None:
     planned(folder)
 
 
-@pytest.mark.parametrize("name", WRONG)
+LONG = {"observes each boid", "returns nothing", "a metric returns", "draws from numpy"}
+"""Of those above; each is compiled in some 3 s, and others are of the same kind."""
+
+
+@pytest.mark.parametrize("name", slow_but(WRONG.keys() - LONG, WRONG))
 def test_what_is_wrong_is_a_sentence_before_any_trial(name: str, folder: Path) -> None:
     file, old, new, sentence = WRONG[name]
     path = folder / file
@@ -201,6 +206,7 @@ def test_what_is_wrong_is_a_sentence_before_any_trial(name: str, folder: Path) -
     assert str(caught.value).startswith("spec.yaml:")
 
 
+@pytest.mark.slow
 def test_what_keeps_its_last_states_may_not_ask_how_many_steps_are_left(
     folder: Path,
 ) -> None:

@@ -175,6 +175,7 @@ def test_an_extension_after_other_words_runs_what_is_new(tmp_path: Path) -> None
     assert len(codes) == 2
 
 
+@pytest.mark.slow
 def test_a_metric_runs_again_only_what_records_it(tmp_path: Path) -> None:
     spec, results = written(tmp_path), tmp_path / "results"
     without = tmp_path / "without.yaml"
@@ -194,6 +195,7 @@ def test_a_metric_runs_again_only_what_records_it(tmp_path: Path) -> None:
     assert after.trials["speed"].equals(before.trials["speed"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("named", "file", "new"),
     [("./{}.py", "places", "rooms"), ("from .{}", "rules", "pulls")],
@@ -210,6 +212,7 @@ def test_a_file_of_another_name_computes_the_same(
     assert same(StoredStudy("drawn", results), before)
 
 
+@pytest.mark.slow
 def test_a_model_of_another_name_is_another_model(tmp_path: Path) -> None:
     spec, results = written(tmp_path), tmp_path / "results"
     before = launched(spec, results)

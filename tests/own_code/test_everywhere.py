@@ -57,6 +57,7 @@ def test_workers_need_no_file_of_the_study(
     assert same(without_files(spec, tmp_path / "results", engines[0]), whole)
 
 
+@pytest.mark.slow
 def test_workers_of_a_cluster_run_one_version_after_the_other(
     whole: StoredStudy, tmp_path: Path, engines: list[ExecutorFactory]
 ) -> None:
@@ -129,6 +130,7 @@ def test_shares_in_folders_of_their_own_add_up_to_one_launch(
     )
 
 
+@pytest.mark.slow
 def test_an_object_store_keeps_the_code_too(whole: StoredStudy, tmp_path: Path) -> None:
     """Damage is mended, and what computed nothing goes, as in a folder."""
     spec = written(tmp_path)

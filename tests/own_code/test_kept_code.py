@@ -87,6 +87,7 @@ def test_damaged_code_is_one_sentence_and_the_next_launch_mends_it(
     assert sweep(folder, "table", "drawn").stdout == before
 
 
+@pytest.mark.slow
 def test_code_of_earlier_trials_that_is_damaged_harms_no_other(folder: Path) -> None:
     [old] = kept(folder)
     earlier = StoredStudy("drawn", folder / "results").plan["trial_id"][0].as_py()
@@ -174,6 +175,7 @@ def test_code_that_a_launch_of_a_share_has_written_stays(folder: Path) -> None:
     assert new in kept(folder)
 
 
+@pytest.mark.slow
 def test_code_that_was_named_since_it_was_looked_at_stays(folder: Path) -> None:
     """The same plan, and a part that another launch has stored meanwhile."""
     results = folder / "results"

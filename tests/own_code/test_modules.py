@@ -99,6 +99,7 @@ def test_stored_trials_are_read_verified_and_run_again(folder: Path) -> None:
     assert "swirling.model:MODEL" in json.dumps(schema)
 
 
+@pytest.mark.slow
 def test_tables_need_no_package(folder: Path, tmp_path: Path) -> None:
     results = str(folder / "results")
     assert "rightwards" in said(tmp_path, "table", "named", "--results", results)

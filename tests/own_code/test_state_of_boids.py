@@ -117,6 +117,7 @@ def test_a_description_of_a_state_that_cannot_be_is_none() -> None:
         described(text)
 
 
+@pytest.mark.slow
 def test_in_a_figure_of_its_flights_each_kind_has_a_colour(tmp_path: Path) -> None:
     """Three of twelve boids are pacemakers, which come first. The seventh frame is the
     last: six steps a boid lead to it.

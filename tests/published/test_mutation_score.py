@@ -54,6 +54,7 @@ def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
     assert noticed(found["nguyen2024"]) == 1.0, found["nguyen2024"]
 
 
+@pytest.mark.slow
 def test_the_arms_of_comparisons_are_those_that_are_meant(tmp_path: Path) -> None:
     """Of nanobot, with few trials and fixed seeds. With swapped arms, in the document
     or in what reads and measures it, each would be refuted.

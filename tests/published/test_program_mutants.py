@@ -102,6 +102,7 @@ def test_no_mutant_of_a_document_has_the_name_of_one_of_the_program(
         read_all(folder, quick=True)
 
 
+@pytest.mark.slow
 def test_a_mistake_turns_a_claim_and_no_trial_of_ours(tmp_path: Path) -> None:
     """The end is taken for the start, where boids are slower. Contacts are in no claim
     and are not recorded: no trial runs for them.

@@ -411,6 +411,7 @@ def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
         assert "tiny: 2 of 2 verdicts turn with one of 6 details" in plain
 
 
+@pytest.mark.slow
 def test_kinds_are_stored_beside_each_other(tmp_path: Path) -> None:
     """A later kind, and a later variant of a kind, leave what is there. What was tried
     with other claims goes.

@@ -157,6 +157,7 @@ def test_one_changed_bit_is_found_and_named(
     assert str(found.differing[trial][0]) in report
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "change", "message"),
     [

@@ -21,6 +21,7 @@ from sweep.spec.settings import Settings, settings_of
 from sweep.spec.study import parse_spec
 from sweep.spec.study_folder import MOST_NAME, OWN, why_no_name
 from tests import ROOT
+from tests.cases import slow_but
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 
 EXPERIMENTS = ROOT / "experiments"
@@ -249,7 +250,7 @@ def settings(model: str) -> Settings:
 NAMES = sorted({name for model in MODELS for name in settings(model)})
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", slow_but(["nguyen2024", "strombom2014"], MODELS))
 def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) -> None:
     head = content(SHORT) | {"model": model}
     preset = MODELS[model].preset_values("as_run")

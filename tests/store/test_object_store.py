@@ -73,6 +73,7 @@ def keys(results: ObjectPath) -> list[str]:
     return sorted(results.listed().found or ())
 
 
+@pytest.mark.slow
 def test_a_killed_launch_goes_on_to_the_tables_of_a_folder(
     tmp_path: Path, bucket: str, results: ObjectPath
 ) -> None:
@@ -533,6 +534,7 @@ def line(server: ObjectStore, monkeypatch: pytest.MonkeyPatch) -> Iterator[Line]
     made.close()
 
 
+@pytest.mark.slow
 def test_a_server_that_comes_back_is_waited_for(
     server: ObjectStore,
     line: Line,

@@ -89,6 +89,7 @@ def test_trials_that_are_not_done_are_refused(
         write_last_flocks(study, tmp_path / "flocks.csv")
 
 
+@pytest.mark.slow
 def test_boids_with_a_state_are_refused(tmp_path: Path) -> None:
     """With all other reasons at once."""
     (tmp_path / "own.py").write_text(Path(swarmalators.__file__).read_text())

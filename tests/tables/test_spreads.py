@@ -23,6 +23,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_trials_without_a_spread_are_those_with_0(results: Path) -> None:
     study = StoredStudy("small", results)
     assert sorted(study.trials["drag_spread"]) == [0.0] * 3 + [0.2] * 3

@@ -73,6 +73,7 @@ def flown(simulation: Simulation, steps: int) -> np.ndarray:
     return test_obstacles.flown(simulation, steps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", builders.COMPILED_AS_ROBOTS)
 def test_a_flight_with_all_layers_goes_on_from_its_state_with_the_same_bits(
     model: str,

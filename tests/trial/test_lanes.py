@@ -87,6 +87,7 @@ def are_equal(jobs: list[Job]) -> list[Result]:
     return together
 
 
+@pytest.mark.slow
 def test_last_flocks_are_the_same_together_and_alone() -> None:
     """And so are the links that begin with them."""
     chained = "{values: [0.5, 1], continue: up, hold: 40}"
@@ -198,6 +199,7 @@ def test_a_map_larger_than_all_visits_is_not_narrow() -> None:
     are_equal(eight(FAST, n=5, steps=20, heatmaps=True))
 
 
+@pytest.mark.slow
 def test_discs_and_large_footprints_are_marked_too() -> None:
     for about in ({"footprint": "disc"}, {"footprint_radius": 6.0}):
         are_equal(eight(FAST, n=40, steps=60, heatmaps=True, pixel=8.0, **about))

@@ -189,6 +189,7 @@ def test_lanes_that_diverge_do_not_run_on(monkeypatch: pytest.MonkeyPatch) -> No
     assert [one.status for one in results].count("diverged") >= 2
 
 
+@pytest.mark.slow
 def test_all_diverge(monkeypatch: pytest.MonkeyPatch) -> None:
     are_equal(monkeypatch, trials(weights=(1e308,) * WIDTH), True)
 

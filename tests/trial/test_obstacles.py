@@ -167,6 +167,7 @@ def digests() -> str:
     return " ".join(sha256(end).hexdigest() for end in ends)
 
 
+@pytest.mark.slow
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_obstacles as t\nprint(t.digests())"
     found = digests()

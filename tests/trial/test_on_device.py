@@ -118,6 +118,7 @@ def test_one_kernel_serves_all_batches_of_a_study(drawn: str) -> None:
     assert [len(one) for one in alike][:4] == [1, 1, 2, 5]
 
 
+@pytest.mark.slow
 def test_wide_maps_have_the_visits_of_narrow_ones(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -161,6 +162,7 @@ def bytes_of(jobs: Sequence[Job]) -> int:
     return on_device._batch([on_device._begun(one) for one in jobs]).bytes
 
 
+@pytest.mark.slow
 def test_too_little_memory_means_smaller_batches() -> None:
     jobs = some(5)
     device = Small(bytes_of(jobs[:2]) + 100)
@@ -251,6 +253,7 @@ def test_a_trial_that_cannot_be_summed_up_harms_no_other(
     assert "no sum" in results[1].error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [0, 4])
 def test_values_that_a_metric_leaves_are_none(at: int) -> None:
     """As on a processor, and not what was in the memory of a device before."""

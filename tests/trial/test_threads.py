@@ -93,6 +93,7 @@ def a_large_flock(model: str) -> Job:
     return at_once(model, n=LARGE_FLOCK + 3, steps=4, map="empty", **side)
 
 
+@pytest.mark.slow
 def test_a_large_flock_has_the_same_bits() -> None:
     one = a_large_flock(MODEL)
     alone = end(one)

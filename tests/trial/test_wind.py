@@ -254,6 +254,7 @@ def test_every_model_has_the_same_bits_in_any_grid(model: str) -> None:
     assert (found != flown(Simulation(builders.job(model, n=40, steps=12)), 12)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("update", builders.UPDATES)
 def test_robots_are_carried_too(update: str) -> None:
     """With messages that are under way, motors, and one who stands: it moves with the

@@ -23,8 +23,13 @@ def found(page: Page, part: str = "html") -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("width", [1280, 390])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("scheme", "width"),
+    [
+        pytest.param("light", 1280, marks=pytest.mark.smoke),
+        *(("light", 390), ("dark", 1280), ("dark", 390)),
+    ],
+)
 def test_axe_finds_nothing_whatever_is_open(
     opened: Open, scheme: str, width: int
 ) -> None:

@@ -23,6 +23,7 @@ from tests.patience import PATIENCE
 from tests.publications import experiments
 from tests.web.chromium import in_a_thread
 from tests.web.test_access import CHECKS
+from tests.web.test_axe import found
 
 Open = Callable[..., Page]
 
@@ -73,6 +74,7 @@ def seen(page: Page, selector: str) -> None:
     expect(page.locator(selector).first).to_be_visible()
 
 
+@pytest.mark.smoke
 def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     page = opened()
     page.get_by_role("button", name="small", exact=True).click()
@@ -88,6 +90,7 @@ def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     assert words == "Every number equals the stored one, bit for bit."
     link = page.get_by_role("link", name="Open in the simulator")
     expect(link).to_be_visible()
+    assert found(page) == []
     address = link.get_attribute("href") or ""
     assert address.startswith("index.html#spec=")
     simulator = opened(address)

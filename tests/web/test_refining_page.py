@@ -181,7 +181,9 @@ def test_points_are_chosen_by_a_box_where_no_axis_is_a_setting(
     assert "region" not in page.url
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    "scheme", [pytest.param("light", marks=pytest.mark.smoke), "dark"]
+)
 def test_the_card_is_accessible_and_fits_any_window(
     opened: Open, server: PageServer, scheme: Any
 ) -> None:

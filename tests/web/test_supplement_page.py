@@ -14,6 +14,7 @@ from tests.explorer.supplements import FLOWN, content_of, written
 from tests.patience import PATIENCE
 from tests.searches import edited
 from tests.studies import launched
+from tests.web.test_axe import found
 
 GRID = edited(
     FLOWN,
@@ -236,7 +237,12 @@ def test_an_embedded_page_is_figure_and_run_alone(
 
 
 @pytest.mark.parametrize(
-    ("width", "scheme"), [(320, "dark"), (390, "light"), (1920, "dark")]
+    ("width", "scheme"),
+    [
+        (320, "dark"),
+        pytest.param(390, "light", marks=pytest.mark.smoke),
+        (1920, "dark"),
+    ],
 )
 def test_the_page_fits_a_window(
     shown: Callable[..., Page], grid: Path, width: int, scheme: str
@@ -245,6 +251,7 @@ def test_the_page_fits_a_window(
     wide = page.evaluate("document.documentElement.scrollWidth")
     assert wide <= width
     assert marks(page).count() == 16
+    assert found(page) == []
 
 
 @pytest.mark.parametrize("width", [390, 700, 1280])

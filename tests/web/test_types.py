@@ -12,6 +12,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+import pytest
 from deno import find_deno_bin
 
 from kernels.models import MODELS
@@ -88,6 +89,7 @@ def recording() -> dict[str, Any]:
     )
 
 
+@pytest.mark.slow
 def test_messages_are_of_the_types_by_which_the_page_is_checked(tmp_path: Path) -> None:
     said = list(replies(tmp_path))
     script = tmp_path / "said.ts"

@@ -278,6 +278,7 @@ PAGE = """<!doctype html><title>a notebook</title>
 </script>"""
 
 
+@pytest.mark.smoke
 def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(
     browser: Browser, tmp_path: Path
 ) -> None:

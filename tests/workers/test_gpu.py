@@ -58,6 +58,7 @@ def stored(folder: Path) -> dict[str, str]:
     return tables(folder / "small")
 
 
+@pytest.mark.slow
 def test_a_device_stores_what_processors_store(
     tmp_path: Path, whole: dict[str, str]
 ) -> None:
@@ -84,6 +85,7 @@ def test_a_killed_worker_loses_nothing(
     assert stored(tmp_path) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kills", [False, True])
 def test_a_trial_that_breaks_the_device_harms_no_other(
     tmp_path: Path, workers: list[InWorkers], kills: bool

@@ -123,6 +123,7 @@ def test_derived_metrics_and_heatmaps_go_on_too(
         check_goes_on(keeping(a_job), [3, 8], monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("update", builders.UPDATES)
 def test_the_state_of_boids_goes_on_too(
     update: str, monkeypatch: pytest.MonkeyPatch
