@@ -17,7 +17,10 @@ import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
 from hypothesis import settings
 
+from kernels.caching import FOLDER
+from kernels.metrics import METRICS
 from kernels.models import MODELS
+from sweep.design.jobs import Job
 from sweep.store import provenance
 from sweep.trial.simulation import run
 from sweep.workers import flying
@@ -106,10 +109,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker is None:
         return
-    jobs = [job(model, metrics=("speed",), n=4, steps=2) for model in MODELS]
-    for model in ("nguyen2024", "strombom2014"):  # together they have all metrics
-        jobs.append(job(model, metrics=every_metric(model), n=4, steps=2))
-    jobs.append(job("vasarhelyi2018", "real", metrics=("speed",), n=4, steps=2))
+    jobs = compiled_at_first()
     others = list(range(1, len(jobs)))
     for number in [0, *(others if worker == "gw0" else reversed(others))]:
         with (tmp_path_factory.getbasetemp().parent / f"compiled-{number}").open(
@@ -117,3 +117,26 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
         ) as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             run(jobs[number])
+
+
+def compiled_at_first() -> list[Job]:
+    """The trials whose kernels all tests share: each model, and all metrics.
+
+    What a test compiles besides is of models, metrics or maps that it makes up, or of
+    trials in lanes, in threads or on a device.
+    """
+    jobs = [job(model, metrics=("speed",), n=4, steps=2) for model in MODELS]
+    for model in ("nguyen2024", "strombom2014"):  # together they have all metrics
+        jobs.append(job(model, metrics=every_metric(model), n=4, steps=2))
+    jobs.append(job("vasarhelyi2018", "real", metrics=("speed",), n=4, steps=2))
+    return jobs
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    """What several workers compile before their first test, so that nobody wonders."""
+    if not config.getoption("numprocesses", None):
+        return None
+    return (
+        f"kernels: {len(MODELS)} models and {len(METRICS)} metrics are compiled first,"
+        f" in about a minute of two cores; {FOLDER} keeps them"
+    )
