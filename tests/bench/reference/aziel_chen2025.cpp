@@ -24,7 +24,8 @@ public:
           s(settings_of<Settings>(trial)),
           obstacles(trial.world, s.obstacle_range),
           share(trial.n + 1) {
-        const double cosine = elementary::sine_cosine(0.5 * s.fov * (std::numbers::pi / 180.0)).cosine;
+        const double half = 0.5 * s.fov * (std::numbers::pi / 180.0);
+        const double cosine = elementary::sine_cosine(half).cosine;
         view = cosine * std::abs(cosine);
         for (i64 k = 1; k <= trial.n; ++k) share[k] = 1.0 / double(k);
         if (trial.n >= LARGE_FLOCK)

@@ -1,5 +1,5 @@
-// Sine, cosine and arctangent with the bits of kernels/elementary.py: the same operations
-// in the same order. compiling.py writes the tables.
+// Sine, cosine and arctangent with the bits of kernels/elementary.py: the same
+// operations in the same order. compiling.py writes the tables.
 #pragma once
 
 #include <immintrin.h>
