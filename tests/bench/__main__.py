@@ -58,6 +58,7 @@ from tests.bench.page import page
 from tests.bench.plain import plain_run
 from tests.bench.ranks import ranks
 from tests.bench.robots import robots
+from tests.bench.scale import FULL, Scale
 from tests.bench.study import study
 from tests.bench.threads import threads
 from tests.bench.view import view
@@ -101,12 +102,12 @@ def plain(one: Job) -> tuple[float, int]:
     return time.perf_counter() - began, visited
 
 
-def compare(one: Job) -> tuple[float, float, float]:
+def compare(one: Job, rounds: int) -> tuple[float, float, float]:
     """Nanoseconds a boid-step, ours and plain, and the median ratio of paired runs;
     both must visit the same.
     """
     ours(one), plain(one)
-    pairs = [(ours(one), plain(one)) for _ in range(ROUNDS)]
+    pairs = [(ours(one), plain(one)) for _ in range(rounds)]
     assert all(mine[1] == theirs[1] for mine, theirs in pairs), "the two loops differ"
     boid_steps = float(one.settings["n"]) * float(one.settings["steps"])
     mine, theirs = (
@@ -115,38 +116,41 @@ def compare(one: Job) -> tuple[float, float, float]:
     return mine, theirs, median(theirs[0] / mine[0] for mine, theirs in pairs)
 
 
-def kernels() -> None:
+def kernels(scale: Scale = FULL) -> None:
     """Against the plain loop; at N = 1000 in an empty world ten times as large."""
+    steps, fewer = scale.of(3600), scale.of(360)
     cases = [
-        ("cafeteria, N=50", covering("cafeteria", 50, 3600, BEST["cafeteria"])),
-        ("cafeteria, N=100", covering("cafeteria", 100, 3600, BEST["cafeteria"])),
+        ("cafeteria, N=50", covering("cafeteria", 50, steps, BEST["cafeteria"])),
+        ("cafeteria, N=100", covering("cafeteria", 100, steps, BEST["cafeteria"])),
         (
             "dense_cafeteria, N=50",
-            covering("dense_cafeteria", 50, 3600, BEST["dense_cafeteria"]),
+            covering("dense_cafeteria", 50, steps, BEST["dense_cafeteria"]),
         ),
         (
             "dense_cafeteria, N=100",
-            covering("dense_cafeteria", 100, 3600, BEST["dense_cafeteria"]),
+            covering("dense_cafeteria", 100, steps, BEST["dense_cafeteria"]),
         ),
-        ("empty, N=100", covering("empty", 100, 3600, BEST["cafeteria"])),
-        ("empty, N=1000, same density", large(1000, 360)),
+        ("empty, N=100", covering("empty", 100, steps, BEST["cafeteria"])),
+        ("empty, N=1000, same density", large(1000, fewer)),
     ]
     print(f"{'kernels':36} {'ours ns':>8} {'plain ns':>8} {'ratio':>6}")
     for name, one in cases:
-        mine, theirs, ratio = compare(one)
+        mine, theirs, ratio = compare(one, scale.of(ROUNDS))
         print(f"{name:36} {mine:8.0f} {theirs:8.0f} {ratio:6.2f}")
 
 
-def outside() -> None:
+def outside(scale: Scale = FULL) -> None:
     """A copy of the model beside a spec, against the one in the package."""
+    steps, fewer = scale.of(3600), scale.of(360)
     cases = [
-        ("cafeteria, N=100", covering("cafeteria", 100, 3600, BEST["cafeteria"])),
-        ("empty, N=1000, same density", large(1000, 360)),
+        ("cafeteria, N=100", covering("cafeteria", 100, steps, BEST["cafeteria"])),
+        ("empty, N=1000, same density", large(1000, fewer)),
     ]
     with tempfile.TemporaryDirectory() as folder:
         name, known = copied(Path(folder))
         for case, one in cases:
-            ratio = compare_pairs(one, replace(one, model=name, known=known))
+            copy = replace(one, model=name, known=known)
+            ratio = compare_pairs(one, copy, scale.of(4 * ROUNDS))
             print(f"outside, {case:27} {ratio:.2f} times the seconds of the inside")
 
 
@@ -158,20 +162,20 @@ def copied(folder: Path) -> tuple[str, Catalogue]:
     return named_model(str(file))
 
 
-def compare_pairs(inside: Job, copy: Job) -> float:
+def compare_pairs(inside: Job, copy: Job, rounds: int) -> float:
     """The median ratio of seconds, the copy's by the original's, of runs in turns; both
     must visit the same.
     """
     ours(inside), ours(copy)
     ratios = []
-    for _ in range(4 * ROUNDS):
+    for _ in range(rounds):
         mine, theirs = ours(inside), ours(copy)
         assert mine[1] == theirs[1], "the copy differs"
         ratios.append(theirs[0] / mine[0])
     return median(ratios)
 
 
-ALL: dict[str, Callable[[], object]] = {
+ALL: dict[str, Callable[..., object]] = {
     "kernels": kernels,
     "outside": outside,
     "flocks": flocks,

@@ -28,6 +28,7 @@ from tests.bench.reference.compiling import (
     library,
     version,
 )
+from tests.bench.scale import FULL, Scale
 from tests.bench.timing import alone, one_core, together
 from tests.builders import job
 
@@ -40,7 +41,7 @@ OURS: dict[str, Callable[[Job], float]] = {"ours": alone, "eight": together}
 """Ways to fly a trial of ours, by their column in the table: seconds a trial."""
 
 
-def cpp() -> None:
+def cpp(scale: Scale = FULL) -> None:
     """Print a table of all cases, in Markdown, and the worst ratio last."""
     with tempfile.TemporaryDirectory() as folder, one_core():
         libraries = {}
@@ -50,22 +51,23 @@ def cpp() -> None:
             except CannotCompileError as error:
                 print(f"cpp: {compiler} cannot compile the reference, skipped: {error}")
         if libraries:
-            _table(libraries)
+            _table(libraries, scale)
         elif not found():
             print("cpp: neither g++ nor clang++ is installed, skipped")
 
 
-def _table(libraries: dict[str, CDLL]) -> None:
+def _table(libraries: dict[str, CDLL], scale: Scale) -> None:
+    rounds = scale.of(ROUNDS)
     print(f"boidsweep {__version__} on {cpu_name()}; {' '.join(FLAGS)}.")
-    print(f"Nanoseconds of processor time a boid-step, medians of {ROUNDS} rounds, and")
+    print(f"Nanoseconds of processor time a boid-step, medians of {rounds} rounds, and")
     print("how many times as fast as C++ ours is.\n")
     heads = [*OURS, *libraries, *(f"{way} : C++" for way in OURS)]
     widths = [max(7, len(head)) for head in heads]
     _print_row("case", heads, widths)
     _print_row("-" * CASE, ["-" * (width - 1) + ":" for width in widths], widths)
     measured: list[tuple[str, list[float]]] = []
-    for name, one in cases():
-        times, ratios = _measured(one, libraries)
+    for name, one in cases(scale):
+        times, ratios = _measured(one, libraries, rounds)
         measured.append((name, ratios))
         values = [f"{ns:.1f}" for ns in times] + [f"{ratio:.2f}" for ratio in ratios]
         _print_row(name, values, widths)
@@ -80,23 +82,25 @@ def _print_row(first: str, cells: list[str], widths: list[int]) -> None:
     print(f"| {first:{CASE}} | {' | '.join(padded)} |", flush=True)
 
 
-def _measured(one: Job, libraries: dict[str, CDLL]) -> tuple[list[float], list[float]]:
+def _measured(
+    one: Job, libraries: dict[str, CDLL], rounds: int
+) -> tuple[list[float], list[float]]:
     """Nanoseconds a boid-step of each way of ours and of each library, and the ratios
     of ours: how many times as fast as the fastest library.
     """
     for built in libraries.values():
         compare_bits(one, built)
-    rounds = [
+    found = [
         [way(one) for way in OURS.values()]
         + [fly(built, Start(Simulation(one)))[0] for built in libraries.values()]
-        for _ in range(ROUNDS)
+        for _ in range(rounds)
     ]
     boid_steps = float(one.settings["n"]) * float(one.settings["steps"])
     times = [
-        median(column) / boid_steps * PER_NS for column in zip(*rounds, strict=True)
+        median(column) / boid_steps * PER_NS for column in zip(*found, strict=True)
     ]
     fastest = len(OURS) + int(np.argmin(times[len(OURS) :]))
-    ratios = [median(row[fastest] / row[k] for row in rounds) for k in range(len(OURS))]
+    ratios = [median(row[fastest] / row[k] for row in found) for k in range(len(OURS))]
     return times, ratios
 
 
@@ -116,22 +120,24 @@ def compare_bits(one: Job, built: CDLL) -> None:
         assert np.array_equal(simulation.visits.ravel(), end.visits), "visits differ"
 
 
-def cases() -> Iterator[tuple[str, Job]]:
+def cases(scale: Scale = FULL) -> Iterator[tuple[str, Job]]:
     """The trials that are compared, by name."""
+    usual = scale.of(3600)
     both = ("coverage", "coverage_cv")
     best = BEST["cafeteria"]
     for name in ("cafeteria", "dense_cafeteria", "empty", "narrow_corridor"):
         for n in (50, 100):
             weights = BEST.get(name, best)
-            yield f"{name}, N={n}", covering(name, n, 3600, weights, both)
-    yield "cafeteria, N=100, clumped", covering("cafeteria", 100, 3600, CLUMPED, both)
-    pixels = covering("cafeteria", 100, 3600, best, ("coverage",))
+            yield f"{name}, N={n}", covering(name, n, usual, weights, both)
+    yield "cafeteria, N=100, clumped", covering("cafeteria", 100, usual, CLUMPED, both)
+    pixels = covering("cafeteria", 100, usual, best, ("coverage",))
     yield "cafeteria, N=100, coverage alone", pixels
-    yield "cafeteria, N=100, events too", covering("cafeteria", 100, 3600, best)
+    yield "cafeteria, N=100, events too", covering("cafeteria", 100, usual, best)
     for n, steps in ((10**3, 200), (10**4, 40), (10**5, 10), (10**6, 3)):
+        size, few = scale.boids(n), scale.of(steps)
         yield (
-            f"empty, N={n:,}, events alone",
-            large(n, steps, ("escapes", "collisions")),
+            f"empty, N={size:,}, events alone",
+            large(size, few, ("escapes", "collisions")),
         )
     for model, n, steps, name in (
         ("nguyen2024", 200, 500, "random_obstacles"),
@@ -141,7 +147,7 @@ def cases() -> Iterator[tuple[str, Job]]:
         ("rustamani2024", 10, 2000, "arena"),
         ("rustamani2024", 50, 600, "arena_two_obstacles"),
     ):
-        about = {"n": n, "steps": steps, "map": name}
+        about = {"n": n, "steps": scale.of(steps), "map": name}
         yield (
             f"{model}, {name}, N={n}",
             job(model, metrics=("speed",), seed=27, **about),

@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 from sweep.explorer.site import site_of
 from sweep.explorer.watching import Watched
 from sweep.store.memory import keep
+from tests.bench.scale import FULL, Scale
 from tests.many_trials import many_trials
 
 ACROSS, UP, REPLICATES = 100, 100, 100
@@ -20,12 +21,12 @@ COLUMNS = [
 """What the state and the figure of one metric are made of."""
 
 
-def explorer() -> None:
+def explorer(scale: Scale = FULL) -> None:
     """The processor time of the answers to the first questions of the page, by that of
     reading the same columns from the files and into a frame, in no order.
     """
     with tempfile.TemporaryDirectory() as folder:
-        study = many_trials(Path(folder), ACROSS, UP, REPLICATES)
+        study = many_trials(Path(folder), ACROSS, UP, scale.of(REPLICATES))
         files = sorted(Path(folder).rglob("trials.parquet"))
         plain = _seconds(
             lambda: [pq.read_table(one, columns=COLUMNS).to_pandas() for one in files]

@@ -18,6 +18,7 @@ from sweep.design.jobs import Job
 from sweep.trial.simulation import Simulation
 from tests import ROOT
 from tests.bench.cases import BEST, covering
+from tests.bench.scale import FULL, Scale
 from tests.builders import job
 
 PROCESSES, TRIALS = 5, 50
@@ -72,17 +73,18 @@ def besides(one: Job) -> float:
     return time.thread_time() - began - simulation.flown
 
 
-def first() -> None:
+def first(scale: Scale = FULL) -> None:
     """A line a model; then the trials of the gain study, one after the other."""
-    jobs = {model: job(model, steps=1) for model in MODELS}
+    models = list(MODELS)[: scale.of(len(MODELS))]
+    jobs = {model: job(model, steps=1) for model in models}
     with tempfile.TemporaryDirectory() as bytecode:
         for one in jobs.values():
             seconds(one, bytecode)
         rounds = [
             {model: seconds(one, bytecode) for model, one in jobs.items()}
-            for _ in range(PROCESSES)
+            for _ in range(scale.of(PROCESSES))
         ]
-    for model in MODELS:
+    for model in models:
         libraries, imported, whole = (
             median(times) for times in zip(*(one[model] for one in rounds), strict=True)
         )
@@ -91,6 +93,6 @@ def first() -> None:
             f" {imported - libraries:.2f}, the trial {whole - imported:.2f}"
         )
     for n in (50, 100):
-        one = covering("cafeteria", n, 1500, BEST["cafeteria"])
-        taken = median(besides(one) for _ in range(TRIALS))
+        one = covering("cafeteria", n, scale.of(1500), BEST["cafeteria"])
+        taken = median(besides(one) for _ in range(scale.of(TRIALS)))
         print(f"each, cafeteria, N={n:<4} {taken * 1e3:.2f} ms besides its steps")

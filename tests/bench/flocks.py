@@ -8,22 +8,27 @@ from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.simulation import Simulation
+from tests.bench.scale import FULL, Scale
 
 MODEL, UPDATES = "aziel_chen2025", ("sequential", "synchronous")
 SIZES = (100, 1_000, 10_000, 100_000, 1_000_000)
 ROUNDS, BOID_STEPS = 5, 1_000_000
 
 
-def flocks() -> None:
+def flocks(scale: Scale = FULL) -> None:
     """Each size is compared with the smallest, in turns; in processor time, with what
     memory a trial takes at most.
     """
     print(f"{'flocks':28} {'ns a boid-step':>14} {'times the least':>15} {'MB':>6}")
     for update in UPDATES:
-        least, _ = ready(SIZES[0], update)
-        for n in SIZES:
+        least, _ = ready(scale.boids(SIZES[0]), update)
+        for n in map(scale.boids, SIZES):
             simulation, memory = ready(n, update)
-            pairs = [(cost(simulation), cost(least)) for _ in range(ROUNDS)]
+            both, boid_steps = (simulation, least), scale.of(BOID_STEPS)
+            pairs = [
+                tuple(cost(one, boid_steps) for one in both)
+                for _ in range(scale.of(ROUNDS))
+            ]
             ratio = median(mine / theirs for mine, theirs in pairs)
             mine = median(mine for mine, _ in pairs)
             case = f"{update}, N={n:,}"
@@ -62,10 +67,10 @@ def large(n: int, update: str) -> Job:
     return Job(*named, values, record, Streams(), None)
 
 
-def cost(simulation: Simulation) -> float:
+def cost(simulation: Simulation, boid_steps: int) -> float:
     """Nanoseconds of processor time of a step of one boid."""
     n = simulation.schedule.n
-    steps = max(2, BOID_STEPS // n)
+    steps = max(2, boid_steps // n)
     began = time.thread_time()
     assert simulation.advance(steps)
     return (time.thread_time() - began) / (n * steps) * 1e9

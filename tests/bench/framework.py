@@ -20,8 +20,9 @@ from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.workers import worker
 from sweep.workers.executors import Loky
+from tests.bench.scale import FULL, Scale
 
-POINTS, FEW, STEPS, WORKERS = 10_000, 600, 1500, 2
+POINTS, FEW, STEPS, WORKERS, ROUNDS = 10_000, 600, 1500, 2, 3
 SPEC = """
 study: bench
 model: aziel_chen2025
@@ -92,17 +93,21 @@ def _meter_chunks(folder: str) -> None:
     setattr(worker, "run_chunk", metered)  # noqa: B010
 
 
-def framework() -> None:
+def framework(scale: Scale = FULL) -> None:
     """The cost of a launch over that of its trials of some 30 ms, and what the second
     worker adds, which only a machine that has nothing else to do can show.
     """
-    cost = launched(POINTS, STEPS, WORKERS)
+    points, few, steps = map(scale.of, (POINTS, FEW, STEPS))
+    cost = launched(points, steps, WORKERS)
     print(
-        f"framework: {POINTS:,} trials of {cost.chunks / POINTS * 1e3:.1f} ms on"
+        f"framework: {points:,} trials of {cost.chunks / points * 1e3:.1f} ms on"
         f" {WORKERS} workers: processor time {cost.chunks:.1f} s in chunks and"
         f" {cost.besides:.2f} s besides ({cost.coordinator:.2f} s in the coordinator),"
         f" overhead {cost.besides / cost.chunks * 100:.2f} %; {cost.wall:.1f} s wall"
     )
-    rounds = [[launched(FEW, STEPS, workers).wall for workers in (1, 2)] for _ in "123"]
+    rounds = [
+        [launched(few, steps, workers).wall for workers in (1, 2)]
+        for _ in range(scale.of(ROUNDS))
+    ]
     ratio = median(one / two for one, two in rounds)
     print(f"framework: two workers are {ratio:.2f} times as fast as one")

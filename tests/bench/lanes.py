@@ -14,21 +14,23 @@ from sweep.design.jobs import Job
 from sweep.trial.lanes import Trials
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
+from tests.bench.scale import FULL, Scale
 from tests.builders import job
 
 ROUNDS = 5
 
 
-def lanes() -> None:
+def lanes(scale: Scale = FULL) -> None:
     """Print for each case the cost of a boid-step together and alone."""
-    print(f"{WIDTH} trials together, ns of processor time a boid-step, {ROUNDS} rounds")
+    rounds = scale.of(ROUNDS)
+    print(f"{WIDTH} trials together, ns of processor time a boid-step, {rounds} rounds")
     worst = np.inf
-    for text, model, about in _cases():
+    for text, model, about in _cases(scale):
         jobs = [job(model, replicate=k, **about) for k in range(WIDTH)]
         ways = Trials(together=True).several, lambda these: [run(one) for one in these]
         first, second = (way(jobs) for way in ways)
         assert list(map(_numbers, first)) == list(map(_numbers, second)), text
-        pairs = [tuple(_seconds(way, jobs) for way in ways) for _ in range(ROUNDS)]
+        pairs = [tuple(_seconds(way, jobs) for way in ways) for _ in range(rounds)]
         steps = WIDTH * int(about["n"]) * int(about["steps"])
         together, alone = (
             median(one) / steps * 1e9 for one in zip(*pairs, strict=True)
@@ -39,11 +41,11 @@ def lanes() -> None:
     print(f"  the worst: {worst:.2f} times as fast")
 
 
-def _cases() -> list[tuple[str, str, dict[str, Any]]]:
+def _cases(scale: Scale) -> list[tuple[str, str, dict[str, Any]]]:
     found = []
     for name in ("cafeteria", "dense_cafeteria", "narrow_corridor", "empty"):
         for n in (50, 100):
-            about = {"map": name, "n": n, "steps": 1000}
+            about = {"map": name, "n": n, "steps": scale.of(1000)}
             found.append((f"aziel_chen2025, {name}, N={n}", "aziel_chen2025", about))
     others = {
         "nguyen2024": (100, {"map": "random_obstacles"}),
@@ -52,7 +54,8 @@ def _cases() -> list[tuple[str, str, dict[str, Any]]]:
         "rustamani2024": (20, {"map": "arena_two_obstacles"}),
     }
     for model, (n, more) in others.items():
-        found.append((f"{model}, N={n}", model, {"n": n, "steps": 500, **more}))
+        about = {"n": n, "steps": scale.of(500), **more}
+        found.append((f"{model}, N={n}", model, about))
     return found
 
 

@@ -4,13 +4,14 @@ import time
 from statistics import median
 
 from tests.bench.cases import BEST, covering
+from tests.bench.scale import FULL, Scale
 from tests.bench.timing import alone, one_core
 
 ROUNDS = 5
 N, STEPS, THEIR_STEPS = 100, 3600, 20
 
 
-def mesa() -> None:
+def mesa(scale: Scale = FULL) -> None:
     """Processor time of a boid-step against Mesa's flocking example with its own
     settings, in turn.
     """
@@ -19,18 +20,19 @@ def mesa() -> None:
     except ImportError:
         print("mesa: not installed, skipped")
         return
-    one = covering("cafeteria", N, STEPS, BEST["cafeteria"])
+    steps, their_steps = scale.of(STEPS), scale.of(THEIR_STEPS)
+    one = covering("cafeteria", N, steps, BEST["cafeteria"])
     model = BoidFlockers(population_size=N)
     pairs = []
     with one_core():
         model.step()
         alone(one)
-        for _ in range(ROUNDS):
+        for _ in range(scale.of(ROUNDS)):
             began = time.thread_time()
-            for _ in range(THEIR_STEPS):
+            for _ in range(their_steps):
                 model.step()
-            theirs = (time.thread_time() - began) / (N * THEIR_STEPS)
-            pairs.append((theirs, alone(one) / (N * STEPS)))
+            theirs = (time.thread_time() - began) / (N * their_steps)
+            pairs.append((theirs, alone(one) / (N * steps)))
     theirs, mine = (median(column) for column in zip(*pairs, strict=True))
     ratio = median(a / b for a, b in pairs)
     print(

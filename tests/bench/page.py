@@ -11,6 +11,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser
 
+from tests.bench.scale import FULL, Scale
 from tests.web.chromium import running_browser
 
 SECONDS = 8
@@ -92,7 +93,7 @@ def served(text: str) -> Iterator[str]:
                 server.terminate()
 
 
-def measured(browser: Browser, n: int) -> dict[str, float]:
+def measured(browser: Browser, n: int, seconds: float) -> dict[str, float]:
     """Frames drawn and received a second, steps a second,
     and ms of script for a frame.
     """
@@ -101,16 +102,16 @@ def measured(browser: Browser, n: int) -> dict[str, float]:
         page.goto(address)
         while not page.evaluate("Boolean(window.boidsweep?.view.stage.frame)"):
             page.wait_for_timeout(100)
-        found: dict[str, float] = page.evaluate(MEASURE, SECONDS)
+        found: dict[str, float] = page.evaluate(MEASURE, seconds)
         page.close()
     return found
 
 
-def page() -> None:
+def page(scale: Scale = FULL) -> None:
     """Frames of runs at 60 steps a second."""
     with running_browser() as browser:
         for n, wanted in WANTED.items():
-            found = measured(browser, n)
+            found = measured(browser, n, scale.share * SECONDS)
             shown = (
                 f"{found['drawn']:5.1f} frames/s drawn (wanted {wanted}),"
                 f" {found['received']:5.1f} received"

@@ -19,6 +19,7 @@ from sweep.spec.study import RecordSpec, parse_spec
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
 from tests import ROOT
+from tests.bench.scale import FULL, Scale
 from tests.bench.timing import alone
 from tests.builders import job
 
@@ -50,16 +51,20 @@ ALL = {
 ROUNDS, SETTLED, BOID_STEPS = 5, 100, 50_000
 
 
-def robots() -> None:
+def robots(scale: Scale = FULL) -> None:
     """Print for each model, size and layer what a boid-step costs, how many times as
     much as that of ideal boids, and how many times the cost model says.
     """
     print(f"{'robots':40} {'ns':>6} {'found':>6} {'times':>6} {'model':>6}")
-    for model, n in product(MODELS, SIZES):
-        ideal = ready(model, n, {})
+    models, boid_steps = MODELS[: scale.of(len(MODELS))], scale.of(BOID_STEPS)
+    for model, n in product(models, SIZES):
+        ideal = ready(model, n, {}, scale.of(SETTLED))
         for layer, settings in {"ideal": {}, **LAYERS, "all": ALL}.items():
-            one = ready(model, n, settings)
-            pairs = [(cost(one), cost(ideal)) for _ in range(ROUNDS)]
+            one = ready(model, n, settings, scale.of(SETTLED))
+            pairs = [
+                (cost(one, boid_steps), cost(ideal, boid_steps))
+                for _ in range(scale.of(ROUNDS))
+            ]
             mine = median(mine for mine, _ in pairs)
             times = median(mine / theirs for mine, theirs in pairs)
             expected = boid_step(one.job) / boid_step(ideal.job)
@@ -68,17 +73,21 @@ def robots() -> None:
                 f"{about:40} {mine:6.0f} {found(one):6.1f} {times:6.2f} {expected:6.2f}"
             )
     for name in STUDIES:
-        ablation(name)
+        ablation(name, scale)
 
 
-def ablation(name: str) -> None:
+def ablation(name: str, scale: Scale) -> None:
     """Print what the points of a study of experiments/robots cost, a trial each, and
     how many times as much the cost model says: of all, and the least and the most.
     """
     path = ROOT / "experiments" / "robots" / name
     study = replace(parse_spec(path.read_text(), path), replicates=1)
-    first = list(Jobs(study, expand(study)))
-    measured = np.array([min(alone(one) for _ in range(ROUNDS)) for one in first])
+    first = [
+        _shorter(one, scale.of(int(one.settings["steps"])))
+        for one in Jobs(study, expand(study))
+    ]
+    rounds = range(scale.of(ROUNDS))
+    measured = np.array([min(alone(one) for _ in rounds) for one in first])
     ratios = job_seconds(first) / measured
     print(
         f"{name}: {measured.sum():.2f} s, the plan {job_seconds(first).sum():.2f};"
@@ -86,8 +95,14 @@ def ablation(name: str) -> None:
     )
 
 
-def ready(model: str, n: int, settings: dict[str, Value]) -> Simulation:
-    """A trial that has settled, in a world of the density of the preset."""
+def _shorter(one: Job, steps: int) -> Job:
+    return replace(one, settings={**one.settings, "steps": steps})
+
+
+def ready(model: str, n: int, settings: dict[str, Value], settled: int) -> Simulation:
+    """A trial that has settled for so many steps, in a world of the density of the
+    preset.
+    """
     preset = BUILT_IN.models[model].presets["as_run"]
     larger = (n / float(preset["n"])) ** 0.5
     size = {side: float(preset[side]) * larger for side in ("width", "height")}
@@ -99,7 +114,7 @@ def ready(model: str, n: int, settings: dict[str, Value]) -> Simulation:
         job(model, metrics=("speed",), every=10**9, steps=10**9, **given)
     )
     simulation.take_frames()
-    assert simulation.advance(SETTLED)
+    assert simulation.advance(settled)
     return simulation
 
 
@@ -112,10 +127,10 @@ def found(simulation: Simulation) -> float:
     )
 
 
-def cost(simulation: Simulation) -> float:
+def cost(simulation: Simulation, boid_steps: int) -> float:
     """Nanoseconds of processor time of a step of one boid."""
     n = simulation.schedule.n
-    steps = BOID_STEPS // n
+    steps = max(1, boid_steps // n)
     began = time.thread_time()
     assert simulation.advance(steps)
     return (time.thread_time() - began) / (n * steps) * 1e9

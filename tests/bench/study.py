@@ -13,10 +13,11 @@ from sweep.spec.study import Study, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Loky
 from tests import ROOT
+from tests.bench.scale import FULL, Scale
 
 SPEC = ROOT / "experiments" / "aziel_chen2025" / "gains.yaml"
-POINTS, OF_POINTS = "points: 100", "points: 2000"
-SHARE = 20
+POINTS, SHARE = 100, 20
+"""So many points are a twentieth of them."""
 WORKERS = 2
 
 
@@ -32,19 +33,20 @@ class Cost:
     inside: float
 
 
-def study() -> None:
+def study(scale: Scale = FULL) -> None:
     """Launch the study with a twentieth of its gain vectors, on all its maps and with
     all its sizes and seeds, by warm workers and into an empty folder; print what all of
     it would take.
     """
-    engine = Loky(WORKERS)
+    engine, points = Loky(WORKERS), scale.of(POINTS)
     with tempfile.TemporaryDirectory() as folder:
-        warm_study(_part("points: 1"))
-        launch(_part("points: 1"), Path(folder) / "warm", engine)
-        cost = _cost(_part(POINTS), Path(folder) / "results", engine)
+        warm_study(_part(1))
+        launch(_part(1), Path(folder) / "warm", engine)
+        cost = _cost(_part(points), Path(folder) / "results", engine)
     engine.stop()
     outside = 1 - cost.inside / (WORKERS * cost.wall)
-    whole, every = SHARE / 60, SHARE * cost.trials
+    share = SHARE * POINTS // points
+    whole, every = share / 60, share * cost.trials
     print(
         f"study: {cost.trials:,} trials on {WORKERS} workers: {cost.wall:.1f} s of wall"
         f" time, {cost.processor:.1f} s of processor time; {cost.inside:.1f} s in"
@@ -57,11 +59,11 @@ def study() -> None:
     )
 
 
-def _part(points: str) -> Study:
+def _part(points: int) -> Study:
     """The gain study with fewer points: the same maps, sizes and seeds."""
-    text = SPEC.read_text()
-    assert text.count(OF_POINTS) == 1, f"{SPEC} has no {OF_POINTS}"
-    return parse_spec(text.replace(OF_POINTS, points))
+    text, all_ = SPEC.read_text(), f"points: {SHARE * POINTS}"
+    assert text.count(all_) == 1, f"{SPEC} has no {all_}"
+    return parse_spec(text.replace(all_, f"points: {points}"))
 
 
 def _cost(part: Study, results: Path, engine: Loky) -> Cost:

@@ -1,12 +1,14 @@
 """The reference in C++ is handed what it expects, and leaves the bits of ours."""
 
+import math
 import re
-from ctypes import Structure
-from dataclasses import replace
+from ctypes import CDLL, Structure, c_double
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from kernels import elementary, events
 from kernels.models import MODELS
 from tests.bench import cpp
 from tests.bench.reference import binding
@@ -46,6 +48,14 @@ def test_settings_stand_in_the_order_of_python(name: str) -> None:
     assert members(f"{name}.cpp")["Settings"] == list(MODELS[name].params._fields)
 
 
+def test_events_have_the_places_of_python() -> None:
+    [body] = re.findall(
+        r"enum Event \{(.*?)\}", (HERE / "recorder.hpp").read_text(), re.S
+    )
+    names = re.findall(r"\w+", body)
+    assert [getattr(events, name) for name in names] == list(range(events.N_EVENTS))
+
+
 def test_without_a_compiler_one_line_says_so(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -72,16 +82,47 @@ def test_what_cannot_be_compiled_is_said_in_one_line(
     )
 
 
+@pytest.fixture(scope="module")
+def libraries(tmp_path_factory: pytest.TempPathFactory) -> list[CDLL]:
+    """The reference, compiled by all that can compile it."""
+    if not found():
+        pytest.skip("neither g++ nor clang++ is installed")
+    folder = tmp_path_factory.mktemp("reference")
+    try:
+        return [library(compiler, folder) for compiler in found()]
+    except CannotCompileError as error:
+        pytest.skip(str(error))
+
+
+CASES = {name: one for name, one in cpp.cases() if int(one.settings["n"]) <= 1000}
+"""Large flocks are left out: the smallest of them goes the same way."""
+
+
 @pytest.mark.slow
-@pytest.mark.skipif(not found(), reason="neither g++ nor clang++ is installed")
-def test_every_case_leaves_the_same_bits(tmp_path: Path) -> None:
-    """Large flocks are left out: the smallest of them goes the same way."""
-    for compiler in found():
-        try:
-            built = library(compiler, tmp_path)
-        except CannotCompileError as error:
-            pytest.skip(str(error))
-        for _, one in cpp.cases():
-            if int(one.settings["n"]) <= 1000:
-                short = replace(one, settings={**one.settings, "steps": 40})
-                cpp.compare_bits(short, built)
+@pytest.mark.parametrize("name", CASES)
+def test_every_case_leaves_the_same_bits(name: str, libraries: list[CDLL]) -> None:
+    for built in libraries:
+        cpp.compare_bits(CASES[name], built)
+
+
+@pytest.mark.slow
+def test_elementary_functions_have_the_same_bits(libraries: list[CDLL]) -> None:
+    """Of angles and vectors of all sizes, and at the ends of each range."""
+    rng = np.random.default_rng(7)
+    near = rng.uniform(-7, 7, 40_000)
+    far = np.ldexp(rng.uniform(-2, 2, 40_000), rng.integers(-1074, 1023, 40_000))
+    ends = [0.0, -0.0, 5e-324, 2.0**20, 1.7e308, math.inf, -math.inf, math.nan]
+    numbers = np.concatenate([near, far, np.repeat(ends, len(ends))])
+    other = np.concatenate([near[::-1], far * rng.uniform(-3, 3), ends * len(ends)])
+    for built in libraries:
+        for name, ours, *given in (
+            ("angle", elementary.atan2, other, numbers),
+            ("sine", elementary.sin, numbers),
+            ("cosine", elementary.cos, numbers),
+        ):
+            theirs = getattr(built, name)
+            theirs.argtypes, theirs.restype = [c_double] * len(given), c_double
+            pairs = np.array(
+                [(ours(*of), theirs(*of)) for of in zip(*given, strict=True)]
+            )
+            assert np.array_equal(*np.where(np.isnan(pairs), 1, pairs).view("i8").T)

@@ -16,6 +16,7 @@ from sweep.web.encoding import HEAD
 from sweep.web.live import Live
 from sweep.web.server import PageServer
 from sweep.web.state import ViewState, begin
+from tests.bench.scale import FULL, Scale
 
 ROUNDS = 5
 SECONDS = 3.0
@@ -37,18 +38,18 @@ def state(n: int) -> ViewState:
     )
 
 
-def milliseconds(work: Callable[[], object]) -> float:
+def milliseconds(work: Callable[[], object], rounds: int) -> float:
     """The median time of one call."""
     work()
     times = []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         began = time.perf_counter()
         work()
         times.append((time.perf_counter() - began) * 1e3)
     return median(times)
 
 
-def served(n: int, overlays: tuple[str, ...]) -> tuple[float, float]:
+def served(n: int, overlays: tuple[str, ...], seconds: float) -> tuple[float, float]:
     """Frames and steps a second at full speed, for a page that asks for the next frame
     as soon as it has one.
     """
@@ -67,7 +68,7 @@ def served(n: int, overlays: tuple[str, ...]) -> tuple[float, float]:
         for message in asked:
             socket.send(json.dumps(message))
         began = 0.0
-        while not began or time.perf_counter() - began < SECONDS:
+        while not began or time.perf_counter() - began < seconds:
             content = socket.recv()
             if isinstance(content, bytes):
                 began = began or time.perf_counter()
@@ -75,10 +76,10 @@ def served(n: int, overlays: tuple[str, ...]) -> tuple[float, float]:
                 socket.send('{"type": "ready"}')
     server.stop()
     thread.join()
-    return frames / SECONDS, steps / SECONDS
+    return frames / seconds, steps / seconds
 
 
-def cost(n: int) -> str:
+def cost(n: int, rounds: int) -> str:
     """Of a step, alone and watched, and of a frame, alone and with overlays."""
     live, alone = Live(state(n)), Simulation(state(n).job)
     steps = max(4, 2000 // n)
@@ -89,25 +90,26 @@ def cost(n: int) -> str:
         alone.take_frames()
 
     plain, watched = (
-        milliseconds(sweep) / steps,
-        milliseconds(lambda: live.advance(steps)) / steps,
+        milliseconds(sweep, rounds) / steps,
+        milliseconds(lambda: live.advance(steps), rounds) / steps,
     )
-    frame = milliseconds(live.picture)
+    frame = milliseconds(live.picture, rounds)
     live.pause()
     live.overlays = OVERLAYS
     words = f"a step {watched:.2f} ms, {watched / plain:.1f} times that of a sweep"
     return (
         f"{words}; a frame {frame:.2f} ms, with all overlays"
-        f" {milliseconds(live.picture):.2f} ms"
+        f" {milliseconds(live.picture, rounds):.2f} ms"
     )
 
 
-def view() -> None:
+def view(scale: Scale = FULL) -> None:
     """Per step and per frame, and over a socket."""
-    for n in (100, 1000, 10_000):
-        print(f"view, N={n:<6,} {cost(n)}")
-    for n, overlays in ((1000, ()), (10_000, ()), (1000, OVERLAYS)):
-        frames, steps = served(n, overlays)
+    for n in map(scale.boids, (100, 1000, 10_000)):
+        print(f"view, N={n:<6,} {cost(n, scale.of(ROUNDS))}")
+    for usual, overlays in ((1000, ()), (10_000, ()), (1000, OVERLAYS)):
+        n = scale.boids(usual)
+        frames, steps = served(n, overlays, scale.share * SECONDS)
         words = " with all overlays" if overlays else ""
         print(
             f"view, N={n:<6,} over a socket{words}: {frames:.0f} frames and {steps:.0f}"

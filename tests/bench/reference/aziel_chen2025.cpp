@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "cells.hpp"
+#include "elementary.hpp"
 #include "flight.hpp"
 
 namespace {
@@ -23,7 +24,8 @@ public:
           s(settings_of<Settings>(trial)),
           obstacles(trial.world, s.obstacle_range),
           share(trial.n + 1) {
-        const double cosine = std::cos(0.5 * s.fov * (std::numbers::pi / 180.0));
+        const double half = 0.5 * s.fov * (std::numbers::pi / 180.0);
+        const double cosine = elementary::sine_cosine(half).cosine;
         view = cosine * std::abs(cosine);
         for (i64 k = 1; k <= trial.n; ++k) share[k] = 1.0 / double(k);
         if (trial.n >= LARGE_FLOCK)

@@ -62,7 +62,7 @@ class CppTrial(Structure):
 
 class End(NamedTuple):
     """What a trial leaves: the flock (4, N), the visits of pixels, -1 in obstacles, or
-    none; the sums of coverage (3,) and the events (8,).
+    none; the sums of coverage (3,) and the events (11,).
     """
 
     flock: NDArray[np.float64]

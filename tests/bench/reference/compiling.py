@@ -5,6 +5,10 @@ import subprocess
 from ctypes import CDLL
 from pathlib import Path
 
+import numpy as np
+
+from kernels import elementary_tables
+
 COMPILERS = ("g++", "clang++")
 FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-std=c++20")
 """`-ffp-contract=off` keeps products and sums apart, as our kernels do: fused ones have
@@ -31,11 +35,23 @@ def version(compiler: str) -> str:
 
 def library(compiler: str, folder: Path) -> CDLL:
     """The library, compiled into the folder. Raises CannotCompileError."""
+    (folder / "elementary_tables.hpp").write_text(_tables())
     file = folder / f"reference-{compiler}.so"
     sources = sorted(map(str, HERE.glob("*.cpp")))
-    command = [compiler, *FLAGS, "-shared", "-fPIC", *sources, "-o", str(file)]
+    options = [*FLAGS, f"-I{folder}", "-shared", "-fPIC"]
+    command = [compiler, *options, *sources, "-o", str(file)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         errors = [line for line in done.stderr.splitlines() if "error" in line]
         raise CannotCompileError(errors[0] if errors else f"{compiler} has failed")
     return CDLL(str(file))
+
+
+def _tables() -> str:
+    """The tables of elementary functions, with all bits of their numbers."""
+    lines = ["#pragma once"]
+    for name, table in vars(elementary_tables).items():
+        if name.isupper():
+            numbers = ", ".join(float(one).hex() for one in np.asarray(table))
+            lines.append(f"constexpr double {name}[] = {{{numbers}}};")
+    return "\n".join(lines) + "\n"

@@ -6,6 +6,7 @@
 
 #include "obstacles.hpp"
 
+// In the order of kernels/events.py.
 enum Event {
     ESCAPES,
     COLLISIONS,
@@ -14,6 +15,9 @@ enum Event {
     ARRIVAL_STEPS,
     SETTLED,
     DEAD_ENDS,
+    PAIR_COLLISIONS,
+    FISSIONS,
+    FUSIONS,
     GOALS_REACHED
 };
 

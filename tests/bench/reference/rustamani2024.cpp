@@ -1,6 +1,7 @@
 // rustamani2024 as its authors ran it: synchronous, in an open world, seen all round.
 #include <numbers>
 
+#include "elementary.hpp"
 #include "flight.hpp"
 
 namespace {
@@ -145,20 +146,26 @@ private:
     // ahead is free. A dead end is counted.
     Vector avoidance(double x, double y, double vx, double vy) {
         if (vx == 0.0 && vy == 0.0) return {0.0, 0.0};
-        const double heading = std::atan2(vy, vx);
-        if (is_free(x, y, heading)) return {0.0, 0.0};
+        const double heading = elementary::atan2(vy, vx);
+        if (is_free(x, y, direction(heading))) return {0.0, 0.0};
         for (i64 k = 1; k <= turns; ++k)
             for (const double side : {1.0, -1.0}) {
-                const double free = heading + side * (double(k) * s.angle_step);
-                if (is_free(x, y, free)) return {std::cos(free), std::sin(free)};
+                const Vector free =
+                    direction(heading + side * (double(k) * s.angle_step));
+                if (is_free(x, y, free)) return free;
             }
         recorder.event(DEAD_ENDS) += 1;
         return {0.0, 0.0};
     }
 
-    bool is_free(double x, double y, double heading) const {
-        const double along = s.look_ahead * std::cos(heading);
-        const double across = s.look_ahead * std::sin(heading);
+    static Vector direction(double heading) {
+        const auto [sine, cosine] = elementary::sine_cosine(heading);
+        return {cosine, sine};
+    }
+
+    bool is_free(double x, double y, Vector ahead) const {
+        const double along = s.look_ahead * ahead.x;
+        const double across = s.look_ahead * ahead.y;
         for (const double share : shares)
             if (is_taken(x + share * along, y + share * across)) return false;
         return true;

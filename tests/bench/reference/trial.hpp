@@ -34,7 +34,7 @@ struct Occupancy {
 enum Covering : i64 { NOTHING, PIXELS, VISITS };
 
 // `visits` are negative in obstacles, `seen` is 1 there; behind both is room for 64
-// more. `sums` has three numbers, `events` eight, as in kernels/coverage.py and
+// more. `sums` has three numbers, `events` eleven, as in kernels/coverage.py and
 // events.py.
 struct Record {
     i64 covering, counting, rows, columns;
