@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from functools import cache
 from hashlib import sha256
+from itertools import pairwise
 from typing import NamedTuple
 
 from tests import ROOT
@@ -188,7 +189,7 @@ def mutants(path: str, source: str) -> Iterator[Mutant]:
                 if not _is_text(left) and not _is_text(right):
                     yield from between(left, right, COMPUTED[type(kind)])
             case ast.BoolOp(kind, sides):
-                for left, right in zip(sides, sides[1:], strict=False):
+                for left, right in pairwise(sides):
                     yield from between(left, right, JOINED[type(kind)])
             case ast.Constant(bool() as truth):
                 yield Mutant(path, *place(node), str(not truth))
