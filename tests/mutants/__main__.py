@@ -10,7 +10,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock
 
-from tests.mutants.copies import Copy, made, tests_revision
+from tests.mutants.copies import Copy, demand_no_changes, made, named
 from tests.mutants.drawing import Mutant, drawn
 from tests.mutants.results import (
     FOLDER,
@@ -33,6 +33,8 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
     earlier = killers(FOLDER)
     verdicts = {one.key: one.verdict for one in stored(file)}
     new = [one for one in mutants if key(one) not in verdicts]
+    if not new and OPEN not in {verdicts[key(one)] for one in mutants}:
+        return
     lock = Lock()
 
     def tell(result: Result) -> None:
@@ -74,8 +76,9 @@ def main() -> None:
     if options.list:
         print(*sample, sep="\n")
         return
-    revision = tests_revision(options.tests)
+    revision = named(options.tests)
     if not options.table:
+        demand_no_changes()
         same = equivalents()
         mutants = [one for one in sample if key(one)[:3] not in same]
         tried(mutants, revision, options.processes)

@@ -7,7 +7,7 @@ import shutil
 import signal
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,8 +20,8 @@ OPTIONS = (
 )
 ALONE = ("-n", "0", "-x")
 LAST_FAILED = Path(".pytest_cache/v/cache/lastfailed")
-NO_TESTS = 5
-"""The exit code of pytest where no test was chosen."""
+NO_SUCH_TEST, NO_TESTS = 4, 5
+"""Exit codes of pytest where a test is not found, and where none was chosen."""
 
 
 class Outcome(NamedTuple):
@@ -84,7 +84,12 @@ class Copy:
         new = [one for one in tests if one not in self._sound | self.unsound]
         if new:
             outcome = self._run(self.folder, ["-n", "0", *new], seconds)
-            if outcome.code is None or (outcome.is_kill and not outcome.failed):
+            if outcome.code == NO_SUCH_TEST and len(new) > 1:
+                return [one for test in tests for one in self.sound([test], seconds)]
+            # A test that is there only with a mistake fails by the mistake.
+            is_there = outcome.code != NO_SUCH_TEST
+            broke_off = outcome.is_kill and not outcome.failed
+            if outcome.code is None or (is_there and broke_off):
                 raise TestsFailAnywayError(" ".join(new))
             self.unsound |= set(outcome.failed)
             self._sound |= set(new) - self.unsound
@@ -126,10 +131,8 @@ def run_tests(folder: Path, arguments: Sequence[str], seconds: float) -> Outcome
     except subprocess.TimeoutExpired:
         code = None
     finally:
-        try:
+        with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
         process.wait()
     failed = json.loads(last_failed.read_text()) if last_failed.exists() else {}
     return Outcome(code, list(failed))
@@ -144,16 +147,26 @@ def made(folder: Path, revision: str) -> Copy:
     return Copy(folder, run_tests)
 
 
-def tests_revision(revision: str) -> str:
+def demand_no_changes() -> None:
+    """A copy has what is committed, and nothing else.
+
+    Raises
+    ------
+    SystemExit
+        If the work tree has changes.
+    """
+    if _call("git", "status", "--porcelain"):
+        raise SystemExit("the work tree has changes, which copies lack: commit them")
+
+
+def named(revision: str) -> str:
     """The full name of a revision.
 
     Raises
     ------
     SystemExit
-        If there is none, or if the work tree has changes, which no copy would have.
+        If there is none.
     """
-    if _call("git", "status", "--porcelain"):
-        raise SystemExit("the work tree has changes, which copies lack: commit them")
     try:
         return _call("git", "rev-parse", "--verify", revision + "^{commit}")
     except subprocess.CalledProcessError:

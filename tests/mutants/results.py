@@ -109,9 +109,8 @@ def table(drawn: list[Mutant], results: list[Result]) -> str:
     for verdict in (SURVIVED, UNDECIDED, OPEN):
         alive = [str(one) for one in drawn if verdicts.get(key(one)) == verdict]
         lines += ["", f"{verdict}:", *alive] if alive else []
-    unchanged = [
-        f"{one}\n    {same[key(one)[:3]]}" for one in drawn if key(one)[:3] in same
-    ]
+    reasons = {str(one): same[key(one)[:3]] for one in drawn if key(one)[:3] in same}
+    unchanged = [f"{one}\n    {reason}" for one, reason in reasons.items()]
     return "\n".join([*lines, "", "equivalent:", *unchanged])
 
 

@@ -22,7 +22,7 @@ import time
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tests.mutants.copies import ALONE, Copy, TestsFailAnywayError
+from tests.mutants.copies import ALONE, Copy
 from tests.mutants.drawing import Mutant
 from tests.mutants.nearest import is_there, nearest
 from tests.mutants.results import KILLED, OPEN, SURVIVED, UNDECIDED, Result, Tell
@@ -64,11 +64,8 @@ def _noticed(
             outcome = copy.run([*ALONE, *left], ends - time.monotonic())
         if not outcome.is_kill:
             return None
-        suspects = outcome.failed or left
-        if copy.sound(suspects, NEAR_SECONDS):
+        if copy.sound(outcome.failed or left, GROUP_SECONDS):
             return Noticed(outcome.failed[0] if outcome.failed else "")
-        if not outcome.failed:
-            raise TestsFailAnywayError(" ".join(left))
     return None
 
 
@@ -110,7 +107,7 @@ def _together(copy: Copy, group: Sequence[Mutant], tell: Tell) -> None:
         if is_over or broke_off:
             tell(Result.of(group[0], UNDECIDED if is_over else KILLED))
             return
-    tests = copy.sound(outcome.failed, GROUP_SECONDS)
+    tests = copy.sound(outcome.failed[:MOST_FAILED], GROUP_SECONDS)
     for mutant in group:
         ends = time.monotonic() + GROUP_SECONDS
         noticed = _noticed(copy, [mutant], tests, ends) if tests else None
