@@ -11,7 +11,7 @@ from queue import SimpleQueue
 from threading import Lock
 
 from tests.mutants.copies import Copy, demand_no_changes, made, named
-from tests.mutants.drawing import Mutant, drawn
+from tests.mutants.drawing import Mutant, drawn, modules
 from tests.mutants.results import (
     FOLDER,
     OPEN,
@@ -41,7 +41,10 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
         with lock:
             append(file, result)
             verdicts[result.key] = result.verdict
-        print(f"{result.verdict:<9} {result.path}: {result.wrong}  {result.test}")
+        print(
+            f"{result.verdict:<9} {result.path}: {result.wrong}  {result.test}",
+            flush=True,
+        )
 
     with tempfile.TemporaryDirectory(prefix="boidsweep-mutants-") as folder:
         count = max(1, min(processes, len(new)))
@@ -53,7 +56,7 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
         def one_near(mutant: Mutant) -> None:
             copy = idle.get()
             try:
-                tell(near(copy, mutant, earlier.get(key(mutant))))
+                tell(near(copy, mutant, earlier.get(key(mutant), "")))
             finally:
                 idle.put(copy)
 
@@ -72,7 +75,7 @@ def main() -> None:
     parser.add_argument("--tests", default="HEAD", help="the revision of the tests")
     parser.add_argument("--processes", type=int, default=1, choices=(1, 2))
     options = parser.parse_args()
-    sample = drawn()
+    sample = drawn(modules())
     if options.list:
         print(*sample, sep="\n")
         return

@@ -97,19 +97,25 @@ def read(path: str) -> str:
     return (ROOT / path).read_text(encoding="utf-8")
 
 
-def drawn(number: int = MUTANTS, seed: int = SEED) -> list[Mutant]:
-    """A sample of all mistakes, of which each package has its share, and at least
-    `FEWEST`.
+def modules() -> list[str]:
+    """The paths of all modules that get mistakes."""
+    parts = ROOT / "kernels", ROOT / "sweep"
+    files = [file for part in parts for file in part.rglob("*.py")]
+    return sorted(file.relative_to(ROOT).as_posix() for file in files)
+
+
+def drawn(
+    paths: Iterable[str], number: int = MUTANTS, seed: int = SEED
+) -> list[Mutant]:
+    """A sample of all mistakes in some modules. Each package has its share, and at
+    least `FEWEST`.
 
     A hash of the seed, the path and the lines decides. So a change of the code leaves
     the mistakes in other lines in the sample.
     """
     possible: dict[str, list[Mutant]] = defaultdict(list)
-    for part in ("kernels", "sweep"):
-        for file in sorted(ROOT.glob(f"{part}/**/*.py")):
-            path = file.relative_to(ROOT).as_posix()
-            for mutant in mutants(path, read(path)):
-                possible[package_of(path)].append(mutant)
+    for path in paths:
+        possible[package_of(path)] += mutants(path, read(path))
     total = sum(len(those) for those in possible.values())
     sample = []
     for _, those in sorted(possible.items()):

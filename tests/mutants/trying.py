@@ -39,16 +39,17 @@ class Noticed(NamedTuple):
     test: str
 
 
-def near(copy: Copy, mutant: Mutant, earlier: str | None) -> Result:
+def near(copy: Copy, mutant: Mutant, earlier: str) -> Result:
     """What the nearest tests say of a mutant: killed, or open.
 
     Parameters
     ----------
     earlier
-        The test that noticed it in another run. It is tried first.
+        The test that noticed it in another run, or "". It is tried first.
     """
     ends = time.monotonic() + NEAR_SECONDS
-    first = [[earlier]] if earlier and is_there(copy.folder, earlier) else []
+    known = earlier.partition("[")[0]  # its values may be others by now
+    first = [[known]] if known and is_there(copy.folder, known) else []
     for tests in (*first, nearest(copy.folder, mutant.path)):
         if noticed := _noticed(copy, [mutant], tests, ends):
             return Result.of(mutant, KILLED, noticed.test)
