@@ -41,10 +41,8 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
         with lock:
             append(file, result)
             verdicts[result.key] = result.verdict
-        print(
-            f"{result.verdict:<9} {result.path}: {result.wrong}  {result.test}",
-            flush=True,
-        )
+        about = f"{result.path}: {result.wrong}"
+        print(f"{result.verdict:<9} {about}  {result.test}", flush=True)
 
     with tempfile.TemporaryDirectory(prefix="boidsweep-mutants-") as folder:
         count = max(1, min(processes, len(new)))

@@ -48,7 +48,7 @@ Run = Callable[[Path, Sequence[str], float], Outcome]
 """Runs pytest in a folder, with arguments, for so many seconds."""
 
 
-class TestsFailAnywayError(Exception):
+class UnsoundSuiteError(Exception):
     """Tests that break off without any mistake tell nothing."""
 
 
@@ -90,7 +90,7 @@ class Copy:
             is_there = outcome.code != NO_SUCH_TEST or "::" not in new[0]
             broke_off = outcome.is_kill and not outcome.failed
             if outcome.code is None or (is_there and broke_off):
-                raise TestsFailAnywayError(" ".join(new))
+                raise UnsoundSuiteError(" ".join(new))
             self.unsound |= set(outcome.failed)
             self._sound |= set(new) - self.unsound
         return [one for one in tests if one in self._sound]

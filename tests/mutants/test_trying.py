@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.mutants import __main__ as running
 from tests.mutants import drawing, results
-from tests.mutants.copies import NO_SUCH_TEST, Copy, Outcome, TestsFailAnywayError
+from tests.mutants.copies import NO_SUCH_TEST, Copy, Outcome, UnsoundSuiteError
 from tests.mutants.drawing import Mutant, mutants
 from tests.mutants.nearest import nearest
 from tests.mutants.results import KILLED, OPEN, SURVIVED, Result
@@ -89,7 +90,7 @@ def test_what_noticed_a_mistake_earlier_is_tried_first(checkout: Checkout) -> No
 def test_tests_that_cannot_begin_tell_nothing(tmp_path: Path) -> None:
     copy = Copy(tmp_path, lambda *_: Outcome(NO_SUCH_TEST, []))
     assert copy.sound([f"{TESTS}::test_of_a_mistake"], 1.0)
-    with pytest.raises(TestsFailAnywayError):
+    with pytest.raises(UnsoundSuiteError):
         copy.sound([TESTS, "tests/text/test_other.py"], 1.0)
 
 
@@ -185,6 +186,26 @@ def test_the_table_counts_and_lists(
     assert text.split("\n")[1].split() == ["text", "3", "1", "1", "1", "50%"]
     assert f"survived:\n{second}\n" in text
     assert text.endswith(f"{third}\n    nobody reads it")
+
+
+def test_a_run_goes_on_where_it_was(
+    checkout: Checkout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy, found = those(checkout)
+    file = checkout.folder / "build/mutants/0123.jsonl"
+    monkeypatch.setattr(running, "FOLDER", file.parent)
+    monkeypatch.setattr(running, "file_of", lambda _revision: file)
+    monkeypatch.setattr(running, "made", lambda *_: copy)
+    known = Result.of(found[0], SURVIVED)
+    results.append(file, known)
+    running.tried(found, "0123", 1)
+    last = {one.key: one.verdict for one in results.stored(file)}
+    assert last.pop(known.key) == SURVIVED
+    assert sorted(last.values()) == [KILLED, SURVIVED]
+    assert (checkout.folder / PATH).read_text() == SOURCE
+    so_far = len(checkout.runs)
+    running.tried(found, "0123", 1)
+    assert len(checkout.runs) == so_far
 
 
 def test_each_equivalent_mutant_has_a_reason() -> None:
