@@ -168,7 +168,7 @@ def named(revision: str) -> str:
         If there is none.
     """
     try:
-        return _call("git", "rev-parse", "--verify", revision + "^{commit}")
+        return _call("git", "rev-parse", "--quiet", "--verify", revision + "^{commit}")
     except subprocess.CalledProcessError:
         raise SystemExit(f"git knows no revision {revision}") from None
 

@@ -90,8 +90,7 @@ def groups(mutants: Sequence[Mutant]) -> list[list[Mutant]]:
 
 
 def _overlap(one: Mutant, other: Mutant) -> bool:
-    together = one.start < other.end and other.start < one.end
-    return one.path == other.path and together
+    return one.path == other.path and one.start < other.end and other.start < one.end
 
 
 def _together(copy: Copy, group: Sequence[Mutant], tell: Tell) -> None:
