@@ -2,6 +2,7 @@
 
 PYTHON ?= python3
 SCALE ?= full
+TESTS ?= HEAD
 BIN := .venv/bin
 RUN_STAMP := .venv/installed-to-run
 STAMP := .venv/installed
@@ -12,7 +13,7 @@ BROWSER_STAMP := .venv/browser
 DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench check format clean
+.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench mutants check format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -45,6 +46,9 @@ docs: $(DOCS_STAMP)  ## build the documentation site, build/site/index.html
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 	$(BIN)/python -m tests.bench $(ONLY)
+
+mutants: $(STAMP)  ## put small mistakes into copies, list those that no test notices; TESTS=revision
+	$(BIN)/python -m tests.mutants --tests $(TESTS)
 
 check: $(STAMP)  ## lint, formatting, types
 	$(BIN)/ruff check

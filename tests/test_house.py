@@ -312,7 +312,7 @@ def test_a_package_says_what_each_of_its_modules_is_for(name: str) -> None:
 
 TESTED_TOGETHER = {
     *("attacks", "bench", "cluster", "docs", "examples", "experiments", "faults"),
-    "naive",
+    *("mutants", "naive"),
 }
 """Folders of tests that belong to no single package."""
 
