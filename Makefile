@@ -46,9 +46,10 @@ docs: $(DOCS_STAMP)  ## build the documentation site, build/site/index.html
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 	$(BIN)/python -m tests.bench $(ONLY)
 
-check: $(STAMP)  ## lint, formatting, types
+check: $(STAMP)  ## lint, formatting, types, rules of the house
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/python -m tests.house
 	$(BIN)/mypy
 	$(BIN)/oxlint --config .oxlintrc.json
 	$(DENO) fmt --check
