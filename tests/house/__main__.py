@@ -4,10 +4,24 @@ import gc
 import sys
 from itertools import chain
 
-from tests.house import documents, figures, imports, kernels, names, packages, scripts
+from tests.house import (
+    documents,
+    evaluation,
+    figures,
+    imports,
+    kernels,
+    names,
+    packages,
+    scripts,
+    systems,
+    writing,
+)
 from tests.house.sources import HERE, Checkout, Finding, Rule
 
-SUBJECTS = (imports, kernels, names, packages, figures, scripts, documents)
+SUBJECTS = (
+    *(imports, kernels, names, packages, figures, scripts, documents),
+    *(evaluation, systems, writing),
+)
 RULES: list[Rule] = [rule for subject in SUBJECTS for rule in subject.RULES]
 
 

@@ -24,7 +24,8 @@ CHAPTER = re.compile(r"^## (.*)$", re.MULTILINE)
 ROW = re.compile(r"^\| ([^|]+?) \|", re.MULTILINE)
 BULLET = re.compile(r"^- (.*?)(?=^- |^## |\Z)", re.MULTILINE | re.DOTALL)
 PARTS = re.compile(r"(?P<sentence>.*?\.)\n  <!-- (?P<proof>.*?) -->\n*", re.DOTALL)
-PROOF = re.compile(r"(?P<file>tests/[a-z0-9_/]+\.py)::(?P<name>test_\w+)")
+PROOF = re.compile(r"(?P<file>tests/[a-z0-9_/]+\.py)::(?P<name>(?:test|no)_\w+)")
+"""A test, or a rule of this linter that says what no module does."""
 CHAPTERS = [
     "What we do",
     "Why",

@@ -143,7 +143,7 @@ def a_model_has_params_sight_and_advance_and_no_more(
             continue
         names = sorted(node.name for node in module.public)
         if names != ["Params", "advance", "sight"]:
-            what = f"a model has Params, advance, sight, and this {', '.join(names)}"
+            what = f"a model has Params, advance and sight, not {', '.join(names)}"
             yield module.finding(1, what)
 
 

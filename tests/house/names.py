@@ -40,7 +40,6 @@ WORDS = {
 EXAMPLES = {
     "sweep/cli/app.py": "nguyen2024",  # in help: the name of a study
     "sweep/cli/starting.py": "nguyen2024",  # in help too
-    "kernels/starts.py": "aziel_chen2025",  # the program whose draws it repeats
     "sweep/cli/reading.py": "coverage_cv",  # in help: how a direction is written
 }
 PLACES_OF_ENTRIES: dict[str, Collection[str]] = {

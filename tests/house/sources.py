@@ -3,7 +3,7 @@ them.
 """
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -124,6 +124,33 @@ class Checkout:
             for name, module in self.modules.items()
             if name.startswith(beginning)
         ]
+
+
+def called(call: ast.Call) -> str:
+    """The name of the function or method that is called."""
+    bare = isinstance(call.func, ast.Name)
+    return call.func.id if bare else getattr(call.func, "attr", "")  # type: ignore[attr-defined]
+
+
+def without_a_reason(
+    modules: Iterable[Module],
+    uses: Callable[[Module], Iterable[tuple[str, ast.AST]]],
+    reasons: Mapping[str, str],
+    what: str,
+) -> Iterator[Finding]:
+    """Uses of names for which there is no reason under `file name`, and reasons for
+    what is not used any more.
+    """
+    seen = set()
+    for module in modules:
+        for name, node in uses(module):
+            place = f"{module.name} {name}"
+            seen.add(place)
+            if place not in reasons:
+                yield module.finding(node, f"{what} {name}, for no reason that is said")
+    for place in reasons.keys() - seen:
+        file, _, name = place.partition(" ")
+        yield Finding(file, 1, f"no longer {what} {name}, for which a reason is said")
 
 
 Rule = Callable[[Checkout], Iterator[Finding]]
