@@ -50,9 +50,10 @@ bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 mutants: $(STAMP)  ## put small mistakes into copies, list those that no test notices; TESTS=revision
 	$(BIN)/python -m tests.mutants --tests $(TESTS)
 
-check: $(STAMP)  ## lint, formatting, types
+check: $(STAMP)  ## lint, formatting, types, rules of the house
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/python -m tests.house
 	$(BIN)/mypy
 	$(BIN)/oxlint --config .oxlintrc.json
 	$(DENO) fmt --check

@@ -1,13 +1,12 @@
-"""A model, a metric and a map are entered in one place each, and nobody else knows any
-of them by name.
+"""A model, a metric and a map are entered in one place each, and say all that is known
+of them. That nobody else knows any of them by name is a rule of tests/house/names.py.
 """
 
-import ast
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -16,17 +15,19 @@ from examples import vortex
 from kernels.catalogue import BUILT_IN
 from kernels.jit import jit
 from kernels.metrics import METRICS, Metric
+from kernels.metrics.ground import Better
 from kernels.model import Sight
 from kernels.models import MODELS
 from kernels.recording import Frames
-from kernels.settings import Demand, Observation
+from kernels.settings import UNITS, Demand, Observation
 from kernels.worlds import MAPS, Map
 from sweep.design.cost import trial_seconds
 from sweep.figures.directions import direction
 from sweep.spec.schema import json_schema
-from sweep.spec.settings import preset_settings, settings_of
+from sweep.spec.settings import GROUPS, preset_settings, settings_of
 from sweep.spec.study import RecordSpec
 from sweep.tables.stored_study import StoredStudy
+from sweep.testing import assert_keeps
 from sweep.trial.simulation import run
 from sweep.trial.world import world_of
 from sweep.web.history import Cursor
@@ -34,89 +35,92 @@ from sweep.web.live import Live
 from sweep.web.state import begin
 from tests import builders
 from tests.commands import sweep
-from tests.test_house import TREES, modules
-
-OWN_PLACES = (
-    "kernels/metrics/__init__.py",
-    "kernels/models/",
-    "sweep/published/definitions.py",
-)
-"""The registries, presets and each model's own file; and what defines metrics in
-another way.
-"""
-WORDS = {
-    "coverage": {
-        "sweep/figures/kinds.py",  # a kind of figure
-        "sweep/figures/coverage.py",  # and the figure itself, in an error
-        "sweep/web/protocol.py",  # an overlay of the page
-        "sweep/web/live.py",
-        "sweep/web/session.py",
-        "sweep/web/demo.py",
-    },
-    "speed": {  # the steps a second of a run
-        "sweep/web/live.py",
-        "sweep/web/messages.py",
-        "sweep/web/demo.py",
-    },
-}
-"""Names that are words too, and where they mean something else."""
-EXAMPLES = {
-    "sweep/cli/app.py": "nguyen2024",  # in help: the name of a study
-    "sweep/cli/starting.py": "nguyen2024",  # in help too
-    "kernels/starts.py": "aziel_chen2025",  # the program whose draws it repeats
-    "sweep/cli/reading.py": "coverage_cv",  # in help: how a direction is written
-}
+from tests.house.names import known_by_name
 
 
-def known_by_name() -> set[str]:
-    """Models, metrics, and settings that are the weight of a rule."""
-    weights = {rule.weight for model in MODELS.values() for rule in model.rules}
-    return {*MODELS, *METRICS} | weights
+def faults(names: Iterable[str], check: Callable[[str], None]) -> dict[str, str]:
+    """What is wrong with each of the entries, for all that fail a check."""
+    found = {}
+    for name in names:
+        try:
+            check(name)
+        except AssertionError as error:
+            found[name] = str(error)
+    return found
 
 
-def texts(name: str) -> Iterator[str]:
-    """The texts in the code of a module, without its docstrings."""
-    said = {
-        id(node.value) for node in ast.walk(TREES[name]) if isinstance(node, ast.Expr)
-    }
-    for node in ast.walk(TREES[name]):
-        is_text = isinstance(node, ast.Constant) and isinstance(node.value, str)
-        if is_text and id(node) not in said:
-            yield node.value
+def check_model(name: str) -> None:
+    model = MODELS[name]
+    assert model.name == name
+    assert {"as_written", "as_run"} <= set(model.presets)
+    assert set(model.metrics) <= set(METRICS)
+    assert model.source
 
 
-@pytest.mark.parametrize(
-    "name", [one for one in TREES if not one.startswith(OWN_PLACES)]
-)
-def test_nobody_knows_a_model_a_metric_or_a_weight_by_name(name: str) -> None:
-    """As a text; one that is no plain word not within a text of `sweep` either."""
-    said, known = set(texts(name)), known_by_name()
-    allowed = {word for word, places in WORDS.items() if name in places}
-    assert said & known == allowed
-    if name in modules("sweep"):
-        words = {word for text in said for word in re.findall(r"\w+", text)}
-        told = {one for one in words & known if re.search("[_0-9]", one)}
-        assert told == {EXAMPLES[name]} if name in EXAMPLES else not told
+def check_settings(model: str) -> None:
+    assert_keeps(model, "settings")
+    assert_keeps(model, "presets")
 
 
-def test_names_are_words() -> None:
-    """So that whoever looks for words in texts finds them."""
-    assert all(re.fullmatch(r"\w+", name) for name in known_by_name())
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_a_model_knows_no_other(model: str) -> None:
-    assert set(texts(f"kernels/models/{model}.py")) & set(MODELS) == {model}
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_a_weight_is_called_by_its_rule(model: str) -> None:
+def check_weights(model: str) -> None:
     rules = {rule.weight: rule.name for rule in MODELS[model].rules}
     weights = [
         name for name in settings_of(model, BUILT_IN) if name.endswith("_weight")
     ]
     assert list(rules) == weights
     assert [rules[name] + "_weight" for name in weights] == weights
+
+
+def check_metric(name: str) -> None:
+    metric = METRICS[name]
+    assert metric.text
+    assert metric.source
+    assert metric.unit in UNITS
+    assert metric.better in get_args(Better)
+
+
+def check_map(name: str) -> None:
+    assert MAPS[name].text
+    assert MAPS[name].source
+
+
+def test_a_model_is_entered_under_its_name_with_both_presets_and_known_metrics() -> (
+    None
+):
+    assert MODELS
+    assert faults(MODELS, check_model) == {}
+
+
+def test_a_model_says_all_of_its_settings_and_gives_them_values() -> None:
+    assert faults(MODELS, check_settings) == {}
+
+
+def test_a_weight_is_called_by_its_rule() -> None:
+    assert faults(MODELS, check_weights) == {}
+
+
+def test_a_metric_has_a_text_a_source_and_a_unit_or_none() -> None:
+    assert METRICS
+    assert faults(METRICS, check_metric) == {}
+
+
+def test_a_map_has_a_text_and_a_source() -> None:
+    assert MAPS
+    assert faults(MAPS, check_map) == {}
+
+
+def test_a_setting_that_all_models_have_has_a_text_and_a_unit_and_one_group() -> None:
+    for _, group in GROUPS:
+        for hint in get_type_hints(group, include_extras=True).values():
+            assert get_args(hint)[1].text
+            assert get_args(hint)[1].unit in UNITS
+    names = [name for _, group in GROUPS for name in group._fields]
+    assert len(names) == len(set(names))
+
+
+def test_names_are_words() -> None:
+    """So that whoever looks for words in texts finds them."""
+    assert all(re.fullmatch(r"\w+", name) for name in known_by_name())
 
 
 @jit

@@ -1,11 +1,11 @@
 """A start, a sampler of points, a distribution, a sampler of a search, a statistic and
-a kind of figure are entered in one place each, and nobody else knows any of them by
-name.
+a kind of figure are entered in one place each. That nobody else knows any of them by
+name is a rule of tests/house/names.py.
 """
 
 import json
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -48,7 +48,9 @@ from sweep.tables.sensitivity import sensitivity
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.live import Live
 from sweep.web.state import begin
+from tests import ROOT
 from tests.commands import sweep
+from tests.house.names import REGISTRIES
 from tests.plotted import made_up
 from tests.sampled import axis as joint_axis
 from tests.sampled import study_of
@@ -62,144 +64,18 @@ from tests.searches import (
     replace_trials,
 )
 from tests.specs import short
-from tests.test_entries import texts
-from tests.test_house import ROOT, TREES
-
-OWN_PLACES: dict[str, Collection[str]] = {
-    "kernels/settings.py": STARTS,  # values for most presets
-    "kernels/models/aziel_chen2025.py": STARTS,  # a preset
-    "kernels/models/couzin2002.py": STARTS,  # its presets
-    "kernels/models/strombom2014.py": STARTS,  # its presets
-    "kernels/models/vicsek1995.py": STARTS,  # its presets
-    "kernels/starts.py": STARTS,
-    "sweep/spec/samplers.py": SAMPLERS,
-    "sweep/spec/whole_samples.py": SAMPLERS,
-    "sweep/spec/distributions.py": DISTRIBUTIONS,
-    "sweep/spec/search_samplers.py": SEARCH_SAMPLERS,
-    "sweep/spec/statistics.py": STATISTICS,
-    "sweep/figures/kinds.py": KINDS,
-} | {f"sweep/figures/{name}.py": {name} for name in KINDS}
-OWN_PLACES |= {
-    "sweep/figures/search.py": {"history", "front"},
-    "sweep/figures/ablation_effects.py": {"effects"},
-    "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
-}
-"""The registries, and what they gather."""
-WORDS = {
-    "numpy": {  # the package
-        "kernels/jit.py",
-        "kernels/lanes/vectors.py",
-        "sweep/store/origin.py",
-        "sweep/store/provenance.py",
-        "sweep/workers/fingerprint.py",
-    },
-    "random": {  # the runs that a search is compared with
-        "kernels/generator.py",  # a method of NumPy's generator
-        "sweep/campaigns/search/repetitions.py",
-        "sweep/campaigns/search/report.py",
-        "sweep/figures/search_repetitions.py",
-        "sweep/own_code/description.py",  # a field of a start
-    },
-    "uniform": {"kernels/generator.py"},  # a method of NumPy's generator
-    "worst": {  # the trial of a point
-        "sweep/cli/supplementing.py",
-        "sweep/explorer/supplement_trials.py",
-        "sweep/explorer/trials.py",
-    },
-    "sobol": {
-        "sweep/spec/axis_keys.py",  # an example for the guide
-        "sweep/spec/search_samplers.py",  # an option of optuna
-        "sweep/spec/sampling.py",
-        "sweep/tables/sensitivity/__init__.py",  # an analysis
-    },
-    "nsga3": {"sweep/spec/search.py"},  # an example for the guide
-    "morris": {"sweep/spec/sampling.py", "sweep/tables/sensitivity/__init__.py"},
-    "sensitivity": {
-        "sweep/spec/whole_samples.py",  # an extra
-        "sweep/tables/sensitivity/sampled.py",  # in an error
-    },
-    "mean": {  # of columns, claims, intervals and weights
-        "kernels/models/cucker_smale2007.py",
-        "sweep/analysis/intervals.py",
-        "sweep/analysis/steady.py",
-        "sweep/cli/power_text.py",
-        "sweep/figures/curves.py",
-        "sweep/figures/ablation_effects.py",
-        "sweep/figures/phase.py",
-        "sweep/published/measures.py",
-        "sweep/tables/boundary.py",
-        "sweep/tables/power.py",
-        "sweep/web/claimed.py",
-    },
-    "normal": {  # how values of a metric are distributed
-        "kernels/metrics/__init__.py",
-        "kernels/metrics/ground.py",
-        "sweep/analysis/contrasting.py",
-        "sweep/analysis/estimate.py",
-        "sweep/analysis/futures.py",
-        "sweep/analysis/intervals.py",
-        "sweep/analysis/mean_bounds.py",
-        "sweep/analysis/replication.py",
-        "sweep/analysis/sequential.py",
-        "sweep/campaigns/search/repetitions.py",
-        "sweep/campaigns/search/report.py",
-        "sweep/figures/ablation_effects.py",
-        "sweep/spec/objectives.py",
-        "sweep/spec/recorded.py",
-        "sweep/tables/means_text.py",
-    },
-    "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
-    "collapse": {"sweep/cli/scaling_text.py"},  # a key of its JSON
-    "front": {
-        "sweep/campaigns/search/report.py",  # a part of the report
-        "sweep/figures/search_layout.py",  # in a legend
-        "sweep/explorer/supplement.py",  # what stands about a figure
-        "sweep/web/recording.py",
-    },
-    "hypervolume": {"sweep/campaigns/search/repetitions.py"},  # a quantity
-    "phase": {  # of a search: who is judged
-        "sweep/campaigns/search/asked_trials.py",
-        "sweep/campaigns/search/export.py",
-        "sweep/campaigns/search/findings.py",
-        "sweep/campaigns/search/outcome.py",
-        "sweep/campaigns/search/points_behind.py",
-        "sweep/campaigns/search/repetitions.py",
-        "sweep/spec/derived_metrics.py",
-        "sweep/tables/search_phases.py",
-    },
-    "choice": {  # settings and expressions of this kind
-        "sweep/spec/expressions.py",
-        "sweep/spec/schema_settings.py",
-        "sweep/spec/settings.py",
-        "sweep/store/rows.py",
-        "sweep/tables/choosing.py",
-    },
-}
-"""Names that are words too, and where they mean something else."""
-KINDS_ARE = {
-    "trajectories": "a table of a study, what is recorded in it, and blocks of morris",
-    "coverage": "a metric, and an overlay of the page",
-}
-"""Kinds of figures whose names mean something else in most places."""
-REGISTRIES = (STARTS, SAMPLERS, DISTRIBUTIONS, SEARCH_SAMPLERS, STATISTICS, KINDS)
 
 
-@pytest.mark.parametrize("name", TREES)
-def test_nobody_knows_an_entry_by_name(name: str) -> None:
-    known = {one for registry in REGISTRIES for one in registry} - KINDS_ARE.keys()
-    own = {*OWN_PLACES.get(name, ())}
-    allowed = {word for word, places in WORDS.items() if name in places}
-    assert set(texts(name)) & known - own == allowed - own
-
-
-@pytest.mark.parametrize("registry", REGISTRIES)
-def test_an_entry_says_what_it_is_and_a_guide_names_it(registry: Any) -> None:
+def test_an_entry_says_what_it_is_and_a_guide_names_it() -> None:
     """But for starts, which are choices of a setting, as `sweep models` lists them."""
     pages = [ROOT / "README.md", ROOT / "GUIDE.md"]
     guide = "".join(page.read_text(encoding="utf-8") for page in pages)
-    for name, entry in registry.items():
-        assert entry.text
-        assert registry is STARTS or re.search(rf"\b{name}\b", guide), name
+    entries = [one for registry in REGISTRIES for one in registry.items()]
+    named = [name for registry in REGISTRIES[1:] for name in registry]
+    assert REGISTRIES[0] is STARTS
+    assert all(REGISTRIES)
+    assert [name for name, entry in entries if not entry.text] == []
+    assert [name for name in named if not re.search(rf"\b{name}\b", guide)] == []
 
 
 def refusal(spec: str) -> str:

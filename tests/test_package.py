@@ -30,8 +30,8 @@ from sweep.trial.compiled import OurKernels, check_kernels
 from sweep.workers.executors import Serial
 from tests import ROOT
 from tests.commands import python
+from tests.house.sources import HERE
 from tests.studies import IMPOSSIBLE, SMALL, launched
-from tests.test_house import TREES
 
 
 def test_one_version_everywhere() -> None:
@@ -124,8 +124,8 @@ def test_an_error_says_the_same_wherever_it_was_raised(
 
 PIECES = [
     (name, node)
-    for name, tree in TREES.items()
-    for node in ast.walk(tree)
+    for name, module in HERE.modules.items()
+    for node in module.nodes
     if isinstance(node, ast.Call | ast.Constant)
 ]
 

@@ -24,7 +24,7 @@ def test_its_pieces_of_specs_fit_into_one(piece: str) -> None:
 
 
 def test_its_map_of_the_house_is_that_of_the_package() -> None:
-    """Whose completeness tests/test_house.py checks."""
+    """Whose completeness tests/house/packages.py checks."""
     lines = dedent(sweep.__doc__ or "").split("\n")
     assert {line.strip() for line in lines if re.match(r"    \w", line)} <= {
         line.strip() for line in DEVELOPING.split("\n")

@@ -1,14 +1,12 @@
-"""What one operating system lacks: nobody asks for it unguarded, and without it studies
-run, are stored and read all the same.
+"""Without what one operating system lacks, studies run, are stored and read all the
+same. That nobody asks for it unguarded is a rule of tests/house/systems.py.
 """
 
-import ast
 import os
 import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
@@ -28,172 +26,8 @@ from sweep.workers.executors import core_count
 from sweep.workers.watch import LimitKeeper, Limits
 from tests import ROOT
 from tests.commands import python
-from tests.elsewhere import LACKS, on_macos, on_windows
+from tests.elsewhere import on_macos, on_windows
 from tests.studies import SMALL, launched, relaunch
-
-NAMES = {name for names in LACKS.values() for name in names} - {"wait", "pause"} | {
-    *("fsync", "fdatasync", "getppid", "kill", "umask", "link", "symlink", "readlink"),
-    *("dir_fd", "src_dir_fd", "dst_dir_fd", "pass_fds", "preexec_fn", "tzset"),
-    *("start_new_session", "resource_tracker", "SO_REUSEADDR", "AF_UNIX"),
-}
-"""What some system lacks, or does in a way of its own: of the standard library."""
-LIBRARY = {"os", "signal", "socket", "multiprocessing"}
-MEMBERS = {
-    *("rename", "chmod", "symlink_to", "hardlink_to", "readlink", "mkfifo"),
-    *("st_uid", "st_gid", "st_ino", "prctl", "CDLL", "F_FULLFSYNC"),
-    *("NamedTemporaryFile", "add_signal_handler", "send_signal"),
-}
-"""The same, of whatever object."""
-MODULES = {"fcntl", "pwd", "grp", "resource", "select", "termios", "pty", "syslog"}
-PLACES = ("/proc", "/dev", "/tmp", "/etc", "/sys")
-"""Names of files that only some systems have."""
-
-GUARDED = {
-    "sweep/store/durable.py O_DIRECTORY": "asked for before it is used",
-    "sweep/store/durable.py F_FULLFSYNC": "of macOS alone",
-    "sweep/store/durable.py fcntl": "of macOS alone",
-    "sweep/store/durable.py fsync": "this is the one place",
-    "sweep/store/new_files.py O_DIRECTORY": "asked for before it is used",
-    "sweep/store/new_files.py O_NOFOLLOW": "where O_DIRECTORY is",
-    "sweep/store/new_files.py dir_fd": "where O_DIRECTORY is; None elsewhere",
-    "sweep/store/new_files.py src_dir_fd": "where O_DIRECTORY is",
-    "sweep/store/new_files.py dst_dir_fd": "where O_DIRECTORY is",
-    "sweep/store/new_files.py rename": "our own, which replaces what is there",
-    "sweep/store/regular.py O_NOFOLLOW": "asked for; a link is looked for without",
-    "sweep/store/regular.py O_NONBLOCK": "asked for; Windows has no pipes in folders",
-    "sweep/store/user_key.py geteuid": "asked for before it is used",
-    "sweep/store/user_key.py st_uid": "where geteuid is",
-    "sweep/store/user_key.py hardlink_to": "NTFS has it; without it no key is kept",
-    "sweep/store/lock_files.py rename": "to a name that is not there",
-    "sweep/store/folders.py rename": "to a name that is not there",
-    "sweep/store/processes.py getuid": "asked for before it is used",
-    "sweep/store/processes.py SIGKILL": "asked for; on Linux after prctl",
-    "sweep/store/processes.py kill": "this is the one place",
-    "sweep/store/processes.py getppid": "on Linux alone",
-    "sweep/store/processes.py prctl": "on Linux alone",
-    "sweep/store/processes.py CDLL": "on Linux alone",
-    "sweep/store/processes.py readlink": "of /proc, on Linux alone",
-    "sweep/store/processes.py /proc": "on Linux alone",
-    "sweep/store/memory.py CDLL": "on Linux alone",
-    "sweep/store/repository.py /dev": "git knows it on every system",
-    "sweep/analysis/intervals.py rename": "of pandas",
-    "sweep/analysis/pooling.py rename": "of pandas",
-    "sweep/store/whole_studies.py rename": "to a name that is not there",
-    "sweep/tables/power.py rename": "of pandas",
-    "sweep/tables/safe_csv.py rename": "of pandas",
-    "sweep/tables/outputs.py /proc": "on Linux alone",
-    "sweep/trial/interrupts.py SIGHUP": "asked for",
-    "sweep/trial/interrupts.py pthread_sigmask": "asked for before it is used",
-    "sweep/trial/interrupts.py SIG_BLOCK": "where pthread_sigmask is",
-    "sweep/trial/interrupts.py SIG_SETMASK": "where pthread_sigmask is",
-    "sweep/trial/compiled.py geteuid": "asked for before it is used",
-    "sweep/trial/compiled.py st_uid": "where geteuid is",
-    "sweep/trial/compiled.py st_gid": "where geteuid is",
-    "sweep/trial/compiled.py chmod": "where geteuid is",
-    "sweep/trial/compiled.py readlink": "where geteuid is",
-    "sweep/trial/compiled.py grp": "where geteuid is",
-    "sweep/trial/compiled.py pwd": "where geteuid is",
-    "sweep/workers/executors.py resource_tracker": "where pthread_sigmask is",
-    "sweep/workers/executors.py /dev": "elsewhere that folder is missing",
-    "sweep/workers/executors.py sched_getaffinity": "asked for before it is used",
-    "sweep/workers/remote.py start_new_session": "Windows takes and ignores it",
-    "sweep/web/launching.py start_new_session": "Windows takes and ignores it",
-    "sweep/cli/page_beside.py start_new_session": "Windows takes and ignores it",
-    "sweep/web/server.py SO_REUSEADDR": "where SO_EXCLUSIVEADDRUSE is not",
-}
-"""Every use of such a name, and why it is no error elsewhere."""
-
-
-def used(path: Path) -> Iterator[str]:
-    """What a module uses that some system lacks: names, modules and places."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Attribute):
-            library = ast.unparse(node.value) in LIBRARY
-            yield from {node.attr} & (MEMBERS | NAMES if library else MEMBERS)
-        elif isinstance(node, ast.keyword):
-            yield from {node.arg} & NAMES
-        elif isinstance(node, ast.Import | ast.ImportFrom):
-            names = {alias.name for alias in node.names}
-            origin = {node.module or ""} if isinstance(node, ast.ImportFrom) else names
-            yield from origin & MODULES
-            yield from names & (NAMES if origin <= LIBRARY else MEMBERS)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield from {node.value} & NAMES  # as in getattr(os, NAME)
-            yield from (
-                place
-                for place in PLACES
-                if node.value.startswith(place) or f"={place}" in node.value
-            )
-
-
-def as_text(path: Path) -> Iterator[int]:
-    """The lines of a module that read or write text in the encoding of the system."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if not isinstance(node, ast.Call):
-            continue
-        name = node.func.attr if isinstance(node.func, ast.Attribute) else ""
-        words = {word.arg for word in node.keywords}
-        given = {"read_text": 1, "write_text": 2}.get(name, 99) <= len(node.args)
-        whole = name in ("read_text", "write_text") and not given
-        piped = ast.unparse(node.func).startswith("subprocess.") and "text" in words
-        if (whole or piped) and "encoding" not in words:
-            yield node.lineno
-
-
-def sources() -> Iterator[Path]:
-    for part in ("kernels", "sweep"):
-        yield from ROOT.glob(f"{part}/**/*.py")
-
-
-def test_what_a_system_lacks_is_asked_for_nowhere_else() -> None:
-    found = {
-        f"{path.relative_to(ROOT).as_posix()} {name}"
-        for path in sources()
-        for name in used(path)
-    }
-    assert found == GUARDED.keys()
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "os.getuid()",
-        "signal.signal(signal.SIGHUP, f)",
-        "getattr(os, 'O_NOFOLLOW')",
-        "import fcntl",
-        "from resource import getrusage",
-        "from signal import pthread_sigmask",
-        "os.mkdir(name, dir_fd=3)",
-        "Path('/proc/self').exists()",
-        "path.rename(other)",
-        "subprocess.Popen([], preexec_fn=f)",
-    ],
-)
-def test_another_use_would_be_found(line: str, tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(line, encoding="utf-8")
-    assert list(used(tmp_path / "module.py"))
-
-
-def test_text_has_the_same_encoding_on_every_system() -> None:
-    found = [
-        f"{path.relative_to(ROOT).as_posix()}:{line}"
-        for path in sources()
-        for line in as_text(path)
-    ]
-    assert found == []
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "path.read_text()",
-        "path.write_text('x')",
-        "subprocess.run([], text=True)",
-    ],
-)
-def test_text_of_another_encoding_would_be_found(line: str, tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(line, encoding="utf-8")
-    assert list(as_text(tmp_path / "module.py")) == [1]
 
 
 def test_every_module_of_ours_is_imported_where_windows_lacks_what_it_lacks() -> None:

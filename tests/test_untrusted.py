@@ -2,7 +2,6 @@
 with nothing executed.
 """
 
-import ast
 import json
 import os
 import pickle
@@ -24,7 +23,6 @@ from sweep.spec.expressions import ExpressionError, parse
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
-from tests import ROOT
 from tests.commands import sweep
 from tests.specs import short
 from tests.studies import SMALL, launched, relaunch
@@ -118,71 +116,6 @@ def test_expressions_are_never_evaluated_by_python(
             {"n": np.array([2])}, 1
         )
     assert list(tmp_path.iterdir()) == []
-
-
-FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
-FORBIDDEN_MODULES = {
-    "pickle",
-    "cPickle",
-    "marshal",
-    "shelve",
-    "dill",
-    "cloudpickle",
-    "joblib.numpy_pickle",
-    "yaml",
-}
-
-
-OVER_THE_CLUSTER = ["workers/remote.py pickle", "workers/tasks.py pickle"]
-"""What a launch and its workers send each other, over connections on which dask itself
-sends code to run.
-"""
-TO_A_CHILD = "web/compiling.py pickle"
-"""What a page sends to the process that it starts to compile, over its input."""
-NAMED_BY_A_SPEC = "sweep/own_code/loading.py compile"
-"""Code of the user's own: docs/trust.md says when it runs."""
-OF_FUNCTIONS = ["kernels/lanes/texts.py compile", "kernels/lanes/texts.py exec"]
-"""Kernels for lanes, from the sources of functions that are loaded already."""
-
-
-def test_no_module_evaluates_text_or_loads_pickles() -> None:
-    """joblib and numba pickle between our own processes and into the user's cache;
-    nothing stored is read so.
-    """
-    found = []
-    for path in [*ROOT.glob("sweep/**/*.py"), *ROOT.glob("kernels/**/*.py")]:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call):
-                name = (
-                    node.func.id
-                    if isinstance(node.func, ast.Name)
-                    else getattr(node.func, "attr", "")
-                )
-                keywords = {
-                    word.arg
-                    for word in node.keywords
-                    if isinstance(word.value, ast.Constant) and word.value.value
-                }
-                bare = isinstance(node.func, ast.Name) and name in FORBIDDEN_CALLS
-                if (
-                    bare
-                    or name in ("read_pickle", "to_pickle")
-                    or keywords & {"allow_pickle", "shell"}
-                ):
-                    found.append(f"{path.relative_to(ROOT).as_posix()} {name}")
-            names = (
-                [alias.name for alias in node.names]
-                if isinstance(node, ast.Import)
-                else []
-            )
-            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            found += [
-                f"{path.parent.name}/{path.name} {name}"
-                for name in names
-                if name in FORBIDDEN_MODULES
-            ]
-    known = [NAMED_BY_A_SPEC, *OF_FUNCTIONS, *OVER_THE_CLUSTER, TO_A_CHILD]
-    assert sorted(found) == sorted(known)
 
 
 NAMES = [

@@ -1,0 +1,240 @@
+"""Entries are known by name where they are entered, and nowhere else."""
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.starts import STARTS
+from sweep.figures.kinds import KINDS
+from sweep.spec.distributions import DISTRIBUTIONS
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.search_samplers import SEARCH_SAMPLERS
+from sweep.spec.statistics import STATISTICS
+from tests.house.sources import Checkout, Finding, Module
+
+OWN_PLACES = (
+    "kernels/metrics/__init__.py",
+    "kernels/models/",
+    "sweep/published/definitions.py",
+)
+"""The registries, presets and each model's own file; and what defines metrics in
+another way.
+"""
+WORDS = {
+    "coverage": {
+        "sweep/figures/kinds.py",  # a kind of figure
+        "sweep/figures/coverage.py",  # and the figure itself, in an error
+        "sweep/web/protocol.py",  # an overlay of the page
+        "sweep/web/live.py",
+        "sweep/web/session.py",
+        "sweep/web/demo.py",
+    },
+    "speed": {  # the steps a second of a run
+        "sweep/web/live.py",
+        "sweep/web/messages.py",
+        "sweep/web/demo.py",
+    },
+}
+"""Names that are words too, and where they mean something else."""
+EXAMPLES = {
+    "sweep/cli/app.py": "nguyen2024",  # in help: the name of a study
+    "sweep/cli/starting.py": "nguyen2024",  # in help too
+    "sweep/cli/reading.py": "coverage_cv",  # in help: how a direction is written
+}
+PLACES_OF_ENTRIES: dict[str, Collection[str]] = {
+    "kernels/settings.py": STARTS,  # values for most presets
+    "kernels/models/aziel_chen2025.py": STARTS,  # a preset
+    "kernels/models/couzin2002.py": STARTS,  # its presets
+    "kernels/models/strombom2014.py": STARTS,  # its presets
+    "kernels/models/vicsek1995.py": STARTS,  # its presets
+    "kernels/starts.py": STARTS,
+    "sweep/spec/samplers.py": SAMPLERS,
+    "sweep/spec/whole_samples.py": SAMPLERS,
+    "sweep/spec/distributions.py": DISTRIBUTIONS,
+    "sweep/spec/search_samplers.py": SEARCH_SAMPLERS,
+    "sweep/spec/statistics.py": STATISTICS,
+    "sweep/figures/kinds.py": KINDS,
+} | {f"sweep/figures/{name}.py": {name} for name in KINDS}
+PLACES_OF_ENTRIES |= {
+    "sweep/figures/search.py": {"history", "front"},
+    "sweep/figures/ablation_effects.py": {"effects"},
+    "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
+}
+"""The registries, and what they gather."""
+WORDS_OF_ENTRIES = {
+    "numpy": {  # the package
+        "kernels/jit.py",
+        "kernels/lanes/vectors.py",
+        "sweep/store/origin.py",
+        "sweep/store/provenance.py",
+        "sweep/workers/fingerprint.py",
+    },
+    "random": {  # the runs that a search is compared with
+        "kernels/generator.py",  # a method of NumPy's generator
+        "sweep/campaigns/search/repetitions.py",
+        "sweep/campaigns/search/report.py",
+        "sweep/figures/search_repetitions.py",
+        "sweep/own_code/description.py",  # a field of a start
+    },
+    "uniform": {"kernels/generator.py"},  # a method of NumPy's generator
+    "worst": {  # the trial of a point
+        "sweep/cli/supplementing.py",
+        "sweep/explorer/supplement_trials.py",
+        "sweep/explorer/trials.py",
+    },
+    "sobol": {
+        "sweep/spec/axis_keys.py",  # an example for the guide
+        "sweep/spec/search_samplers.py",  # an option of optuna
+        "sweep/spec/sampling.py",
+        "sweep/tables/sensitivity/__init__.py",  # an analysis
+    },
+    "nsga3": {"sweep/spec/search.py"},  # an example for the guide
+    "morris": {"sweep/spec/sampling.py", "sweep/tables/sensitivity/__init__.py"},
+    "sensitivity": {
+        "sweep/spec/whole_samples.py",  # an extra
+        "sweep/tables/sensitivity/sampled.py",  # in an error
+    },
+    "mean": {  # of columns, claims, intervals and weights
+        "kernels/models/cucker_smale2007.py",
+        "sweep/analysis/intervals.py",
+        "sweep/analysis/steady.py",
+        "sweep/cli/power_text.py",
+        "sweep/figures/curves.py",
+        "sweep/figures/ablation_effects.py",
+        "sweep/figures/phase.py",
+        "sweep/published/measures.py",
+        "sweep/tables/boundary.py",
+        "sweep/tables/power.py",
+        "sweep/web/claimed.py",
+    },
+    "normal": {  # how values of a metric are distributed
+        "kernels/metrics/__init__.py",
+        "kernels/metrics/ground.py",
+        "sweep/analysis/contrasting.py",
+        "sweep/analysis/estimate.py",
+        "sweep/analysis/futures.py",
+        "sweep/analysis/intervals.py",
+        "sweep/analysis/mean_bounds.py",
+        "sweep/analysis/replication.py",
+        "sweep/analysis/sequential.py",
+        "sweep/campaigns/search/repetitions.py",
+        "sweep/campaigns/search/report.py",
+        "sweep/figures/ablation_effects.py",
+        "sweep/spec/objectives.py",
+        "sweep/spec/recorded.py",
+        "sweep/tables/means_text.py",
+    },
+    "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
+    "collapse": {"sweep/cli/scaling_text.py"},  # a key of its JSON
+    "front": {
+        "sweep/campaigns/search/report.py",  # a part of the report
+        "sweep/figures/search_layout.py",  # in a legend
+        "sweep/explorer/supplement.py",  # what stands about a figure
+        "sweep/web/recording.py",
+    },
+    "hypervolume": {"sweep/campaigns/search/repetitions.py"},  # a quantity
+    "phase": {  # of a search: who is judged
+        "sweep/campaigns/search/asked_trials.py",
+        "sweep/campaigns/search/export.py",
+        "sweep/campaigns/search/findings.py",
+        "sweep/campaigns/search/outcome.py",
+        "sweep/campaigns/search/points_behind.py",
+        "sweep/campaigns/search/repetitions.py",
+        "sweep/spec/derived_metrics.py",
+        "sweep/tables/search_phases.py",
+    },
+    "choice": {  # settings and expressions of this kind
+        "sweep/spec/expressions.py",
+        "sweep/spec/schema_settings.py",
+        "sweep/spec/settings.py",
+        "sweep/store/rows.py",
+        "sweep/tables/choosing.py",
+    },
+}
+"""Names that are words too, and where they mean something else."""
+KINDS_ARE = {
+    "trajectories": "a table of a study, what is recorded in it, and blocks of morris",
+    "coverage": "a metric, and an overlay of the page",
+}
+"""Kinds of figures whose names mean something else in most places."""
+REGISTRIES = (STARTS, SAMPLERS, DISTRIBUTIONS, SEARCH_SAMPLERS, STATISTICS, KINDS)
+
+
+def known_by_name() -> set[str]:
+    """Models, metrics, and settings that are the weight of a rule."""
+    weights = {rule.weight for model in MODELS.values() for rule in model.rules}
+    return {*MODELS, *METRICS} | weights
+
+
+def _said(
+    module: Module,
+    known: set[str],
+    words: Mapping[str, Collection[str]],
+    own: Collection[str] = (),
+) -> Iterator[Finding]:
+    """Texts of a module that are names of entries, but for its own and those that are
+    other words there; and such words that are no longer there.
+    """
+    allowed = {word for word, places in words.items() if module.name in places}
+    said = module.texts.keys() & known
+    for word in said - allowed.union(own):
+        yield module.finding(module.texts[word], f"knows {word} by name")
+    for word in allowed - said.union(own):
+        yield module.finding(1, f"has no text {word}, which it is allowed")
+
+
+def nobody_knows_a_model_a_metric_or_a_weight_by_name(
+    checkout: Checkout,
+) -> Iterator[Finding]:
+    known = known_by_name()
+    for module in checkout.modules.values():
+        if not module.name.startswith(OWN_PLACES):
+            yield from _said(module, known, WORDS)
+
+
+def no_text_of_the_machine_has_such_a_name_in_it(
+    checkout: Checkout,
+) -> Iterator[Finding]:
+    """One that is no plain word."""
+    known = {name for name in known_by_name() if re.search("[_0-9]", name)}
+    for module in checkout.part("sweep"):
+        if module.name.startswith(OWN_PLACES):
+            continue
+        told = {
+            word: line
+            for text, line in module.texts.items()
+            for word in known.intersection(re.findall(r"\w+", text))
+        }
+        example = EXAMPLES.get(module.name)
+        for word in told.keys() - {example}:
+            yield module.finding(told[word], f"has {word} in a text")
+        if example and example not in told:
+            yield module.finding(1, f"has no {example} in a text, which it is allowed")
+
+
+def a_model_knows_no_other(checkout: Checkout) -> Iterator[Finding]:
+    for name in MODELS:
+        module = checkout.module(f"kernels/models/{name}.py")
+        for other in module.texts.keys() & MODELS.keys() - {name}:
+            yield module.finding(module.texts[other], f"knows the model {other}")
+        if name not in module.texts:
+            yield module.finding(1, "does not say its own name")
+
+
+def nobody_knows_another_entry_by_name(checkout: Checkout) -> Iterator[Finding]:
+    """A start, a sampler of points, a distribution, a sampler of a search, a statistic
+    or a kind of figure.
+    """
+    known = {one for registry in REGISTRIES for one in registry} - KINDS_ARE.keys()
+    for module in checkout.modules.values():
+        own = PLACES_OF_ENTRIES.get(module.name, ())
+        yield from _said(module, known, WORDS_OF_ENTRIES, own)
+
+
+RULES = (
+    nobody_knows_a_model_a_metric_or_a_weight_by_name,
+    no_text_of_the_machine_has_such_a_name_in_it,
+    a_model_knows_no_other,
+    nobody_knows_another_entry_by_name,
+)
