@@ -85,7 +85,7 @@ def _names(node: ast.AST) -> set[str]:
     """What a node uses that some system lacks: names, modules and places."""
     match node:
         case ast.Attribute(value, attribute):
-            library = ast.unparse(value) in LIBRARY
+            library = isinstance(value, ast.Name) and value.id in LIBRARY
             return {attribute} & (MEMBERS | NAMES if library else MEMBERS)
         case ast.keyword(word):
             return {word} & NAMES

@@ -118,7 +118,8 @@ def _written(module: Module) -> Iterator[tuple[str, ast.Call]]:
         if not isinstance(node, ast.Call):
             continue
         name = called(node)
-        name = "shutil.copy" if ast.unparse(node.func) == "shutil.copy" else name
+        if name == "copy" and ast.unparse(node.func) == "shutil.copy":
+            name = "shutil.copy"
         values = [*node.args, *(word.value for word in node.keywords)]
         texts = [
             one.value
