@@ -17,6 +17,7 @@ from sweep.design.design import expand
 from sweep.own_code.reading import load_specs
 from sweep.spec.settings import settings_of
 from sweep.workers.executors import Serial
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.plotted import SEARCHED
 from tests.searches import asked_by
@@ -116,11 +117,7 @@ def run_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], P
 
 
 @pytest.mark.parametrize(
-    "page",
-    [
-        pytest.param(page, marks=pytest.mark.slow if page in LONG else ())
-        for page in PAGES
-    ],
+    "page", slow_but([page for page in PAGES if page not in LONG], PAGES)
 )
 def test_the_blocks_of_a_page_run_in_its_order(
     page: str, run_in: Callable[[str], PageRun]

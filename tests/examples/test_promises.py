@@ -3,15 +3,13 @@
 import pytest
 
 from sweep.testing import PROMISES, assert_keeps
+from tests.cases import slow_but
 from tests.examples.flown import EXAMPLES
 
 MODELS = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 LONG = ("workers", "threads", "motors")
 """Promises for which worker processes are started, or much is compiled."""
-TRIED = [
-    pytest.param(one, marks=pytest.mark.slow) if one in LONG else one
-    for one in PROMISES
-]
+TRIED = slow_but([one for one in PROMISES if one not in LONG], PROMISES)
 
 
 @pytest.mark.parametrize("promise", TRIED)

@@ -70,7 +70,7 @@ class Module:
         ]
 
     def finding(self, place: int | ast.AST, what: str) -> Finding:
-        line = place if isinstance(place, int) else place.lineno  # type: ignore[attr-defined]
+        line = place if isinstance(place, int) else place.lineno
         return Finding(self.name, line, what)
 
 
@@ -129,7 +129,7 @@ class Checkout:
 def called(call: ast.Call) -> str:
     """The name of the function or method that is called."""
     bare = isinstance(call.func, ast.Name)
-    return call.func.id if bare else getattr(call.func, "attr", "")  # type: ignore[attr-defined]
+    return call.func.id if bare else getattr(call.func, "attr", "")
 
 
 def without_a_reason(
