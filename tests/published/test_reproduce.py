@@ -19,7 +19,7 @@ from tests.commands import sweep
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
 BROKEN_TRIALS = SPEC.replace(
-    "n: 40,", "n: 40, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
+    "n: 40,", "n: 40, n_obstacles: 100, obstacle_radius: 1000, start_free: true,"
 ).replace("replicates: 8", "replicates: 1")
 
 

@@ -27,13 +27,13 @@ from sweep.trial import probe
 from sweep.trial.result import Result
 from sweep.workers.executors import Serial
 from tests.other_packages import VORTEX
-from tests.searches import TINY, searched
-from tests.studies import SMALL, launched, relaunch
+from tests.searches import TINY, edited, searched
+from tests.studies import IMPOSSIBLE, NO_ROOM, SMALL, launched, relaunch
 
-NO_ROOM = "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
-IMPOSSIBLE = SMALL.replace("n: 12,", NO_ROOM)
-CROWDED = SMALL.replace("n: 12,", NO_ROOM.replace("n_obstacles: 4000, ", "")).replace(
-    "separation_weight: [0.5, 1]", "n_obstacles: [4000, 1, 0]"
+CROWDED = edited(
+    SMALL,
+    ("n: 12,", "n: 12, obstacle_radius: 250, start_free: true,"),
+    ("separation_weight: [0.5, 1]", "n_obstacles: [4000, 1, 0]"),
 )
 """Trials of the first point raise: they have no free place for a boid."""
 SLOWER = 7.0

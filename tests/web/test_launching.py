@@ -14,7 +14,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.web.launching import Launcher, proposed, spec_like, stored_spec
 from tests.commands import sweep
 from tests.patience import PATIENCE
-from tests.studies import OWN_SMALL, SMALL, launched, same
+from tests.studies import IMPOSSIBLE, OWN_SMALL, SMALL, launched, same
 
 MORE = SMALL.replace("replicates: 3", "replicates: 4")
 
@@ -78,9 +78,7 @@ def stored(launcher: Launcher) -> StoredStudy:
 
 
 def test_what_a_launch_says_of_its_failure_is_told(launcher: Launcher) -> None:
-    impossible = SMALL.replace(
-        "n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
-    ).replace("seed: 5", "seed: 5\non_error: stop")
+    impossible = IMPOSSIBLE.replace("seed: 5", "seed: 5\non_error: stop")
     launcher.launch(impossible, launcher.proposed(impossible).seen)
     assert ended(launcher) != 0
     assert "failed" in launcher.state()["started"]["said"]
