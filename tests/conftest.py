@@ -10,12 +10,16 @@ import fcntl
 import gc
 import os
 import signal
+import time
+from collections import Counter
 from collections.abc import Generator, Iterator
 from functools import cache
+from typing import Any
 
 import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
 from hypothesis import settings
+from numba.core.event import Event, Listener, register
 
 from kernels.caching import FOLDER
 from kernels.metrics import METRICS
@@ -57,9 +61,62 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
-def pytest_sessionfinish() -> None:
+LISTED_SECONDS = 1.0
+FOR_ALL = "before the first test"
+
+
+class Compiled(Listener):
+    """Counts the kernels that each file of tests compiles, with their seconds of
+    processor. What a kernel calls is compiled with it, and is one with it.
+    """
+
+    def __init__(self) -> None:
+        self.kernels: Counter[str] = Counter()
+        self.seconds: Counter[str] = Counter()
+        self.before = False
+        """Whether what is compiled now is for all tests."""
+        self._began: list[float] = []
+
+    def on_start(self, event: Event) -> None:  # noqa: ARG002 (numba's interface)
+        self._began.append(time.process_time())
+
+    def on_end(self, event: Event) -> None:  # noqa: ARG002
+        began = self._began.pop()
+        if not self._began:
+            test = os.environ.get("PYTEST_CURRENT_TEST", "")
+            place = FOR_ALL if self.before else test.partition("::")[0]
+            self.kernels[place] += 1
+            self.seconds[place] += time.process_time() - began
+
+
+COMPILED = Compiled()
+register("numba:compile", COMPILED)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
     """Modules end with the interpreter as they do elsewhere."""
     gc.unfreeze()
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["kernels"] = dict(COMPILED.kernels)
+        session.config.workeroutput["seconds"] = dict(COMPILED.seconds)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """A worker has ended, and says what it has compiled."""
+    said = getattr(node, "workeroutput", {})
+    COMPILED.kernels.update(said.get("kernels", {}))
+    COMPILED.seconds.update(said.get("seconds", {}))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say which files of tests compiled how many kernels, in how many seconds."""
+    total, seconds = COMPILED.kernels.total(), COMPILED.seconds.total()
+    terminalreporter.section(f"{total} kernels compiled in {seconds:.0f} s")
+    for place, its_own in COMPILED.seconds.most_common():
+        if its_own >= LISTED_SECONDS:
+            count = COMPILED.kernels[place]
+            terminalreporter.line(f"{its_own:6.1f} s {count:4} {place}")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -109,6 +166,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker is None:
         return
+    COMPILED.before = True
     jobs = compiled_at_first()
     others = list(range(1, len(jobs)))
     for number in [0, *(others if worker == "gw0" else reversed(others))]:
@@ -117,6 +175,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
         ) as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             run(jobs[number])
+    COMPILED.before = False
 
 
 def compiled_at_first() -> list[Job]:
