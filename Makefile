@@ -13,7 +13,7 @@ BROWSER_STAMP := .venv/browser
 DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench mutants check format clean
+.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench mutants check types rules format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -30,7 +30,7 @@ test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
 	$(BIN)/pytest
 
 test-slow: $(LAB_STAMP) $(DOCS_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
-	$(BIN)/pytest -m slow -n 0
+	$(BIN)/pytest -m slow
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
 	$(BIN)/sweep warm
@@ -51,10 +51,15 @@ mutants: $(STAMP)  ## put small mistakes into copies, list those that no test no
 	$(BIN)/python -m tests.mutants --tests $(TESTS)
 
 check: $(STAMP)  ## lint, formatting, types, rules of the house
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync types rules
+
+types:
+	$(BIN)/mypy
+
+rules:
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/python -m tests.house
-	$(BIN)/mypy
 	$(BIN)/oxlint --config .oxlintrc.json
 	$(DENO) fmt --check
 	$(DENO) check --quiet

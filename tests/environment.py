@@ -17,6 +17,14 @@ from pathlib import Path
 
 KEPT = ("PATH", "LD_LIBRARY_PATH", "TMPDIR", "USER", "LOGNAME", "TERM")
 KEPT_PREFIXES = ("PYTEST_", "HYPOTHESIS_", "COV_")
+OWN = {
+    "TZ": "UTC",
+    "LANG": "C.UTF-8",
+    # glibc keeps what is freed, and the more the larger it was, unless it is told not
+    # to. That holds for the workers of a run, which are started from this process.
+    "MALLOC_MMAP_THRESHOLD_": "1000000",
+    "MALLOC_TRIM_THRESHOLD_": "1000000",
+}
 
 
 def cleaned(environment: Mapping[str, str], home: Path) -> dict[str, str]:
@@ -27,8 +35,7 @@ def cleaned(environment: Mapping[str, str], home: Path) -> dict[str, str]:
         for name, value in environment.items()
         if name in KEPT or name.startswith(KEPT_PREFIXES)
     }
-    own = {"HOME": str(home), "XDG_CACHE_HOME": caches, "TZ": "UTC", "LANG": "C.UTF-8"}
-    return kept | own
+    return kept | OWN | {"HOME": str(home), "XDG_CACHE_HOME": caches}
 
 
 def _begin() -> None:

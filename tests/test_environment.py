@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from tests import ROOT
-from tests.environment import KEPT, KEPT_PREFIXES
+from tests.environment import KEPT, KEPT_PREFIXES, OWN
 
 HOSTILE = {
     "AWS_PROFILE": "mine",
@@ -44,7 +44,7 @@ def test_what_a_user_has_set_is_not_seen(tmp_path: Path) -> None:
         check=True,
     )
     said = json.loads(done.stdout)
-    seen, own = said["seen"], {"HOME", "XDG_CACHE_HOME", "TZ", "LANG", "LC_CTYPE"}
+    seen, own = said["seen"], {*OWN, "HOME", "XDG_CACHE_HOME", "LC_CTYPE"}
     assert {name for name in seen if not name.startswith(KEPT_PREFIXES)} <= {
         *KEPT,
         *own,
