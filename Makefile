@@ -50,13 +50,13 @@ bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 mutants: $(STAMP)  ## put small mistakes into copies, list those that no test notices; TESTS=revision
 	$(BIN)/python -m tests.mutants --tests $(TESTS)
 
-check: $(STAMP)  ## lint, formatting, types, rules of the house
+check: $(STAMP)  ## check types, and beside them lint, formatting and rules
 	@$(MAKE) --no-print-directory --jobs 2 --output-sync types rules
 
-types:
+types: $(STAMP)  ## check the types alone
 	$(BIN)/mypy
 
-rules:
+rules: $(STAMP)  ## lint, formatting and rules of the house alone
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/python -m tests.house
