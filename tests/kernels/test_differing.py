@@ -25,9 +25,8 @@ from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.looking import accelerations
 from sweep.trial.simulation import Simulation
 from tests import builders, naive
-from tests.commands import python
+from tests.interpreter import interpreted
 from tests.examples import flown
-from tests.kernels.test_jit import INTERPRETED
 
 KEY, Z = ChanceKey(17, 4), 4.5
 LEVEL = 2.0 * stats.norm.sf(Z)
@@ -127,7 +126,7 @@ def test_all_models_do_in_the_interpreter() -> None:
         "        t.test_each_robot_flies_by_parameters_of_its_own(model, update)\n"
         "    t.test_a_table_of_the_same_parameters_changes_no_bit(model)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def various() -> Job:
@@ -137,11 +136,11 @@ def various() -> Job:
 
 def test_compiled_or_not_the_bits_are_the_same() -> None:
     alone = (
+        "from tests import builders\n"
         "from tests.kernels.test_differing import various\n"
         "print(builders.bits(various()))"
     )
-    interpreted = python(INTERPRETED + alone, NUMBA_DISABLE_JIT="1").strip()
-    assert builders.bits(various()) == interpreted
+    assert builders.bits(various()) == interpreted(alone).strip()
 
 
 # ---- the law of the factors

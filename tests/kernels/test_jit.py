@@ -12,10 +12,7 @@ from kernels.jit import jit
 from sweep.trial.simulation import run
 from tests import ROOT, builders
 from tests.commands import python
-
-INTERPRETED = (
-    "from tests import builders; import numba; assert numba.config.DISABLE_JIT\n"
-)
+from tests.interpreter import interpreted
 
 
 @pytest.mark.slow
@@ -24,14 +21,15 @@ def test_the_interpreter_gives_the_same_bits() -> None:
     rule is an error there.
     """
     code = (
+        "from tests import builders\n"
         "for model in builders.MODELS:\n    for job in builders.exact_jobs(model):"
         " print(builders.bits(job))"
     )
-    interpreted = python(INTERPRETED + code, NUMBA_DISABLE_JIT="1").split()
+    plain = interpreted(code).split()
     jobs = [job for model in builders.MODELS for job in builders.exact_jobs(model)]
     different = [
         job.settings
-        for job, bits in zip(jobs, interpreted, strict=True)
+        for job, bits in zip(jobs, plain, strict=True)
         if builders.bits(job) != bits
     ]
     assert different == []

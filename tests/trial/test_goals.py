@@ -16,7 +16,7 @@ from sweep.trial.simulation import Simulation, run
 from sweep.trial.state import different
 from sweep.trial.world import world_of
 from tests import builders, naive
-from tests.commands import python
+from tests.interpreter import interpreted
 
 COURSES: dict[str, dict[str, Any]] = {
     "aziel_chen2025": {
@@ -205,7 +205,7 @@ def digests() -> str:
 
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_goals as t\nprint(t.digests())"
-    assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
+    assert interpreted(code).strip() == digests()
 
 
 def test_trials_with_several_goals_fly_alone_in_one_thread() -> None:

@@ -17,7 +17,7 @@ from sweep.trial.robots import flies_alone, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
-from tests.commands import python
+from tests.interpreter import interpreted
 from tests.naive.sensing import Knowledge
 
 REAL = {
@@ -106,7 +106,7 @@ def test_they_do_in_the_interpreter() -> None:
         "    t.test_boids_react_to_what_a_slow_twin_says_that_they_know("
         "'aziel_chen2025', case)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 @pytest.mark.parametrize("update", builders.UPDATES)
@@ -185,7 +185,7 @@ def digests() -> str:
 
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_sensing as t\nprint(t.digests())"
-    assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
+    assert interpreted(code).strip() == digests()
 
 
 def test_every_model_has_them_in_the_interpreter() -> None:
@@ -195,7 +195,7 @@ def test_every_model_has_them_in_the_interpreter() -> None:
         "from tests.trial import test_sensing as t\n"
         "for model in MODELS: t.test_every_model_has_the_same_bits_in_any_grid(model)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 @pytest.mark.parametrize("model", builders.COMPILED_AS_ROBOTS)
