@@ -25,8 +25,8 @@ from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.looking import accelerations
 from sweep.trial.simulation import Simulation
 from tests import builders, naive
-from tests.interpreter import interpreted
 from tests.examples import flown
+from tests.interpreter import interpreted
 
 KEY, Z = ChanceKey(17, 4), 4.5
 LEVEL = 2.0 * stats.norm.sf(Z)
