@@ -16,6 +16,7 @@ from scipy import stats
 
 from kernels.chance import ChanceKey
 from kernels.inspection import seen_by, velocities_after
+from kernels.models import MODELS
 from kernels.robots.spreads import build_rows
 from kernels.settings import Spread
 from sweep.design.jobs import Job, stream
@@ -25,6 +26,7 @@ from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.looking import accelerations
 from sweep.trial.simulation import Simulation
 from tests import builders, naive
+from tests.cases import slow_but
 from tests.examples import flown
 from tests.interpreter import interpreted
 
@@ -117,14 +119,15 @@ def test_a_table_of_the_same_parameters_changes_no_bit(model: str) -> None:
     )
 
 
-def test_all_models_do_in_the_interpreter() -> None:
+@pytest.mark.parametrize(
+    "model", slow_but(["cucker_smale2007", "vasarhelyi2018"], MODELS)
+)
+def test_all_models_do_in_the_interpreter(model: str) -> None:
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.kernels import test_differing as t\n"
-        "for model in MODELS:\n"
-        "    for update in t.builders.UPDATES:\n"
-        "        t.test_each_robot_flies_by_parameters_of_its_own(model, update)\n"
-        "    t.test_a_table_of_the_same_parameters_changes_no_bit(model)"
+        "for update in t.builders.UPDATES:\n"
+        f"    t.test_each_robot_flies_by_parameters_of_its_own({model!r}, update)\n"
+        f"t.test_a_table_of_the_same_parameters_changes_no_bit({model!r})"
     )
     interpreted(code)
 

@@ -21,6 +21,7 @@ from sweep.trial.simulation import Simulation, run
 from sweep.trial.state import different
 from sweep.trial.world import world_of
 from tests import builders, naive
+from tests.cases import slow_but
 from tests.interpreter import interpreted
 
 HOOK = (0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.6, 0.9), (0.6, 0.6), (0.1, 0.6)
@@ -105,15 +106,14 @@ def test_every_model_flies_among_them_and_goes_on_with_the_same_bits(
     assert moved.tolist() == ([True, False, True] if speed else [False] * 3)
 
 
-def test_every_model_does_in_the_interpreter() -> None:
+@pytest.mark.parametrize("model", slow_but(["nanobot", "dorsogna2006"], MODELS))
+def test_every_model_does_in_the_interpreter(model: str) -> None:
     """Nothing is compiled there."""
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.trial import test_obstacles as t\n"
-        "for model in MODELS:\n"
-        "  for speed in (0.0, 1.0) if model in t.MOVING else (0.0,):\n"
+        f"for speed in {(0.0, 1.0) if model in MOVING else (0.0,)}:\n"
         "    t.test_every_model_flies_among_them_and_goes_on_with_the_same_bits("
-        "model, speed)"
+        f"{model!r}, speed)"
     )
     interpreted(code)
 

@@ -17,6 +17,7 @@ from sweep.trial.robots import flies_alone, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
+from tests.cases import slow_but
 from tests.interpreter import interpreted
 from tests.naive.sensing import Knowledge
 
@@ -188,12 +189,12 @@ def test_the_interpreter_gives_the_same_bits() -> None:
     assert interpreted(code).strip() == digests()
 
 
-def test_every_model_has_them_in_the_interpreter() -> None:
+@pytest.mark.parametrize("model", slow_but(["patel2023", "vicsek1995"], MODELS))
+def test_every_model_has_them_in_the_interpreter(model: str) -> None:
     """Nothing is compiled there."""
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.trial import test_sensing as t\n"
-        "for model in MODELS: t.test_every_model_has_the_same_bits_in_any_grid(model)"
+        f"t.test_every_model_has_the_same_bits_in_any_grid({model!r})"
     )
     interpreted(code)
 
