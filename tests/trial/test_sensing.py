@@ -72,7 +72,7 @@ WITH_TWINS = [
 def test_boids_react_to_what_a_slow_twin_says_that_they_know(
     model: str, case: str
 ) -> None:
-    """For 20 steps, each from where the flight is. Each boid flies as in a flock of
+    """For 12 steps, each from where the flight is. Each boid flies as in a flock of
     itself, as it knows itself, and of those whom it hears of. What that adds to its
     velocity and to its place by it is added to the true ones. Sums round differently,
     by 1e-13 px at 300 px; a wrong rule is off by more than 1e-3 px.
@@ -87,7 +87,7 @@ def test_boids_react_to_what_a_slow_twin_says_that_they_know(
     simulation, settings = Simulation(job), job.settings
     knowledge = Knowledge(settings, simulation.world, keys_of(job).flown)
     twin, rng = getattr(naive, model), np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(12):
         before = naive.birds(simulation.flock)
         wanted = []
         knows = knowledge.own_and_heard(before)
