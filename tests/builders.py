@@ -37,6 +37,9 @@ BORDERS = (
 )
 TOPOLOGY = "neighbours", "nearest"
 PRESETS = [(model, preset) for model in MODELS for preset in MODELS[model].presets]
+FIRST_PRESETS = [(name, next(iter(one.presets))) for name, one in MODELS.items()]
+LAST_PRESETS = [(name, list(one.presets)[-1]) for name, one in MODELS.items()]
+"""One of each model. The presets of a model share its kernels."""
 IDEAL = {name: COMMON[name] for name in Sensing._fields if name not in TOPOLOGY} | {
     "motor_noise": 0.0
 }

@@ -61,3 +61,18 @@ def test_what_a_user_has_set_is_not_seen(tmp_path: Path) -> None:
 def test_the_tests_themselves_run_so() -> None:
     assert "boidsweep-home-" in os.environ["HOME"]
     assert os.environ.keys().isdisjoint({"http_proxy", "MPLCONFIGDIR", "GIT_DIR"})
+
+
+def test_no_constant_of_a_test_names_the_home_of_one_run() -> None:
+    """What is compiled of own models in `tests` is kept for constants as they are: it
+    would be compiled anew in each run.
+    """
+    home = os.environ["HOME"]
+    found = [
+        f"{module} {name}"
+        for module in [one for one in sys.modules if one.partition(".")[0] == "tests"]
+        for name, value in list(vars(sys.modules[module]).items())
+        if not name.startswith("__") and isinstance(value, str | dict | list | tuple)
+        if home in repr(value)
+    ]
+    assert found == []

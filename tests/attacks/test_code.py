@@ -47,7 +47,6 @@ with open({marks!r}, "a") as file:
     print(__name__, os.getpid(), sys.argv, file=file)
 raise ImportError("a stranger's file")
 """
-ENVIRONMENT = {name: os.environ[name] for name in os.environ if name[:6] != "PYTHON"}
 
 
 class Hostile:
@@ -56,6 +55,11 @@ class Hostile:
     def __init__(self, root: Path, shadows: set[str]) -> None:
         self.folder, self.scripts = root / "stranger", root / "scripts"
         self.marks = root / "marks"
+        self.environment = {
+            name: value
+            for name, value in os.environ.items()
+            if not name.startswith("PYTHON")
+        }
         self.folder.mkdir()
         self.scripts.mkdir()
         for name in shadows:
@@ -70,7 +74,7 @@ class Hostile:
         done = subprocess.run(
             [sys.executable, str(script), *arguments],
             cwd=self.folder,
-            env=ENVIRONMENT,
+            env=self.environment,
             capture_output=True,
             text=True,
             timeout=PATIENCE,
@@ -135,7 +139,7 @@ def test_nothing_runs_on_a_view(hostile: Hostile) -> None:
     script = hostile.scripts / "script.py"
     script.write_text(COMMAND)
     command = [sys.executable, str(script), "view", "small.yaml", "--no-open"]
-    place = {"cwd": hostile.folder, "env": ENVIRONMENT}
+    place = {"cwd": hostile.folder, "env": hostile.environment}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **place) as view:
         assert view.stdout is not None
         assert view.stdout.readline().startswith("http://127.0.0.1:")
@@ -178,14 +182,11 @@ engine.stop()
 
 
 @pytest.mark.parametrize("value", [None, "", "yes"])
-def test_a_program_keeps_its_environment(
-    tmp_path: Path,
-    value: str | None,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_program_keeps_its_environment(tmp_path: Path, value: str | None) -> None:
+    mine = Hostile(tmp_path, set())
     if value is not None:
-        monkeypatch.setitem(ENVIRONMENT, "PYTHONSAFEPATH", value)
-    assert Hostile(tmp_path, set()).run(ENVIRON) == f"1 {value}\n"
+        mine.environment["PYTHONSAFEPATH"] = value
+    assert mine.run(ENVIRON) == f"1 {value}\n"
 
 
 @pytest.mark.slow

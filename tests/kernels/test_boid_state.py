@@ -26,7 +26,7 @@ from sweep.trial import looking
 from sweep.trial.kinds import kinds_of
 from sweep.trial.simulation import Simulation, run
 from tests import builders, naive
-from tests.kernels.test_jit import INTERPRETED, python
+from tests.interpreter import interpreted
 from tests.naive.flight import bordered, neighbours
 from tests.oscillators import FOLLOWER, FREQUENCY, MODEL, ORDER, PHASE
 from tests.studies import SMALL
@@ -128,13 +128,14 @@ def exact_jobs() -> list[Job]:
 
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = (
+        "from tests import builders\n"
         "from tests.kernels import test_boid_state as t\n"
         "with builders.entered(t.MODEL, order=t.ORDER):\n"
         "    for job in t.exact_jobs(): print(t.bits(job))"
     )
-    interpreted = python(INTERPRETED + code, NUMBA_DISABLE_JIT="1").split()
-    assert interpreted == list(map(bits, exact_jobs()))
-    assert len(set(interpreted)) == len(interpreted)
+    plain = interpreted(code).split()
+    assert plain == list(map(bits, exact_jobs()))
+    assert len(set(plain)) == len(plain)
 
 
 def test_frames_have_the_state_of_their_step() -> None:

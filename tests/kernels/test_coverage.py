@@ -2,6 +2,8 @@
 hand-made flights.
 """
 
+from itertools import cycle
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,6 +15,7 @@ from kernels.settings import DISC, STAMP
 from kernels.worlds import build_reach
 from sweep.trial.simulation import Simulation, run
 from tests import builders, naive
+from tests.cases import slow_but
 
 ROWS, COLUMNS = 50, 60
 OBSTACLES = [[20, 20, 7, 7, 1], [45, 30, 6, 4, 0], [59, 49, 5, 5, 1]]
@@ -126,8 +129,19 @@ def test_a_stamp_of_radius_2_has_13_pixels_about_the_truncated_position() -> Non
     ]
 
 
-@pytest.mark.parametrize("footprint", ["disc", "stamp"])
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+FOOTPRINTS = "disc", "stamp"
+
+
+@pytest.mark.parametrize(
+    ("model", "preset", "footprint"),
+    slow_but(
+        [
+            (*which, each)
+            for which, each in zip(builders.FIRST_PRESETS, cycle(FOOTPRINTS))
+        ],
+        [(*which, each) for which in builders.PRESETS for each in FOOTPRINTS],
+    ),
+)
 def test_a_whole_trial_marks_what_its_trajectory_covers(
     model: str, preset: str, footprint: str
 ) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from sweep.trial.simulation import Simulation
 from tests import builders
+from tests.cases import slow_but
 
 ANGLES = 2 * math.pi * np.arange(50) / 50
 START = np.array(
@@ -49,7 +50,9 @@ PROGRAMS = (
 """
 
 
-@pytest.mark.parametrize(("weights", "beta", "time", "velocity", "place"), PROGRAMS)
+@pytest.mark.parametrize(
+    ("weights", "beta", "time", "velocity", "place"), slow_but(PROGRAMS[:4], PROGRAMS)
+)
 def test_diameters_are_those_of_an_independent_program(
     weights: str, beta: float, time: float, velocity: float, place: float
 ) -> None:

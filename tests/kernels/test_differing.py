@@ -16,6 +16,7 @@ from scipy import stats
 
 from kernels.chance import ChanceKey
 from kernels.inspection import seen_by, velocities_after
+from kernels.models import MODELS
 from kernels.robots.spreads import build_rows
 from kernels.settings import Spread
 from sweep.design.jobs import Job, stream
@@ -25,9 +26,9 @@ from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.looking import accelerations
 from sweep.trial.simulation import Simulation
 from tests import builders, naive
-from tests.commands import python
+from tests.cases import slow_but
 from tests.examples import flown
-from tests.kernels.test_jit import INTERPRETED
+from tests.interpreter import interpreted
 
 KEY, Z = ChanceKey(17, 4), 4.5
 LEVEL = 2.0 * stats.norm.sf(Z)
@@ -118,16 +119,17 @@ def test_a_table_of_the_same_parameters_changes_no_bit(model: str) -> None:
     )
 
 
-def test_all_models_do_in_the_interpreter() -> None:
+@pytest.mark.parametrize(
+    "model", slow_but(["cucker_smale2007", "vasarhelyi2018"], MODELS)
+)
+def test_all_models_do_in_the_interpreter(model: str) -> None:
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.kernels import test_differing as t\n"
-        "for model in MODELS:\n"
-        "    for update in t.builders.UPDATES:\n"
-        "        t.test_each_robot_flies_by_parameters_of_its_own(model, update)\n"
-        "    t.test_a_table_of_the_same_parameters_changes_no_bit(model)"
+        "for update in t.builders.UPDATES:\n"
+        f"    t.test_each_robot_flies_by_parameters_of_its_own({model!r}, update)\n"
+        f"t.test_a_table_of_the_same_parameters_changes_no_bit({model!r})"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def various() -> Job:
@@ -137,11 +139,11 @@ def various() -> Job:
 
 def test_compiled_or_not_the_bits_are_the_same() -> None:
     alone = (
+        "from tests import builders\n"
         "from tests.kernels.test_differing import various\n"
         "print(builders.bits(various()))"
     )
-    interpreted = python(INTERPRETED + alone, NUMBA_DISABLE_JIT="1").strip()
-    assert builders.bits(various()) == interpreted
+    assert builders.bits(various()) == interpreted(alone).strip()
 
 
 # ---- the law of the factors

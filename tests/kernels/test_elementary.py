@@ -4,6 +4,7 @@ arguments are no ordinary numbers.
 
 import math
 from collections.abc import Callable, Sequence
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from mpmath import mp, mpf
 from kernels import elementary
 from kernels.elementary import BOUND, BOUND_OF_EXP, BOUND_OF_LEAST, MOST_ANGLE
 from tests import ROOT
-from tests.commands import python
+from tests.interpreter import interpreted
 from tests.naive.elementary import tables
 
 BITS = 400
@@ -173,30 +174,20 @@ def test_functions_of_an_angle_are_those_of_both() -> None:
         assert both == (elementary.sin(x), elementary.cos(x))
 
 
-DIGEST = """
-import hashlib
-import numpy as np
-from kernels import elementary
-from tests.kernels.test_elementary import CASES
-
-digest = hashlib.sha256()
-for name in sorted(CASES):
-    function = getattr(elementary, name)
-    for case in CASES[name]:
-        for given in zip(*(one.tolist()[:150] for one in case), strict=True):
-            digest.update(np.float64(function(*given)).tobytes())
-print(digest.hexdigest())
-"""
+def digest() -> str:
+    """Values of all functions, as a hash."""
+    found = sha256()
+    for name in sorted(CASES):
+        function = getattr(elementary, name)
+        for case in CASES[name]:
+            for given in zip(*(one.tolist()[:150] for one in case), strict=True):
+                found.update(np.float64(function(*given)).tobytes())
+    return found.hexdigest()
 
 
 def test_the_interpreter_has_the_same_bits() -> None:
-    interpreted = "import numba; assert numba.config.DISABLE_JIT\n" + DIGEST
-    compiled = "import numba; assert not numba.config.DISABLE_JIT\n" + DIGEST
-    both = [
-        python(compiled, NUMBA_DISABLE_JIT="0"),
-        python(interpreted, NUMBA_DISABLE_JIT="1"),
-    ]
-    assert both[0] == both[1]
+    code = "from tests.kernels import test_elementary as t\nprint(t.digest())"
+    assert interpreted(code).strip() == digest()
 
 
 def test_the_tables_are_those_of_many_digits() -> None:

@@ -13,7 +13,8 @@ from kernels.models import MODELS
 from kernels.state import Floats
 from sweep.trial.simulation import Simulation
 from tests import builders
-from tests.commands import python
+from tests.cases import slow_but
+from tests.interpreter import interpreted
 
 SEEDS: list[Any] = [0, 1, 2**64 - 1, [3, 1, 4, 1, 5], 20260101]
 DRAWS = 100_000
@@ -64,12 +65,10 @@ def test_states_at_the_ends_carry_all_the_way() -> None:
             assert ours == rng.random(20).tolist()
 
 
-INTERPRETED = """
+PLAIN = """
 import numpy as np
-import numba
 from kernels.generator import stream_of
 
-assert numba.config.DISABLE_JIT
 for seed in (0, 7):
     rng = np.random.default_rng(seed)
     stream = stream_of(rng)
@@ -80,7 +79,7 @@ for seed in (0, 7):
 
 
 def test_the_interpreter_has_the_same_numbers() -> None:
-    python(INTERPRETED, NUMBA_DISABLE_JIT="1")
+    interpreted(PLAIN)
 
 
 def test_other_bits_are_refused() -> None:
@@ -106,17 +105,11 @@ def flown(model: str, with_stream: bool) -> tuple[bytes, dict[str, Any]]:
     )
 
 
-SLOW = {model for model in MODELS if model not in ("vicsek1995", "strombom2014")}
+FAST = ("vicsek1995", "strombom2014")
 """To compile a model once more takes long."""
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        pytest.param(model, marks=pytest.mark.slow if model in SLOW else ())
-        for model in MODELS
-    ],
-)
+@pytest.mark.parametrize("model", slow_but(FAST, MODELS))
 def test_a_flight_with_a_stream_has_the_same_bits(model: str) -> None:
     assert flown(model, True) == flown(model, False)
 

@@ -31,8 +31,7 @@ from kernels.rules import social
 from kernels.stamps import Definition, closure
 from kernels.state import Indices, World
 from tests import builders
-from tests.commands import python
-from tests.kernels.test_jit import INTERPRETED
+from tests.interpreter import interpreted
 
 
 @jit
@@ -76,8 +75,8 @@ def test_marks_are_read_in_ascending_order(n: int, places: Any) -> None:
 def test_the_interpreter_finds_the_same_among_many() -> None:
     """And the stamp of a search covers what reads words in compiled code."""
     call = "builders.bits(builders.job(n=130, steps=2))"
-    interpreted = python(f"{INTERPRETED}print({call})", NUMBA_DISABLE_JIT="1").strip()
-    assert builders.bits(builders.job(n=130, steps=2)) == interpreted
+    plain = interpreted(f"from tests import builders\nprint({call})").strip()
+    assert builders.bits(builders.job(n=130, steps=2)) == plain
     used = closure({Definition("kernels.neighbours", "search")})
     assert Definition("kernels.indices", "_word") in used
 

@@ -1,5 +1,6 @@
 """What is written for lanes computes the bits of its text, or is refused."""
 
+from functools import cache
 from typing import Any
 
 import numba
@@ -32,6 +33,7 @@ from kernels.worlds import build_reach
 from tests.builders import OBSERVATION, a_world
 from tests.cases import slow_but
 from tests.kernels import rules_for_lanes as rules
+from tests.kernels.test_lanes import roots_are_wide
 
 N = 6
 RNG = np.random.default_rng(3)
@@ -58,8 +60,9 @@ def _alone(rule: Any, lane: int) -> tuple[np.ndarray, np.ndarray]:
     return row, events
 
 
-def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The same for all lanes at once."""
+@cache
+def _compiled(rule: Any) -> Any:
+    """A rule for all lanes at once, which takes seconds to be compiled."""
     advance = converted(rule)
 
     @numba.njit(**OPTIONS)
@@ -80,6 +83,11 @@ def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
         watch = LanesWatch(rows(events))
         advance(rows(row), near, listed, rngs, watch)
 
+    return fly
+
+
+def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers and the events after a rule, for all lanes."""
     row, events = NUMBERS.copy(), np.zeros((3, WIDTH), np.int64)
     dx, dy = np.zeros((2, N + 1, WIDTH))
     dx[:N], dy[:N] = WAYS
@@ -90,7 +98,7 @@ def _together(rule: Any) -> tuple[np.ndarray, np.ndarray]:
     count = MARKS.sum(axis=0).astype(np.int64)[None, :].copy()
     rngs = Each(*(Generator(PCG64(lane)) for lane in range(WIDTH)))
     ways = dx, dy, dx * dx + dy * dy, np.zeros((N + 1, WIDTH))
-    fly(row, boid, ways, marks, count, rngs, events)
+    _compiled(rule)(row, boid, ways, marks, count, rngs, events)
     return row, events
 
 
@@ -127,8 +135,14 @@ REFUSED = (
 )
 
 
-FAST = (rules.swaps, rules.events_that_are_counted, rules.elementary_functions)
-"""Of those above; each is compiled in some 5 s."""
+FAST = (
+    rules.returns_within,
+    rules.swaps,
+    rules.events_that_are_counted,
+    rules.elementary_functions,
+    rules.functions_of_neighbours,
+)
+"""Of those above. Other fast tests compile the first and the last two as well."""
 
 
 @pytest.mark.parametrize("rule", slow_but(FAST, SAME))
@@ -145,6 +159,14 @@ def test_exponentials_and_powers_are_of_all_lanes_at_once() -> None:
     _together(rules.functions_of_neighbours)
     _together(rules.elementary_functions)
     assert {"exp", "power", "_exp", "_log", "sine_cosine"}.isdisjoint(LANE_BY_LANE)
+
+
+def test_a_rule_takes_roots_of_several_numbers_at_once() -> None:
+    _together(rules.returns_within)
+    fly = _compiled(rules.returns_within)
+    [code], [machine] = fly.inspect_llvm().values(), fly.inspect_asm().values()
+    roots = [line.split() for line in machine.splitlines() if "sqrt" in line]
+    assert roots_are_wide("@llvm.sqrt.v8f64" in code, roots)
 
 
 @pytest.mark.parametrize("rule", REFUSED)

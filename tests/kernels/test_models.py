@@ -3,6 +3,7 @@ numbers, and by their symmetries.
 """
 
 import math
+from itertools import cycle, product
 from typing import Any, get_args
 
 import numpy as np
@@ -15,14 +16,29 @@ from sweep.spec.settings import settings_of
 from sweep.testing import assert_keeps
 from sweep.trial.simulation import Simulation, run
 from tests import builders, naive
+from tests.cases import slow_but
 
 every_preset = pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
 every_update = pytest.mark.parametrize("update", builders.UPDATES)
 
 
-@every_update
-@every_preset
-@pytest.mark.parametrize("borders", builders.BORDERS)
+WAYS = list(product(builders.UPDATES, builders.BORDERS))
+THOROUGH = ("nguyen2024", "as_run"), ("rustamani2024", "as_run")
+"""Presets that fly in all ways; of the others each flies in one."""
+IN_TURN = [
+    (*which, *way)
+    for which, way in zip(builders.PRESETS, cycle(WAYS))
+    if which not in THOROUGH
+]
+
+
+@pytest.mark.parametrize(
+    ("model", "preset", "update", "borders"),
+    slow_but(
+        [*IN_TURN, *((*which, *way) for which in THOROUGH for way in WAYS)],
+        [(*which, *way) for which in builders.PRESETS for way in WAYS],
+    ),
+)
 def test_a_model_does_what_its_slow_twin_does(
     model: str, preset: str, update: str, borders: dict[str, Any]
 ) -> None:
@@ -184,20 +200,19 @@ def square(model: str) -> dict[str, Any]:
     return {"n": 25, "steps": 15} | builders.scaled(model, width=600, height=600)
 
 
-@pytest.mark.parametrize("model", builders.MODELS)
-def test_a_model_has_the_symmetries_that_it_declares(model: str) -> None:
-    """Of all, under the settings that they need; also drawn to a goal, where presets
-    draw nobody there.
+@pytest.mark.parametrize(
+    ("model", "preset"), slow_but(builders.LAST_PRESETS, builders.PRESETS)
+)
+def test_a_model_has_the_symmetries_that_it_declares(model: str, preset: str) -> None:
+    """Of all, under the settings that they need; also drawn to a goal, where the preset
+    draws nobody there.
     """
     about = builders.MODELS[model]
     assert set(about.symmetries) == set(get_args(Symmetry))
-    assert_keeps(model, "symmetries")
-    drawn = {
-        name: values | {"goal_weight": 1e-3}
-        for name, values in about.presets.items()
-        if "goal_weight" in values
-    }
-    if drawn:
+    values = about.presets[preset]
+    assert_keeps(about._replace(presets={preset: values}), "symmetries")
+    if "goal_weight" in values:
+        drawn = {preset: values | {"goal_weight": 1e-3}}
         assert_keeps(about._replace(presets=drawn), "symmetries")
 
 

@@ -26,8 +26,7 @@ from sweep.design.jobs import Job
 from sweep.trial.lanes import AT_ONCE, groups
 from sweep.trial.simulation import Simulation
 from tests import builders
-from tests.commands import python
-from tests.kernels.test_jit import INTERPRETED
+from tests.interpreter import interpreted
 
 KEYS = ChanceKeys(ChanceKey(17, 4), ChanceKey(5, 23))
 DT, Z, CLOSE = 0.1, 4.5, 1e-12
@@ -347,7 +346,7 @@ def test_they_do_in_the_interpreter() -> None:
         "from tests.kernels import test_motors as t\n"
         "for model in MODELS: t.test_stopped_boids_stand_in_every_model(model)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def robotic() -> Job:
@@ -358,10 +357,11 @@ def robotic() -> Job:
 
 def test_compiled_or_not_the_bits_are_the_same() -> None:
     alone = (
-        "from tests.kernels.test_motors import robotic\nprint(builders.bits(robotic()))"
+        "from tests import builders\n"
+        "from tests.kernels.test_motors import robotic\n"
+        "print(builders.bits(robotic()))"
     )
-    interpreted = python(INTERPRETED + alone, NUMBA_DISABLE_JIT="1").strip()
-    assert builders.bits(robotic()) == interpreted
+    assert builders.bits(robotic()) == interpreted(alone).strip()
 
 
 def test_such_trials_fly_alone_and_with_one_thread() -> None:

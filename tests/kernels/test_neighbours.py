@@ -28,6 +28,7 @@ from sweep.testing import assert_keeps
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
+from tests.cases import slow_but
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -294,9 +295,13 @@ def test_the_nearest_image_is_at_most_half_a_period_off(a: float, b: float) -> N
     assert abs(nearest_image(a - b, 800.0)) == min(abs(a - b), 800.0 - abs(a - b))
 
 
-@pytest.mark.parametrize("model", builders.MODELS)
-def test_all_pairs_and_every_grid_give_the_same_bits(model: str) -> None:
-    """For every preset, update and kind of borders; flocks over six columns, gathered
-    until lists are long, or mostly outside the world.
+@pytest.mark.parametrize(
+    ("model", "preset"), slow_but(builders.FIRST_PRESETS, builders.PRESETS)
+)
+def test_all_pairs_and_every_grid_give_the_same_bits(model: str, preset: str) -> None:
+    """For every update and kind of borders; flocks over six columns, gathered until
+    lists are long, or mostly outside the world.
     """
-    assert_keeps(model, "grid")
+    about = builders.MODELS[model]
+    presets = {preset: about.presets[preset]}
+    assert_keeps(about._replace(presets=presets), "grid")

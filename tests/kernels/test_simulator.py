@@ -5,34 +5,24 @@ text of kernels in the interpreter. So this shows that layout and launch have th
 bits of single flights, and not what instructions of a GPU give.
 """
 
+from dataclasses import replace
+
 import pytest
 
 from kernels.models import MODELS
+from sweep.design.jobs import Job
+from sweep.trial.simulation import run
+from tests import builders
+from tests.cases import slow_but
 from tests.commands import python
 
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
 
-BEGIN = """
-from dataclasses import replace
-
-from tests import builders
-
-def begun(model):
-    job = next(iter(builders.exact_jobs(model)))
-    return [replace(job, seed=job.seed + k) for k in range(3)]
-
-def say(result):
-    print(builders.fingerprint(result))
-"""
-ALONE = """
-from sweep.trial.simulation import run
-
-for job in begun(MODEL):
-    say(run(job))
-"""
 TOGETHER = """
 import numba
 from numba import cuda
+from tests import builders
+from tests.kernels.test_simulator import begun
 from kernels.device.host import Host
 from sweep.trial.on_device import flown
 
@@ -49,25 +39,25 @@ class Simulator(Host):
         program[2, 2](*numbers, *rooms)
 
 for result in flown(begun(MODEL), Simulator()):
-    say(result)
+    print(builders.fingerprint(result))
 assert Simulator.launches >= 3
 """
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        pytest.param(model, marks=() if model == "vicsek1995" else pytest.mark.slow)
-        for model in MODELS
-    ],
-)
+def begun(model: str) -> list[Job]:
+    """Three jobs of a model that differ in their seeds."""
+    job = next(iter(builders.exact_jobs(model)))
+    return [replace(job, seed=job.seed + k) for k in range(3)]
+
+
+@pytest.mark.parametrize("model", slow_but(["vicsek1995"], MODELS))
 def test_trials_side_by_side_have_the_bits_of_trials_alone(model: str) -> None:
     """Two blocks of two threads, of which one has no trial."""
-    alone = python(BEGIN + ALONE.replace("MODEL", repr(model)), NUMBA_DISABLE_JIT="0")
+    alone = [builders.fingerprint(run(job)) for job in begun(model)]
     together = python(
-        BEGIN + TOGETHER.replace("MODEL", repr(model)),
+        TOGETHER.replace("MODEL", repr(model)),
         NUMBA_DISABLE_JIT="1",
         NUMBA_ENABLE_CUDASIM="1",
     )
-    assert len(set(alone.split())) == 3
-    assert together == alone
+    assert len(set(alone)) == 3
+    assert together.split() == alone

@@ -8,7 +8,7 @@ import pytest
 
 from sweep.trial.simulation import Simulation, run
 from tests import builders
-from tests.commands import python
+from tests.interpreter import interpreted
 
 QUIET = {"noise": 0, "dog_noise": 0, "graze_probability": 0}
 DELAYS = (0, 1, 4)
@@ -106,7 +106,7 @@ def test_they_do_in_the_interpreter() -> None:
         "    t.test_a_sheep_flees_from_where_it_knows_the_dog_to_be(delay)\n"
         "t.test_sheep_and_dog_come_to_their_speeds_with_the_lag_of_motors()"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def test_sheep_repel_each_other_only_within_their_range() -> None:

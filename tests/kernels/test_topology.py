@@ -113,7 +113,7 @@ def test_the_nearest_in_sight_are_kept(
         assert kept == naive.nearest_of(world, flock, i, sighted, count)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(flocks(), worlds, ranges, views)
 def test_voronoi_neighbours_are_those_whose_cells_share_a_side(
     flock: Flock, world: World, reach: float, fov: float

@@ -18,11 +18,11 @@ from sweep.design.jobs import Job
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders
-from tests.commands import python
+from tests.interpreter import interpreted
 from tests.kernels.test_differing import spreads
 from tests.trial import test_obstacles, test_wind
 
-STEPS, BEFORE = 12, 5
+STEPS, BEFORE = 9, 4
 COMPILED = ("nguyen2024", "aziel_chen2025")
 """Models whose kernels for robots are compiled for other fast tests already; with goals
 in turn that is another kernel, so only the last has them there.
@@ -110,7 +110,7 @@ def test_every_layer_takes_part_in_the_interpreter() -> None:
         "model)\n"
         "    t.check_each_layer(model)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def check_each_layer(model: str) -> None:
@@ -130,4 +130,4 @@ def digests() -> str:
 @pytest.mark.slow
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_all_layers as t\nprint(t.digests())"
-    assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
+    assert interpreted(code).strip() == digests()

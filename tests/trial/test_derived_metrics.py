@@ -27,9 +27,9 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.derived import with_derived
 from sweep.workers.executors import Serial
 from tests.commands import sweep
+from tests.interpreter import interpreted
 from tests.searches import TINY, asked_by
 from tests.studies import DERIVING, SMALL, launched, relaunch
-from tests.trial.test_trial import in_another_process
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +94,6 @@ def test_other_columns_are_those_of_a_study_that_derives_nothing(
 
 def test_the_interpreter_gives_the_same_bits(study: StoredStudy) -> None:
     code = (
-        "import numba; assert numba.config.DISABLE_JIT\n"
         "from sweep.design.design import expand\nfrom sweep.design.jobs import Jobs\n"
         "from sweep.spec.study import parse_spec\n"
         "from sweep.trial.simulation import run\n"
@@ -103,7 +102,7 @@ def test_the_interpreter_gives_the_same_bits(study: StoredStudy) -> None:
         "    result = run(job); print(*(result.mean[one.name].hex()"
         " for one in study.record.derive))"
     )
-    lines = in_another_process(code, NUMBA_DISABLE_JIT="1").splitlines()
+    lines = interpreted(code).splitlines()
     names = [one.name for one in parse_spec(DERIVING).record.derive]
     means = study.trials[[f"{name}_mean" for name in names]].to_numpy()
     assert lines == [" ".join(value.hex() for value in row) for row in means.tolist()]

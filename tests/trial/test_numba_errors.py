@@ -11,6 +11,7 @@ from sweep.testing.subject import subject
 from sweep.trial.numba_errors import explained
 from sweep.trial.simulation import Simulation, run
 from sweep.workers.failures import in_a_line
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.testing.models import LINE, doing, inside, written
 
@@ -59,7 +60,11 @@ def said_of(path: Path) -> str:
     return said
 
 
-@pytest.mark.parametrize("code", MISTAKES)
+ALLOCATING = [code for code, said in MISTAKES.items() if said == ALLOCATES]
+OTHERS = [code for code in MISTAKES if code not in ALLOCATING]
+
+
+@pytest.mark.parametrize("code", slow_but([*ALLOCATING[:2], *OTHERS], MISTAKES))
 def test_a_mistake_is_said_with_file_line_code_and_rule(
     code: str, tmp_path: Path
 ) -> None:

@@ -21,7 +21,8 @@ from sweep.trial.simulation import Simulation, run
 from sweep.trial.state import different
 from sweep.trial.world import world_of
 from tests import builders, naive
-from tests.commands import python
+from tests.cases import slow_but
+from tests.interpreter import interpreted
 
 HOOK = (0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.6, 0.9), (0.6, 0.6), (0.1, 0.6)
 TRIANGLE = (0.3, 0.3), (0.4, 0.3), (0.35, 0.4)
@@ -105,17 +106,16 @@ def test_every_model_flies_among_them_and_goes_on_with_the_same_bits(
     assert moved.tolist() == ([True, False, True] if speed else [False] * 3)
 
 
-def test_every_model_does_in_the_interpreter() -> None:
+@pytest.mark.parametrize("model", slow_but(["nanobot", "dorsogna2006"], MODELS))
+def test_every_model_does_in_the_interpreter(model: str) -> None:
     """Nothing is compiled there."""
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.trial import test_obstacles as t\n"
-        "for model in MODELS:\n"
-        "  for speed in (0.0, 1.0) if model in t.MOVING else (0.0,):\n"
+        f"for speed in {(0.0, 1.0) if model in MOVING else (0.0,)}:\n"
         "    t.test_every_model_flies_among_them_and_goes_on_with_the_same_bits("
-        "model, speed)"
+        f"{model!r}, speed)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 PUSHED = ("nguyen2024", "aziel_chen2025", "patel2023")
@@ -153,7 +153,7 @@ def test_other_models_fly_as_their_twins_in_the_interpreter() -> None:
         "  for speed in (0.0, 1.0):\n"
         "    t.test_a_flight_among_polygons_is_that_of_a_slow_twin(speed, model)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def digests() -> str:
@@ -171,7 +171,7 @@ def digests() -> str:
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_obstacles as t\nprint(t.digests())"
     found = digests()
-    assert python(code, NUMBA_DISABLE_JIT="1").strip() == found
+    assert interpreted(code).strip() == found
     assert len(set(found.split())) == 4
 
 

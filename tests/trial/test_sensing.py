@@ -17,7 +17,8 @@ from sweep.trial.robots import flies_alone, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
-from tests.commands import python
+from tests.cases import slow_but
+from tests.interpreter import interpreted
 from tests.naive.sensing import Knowledge
 
 REAL = {
@@ -71,7 +72,7 @@ WITH_TWINS = [
 def test_boids_react_to_what_a_slow_twin_says_that_they_know(
     model: str, case: str
 ) -> None:
-    """For 20 steps, each from where the flight is. Each boid flies as in a flock of
+    """For 12 steps, each from where the flight is. Each boid flies as in a flock of
     itself, as it knows itself, and of those whom it hears of. What that adds to its
     velocity and to its place by it is added to the true ones. Sums round differently,
     by 1e-13 px at 300 px; a wrong rule is off by more than 1e-3 px.
@@ -86,7 +87,7 @@ def test_boids_react_to_what_a_slow_twin_says_that_they_know(
     simulation, settings = Simulation(job), job.settings
     knowledge = Knowledge(settings, simulation.world, keys_of(job).flown)
     twin, rng = getattr(naive, model), np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(12):
         before = naive.birds(simulation.flock)
         wanted = []
         knows = knowledge.own_and_heard(before)
@@ -106,7 +107,7 @@ def test_they_do_in_the_interpreter() -> None:
         "    t.test_boids_react_to_what_a_slow_twin_says_that_they_know("
         "'aziel_chen2025', case)"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 @pytest.mark.parametrize("update", builders.UPDATES)
@@ -185,17 +186,17 @@ def digests() -> str:
 
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_sensing as t\nprint(t.digests())"
-    assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
+    assert interpreted(code).strip() == digests()
 
 
-def test_every_model_has_them_in_the_interpreter() -> None:
+@pytest.mark.parametrize("model", slow_but(["patel2023", "vicsek1995"], MODELS))
+def test_every_model_has_them_in_the_interpreter(model: str) -> None:
     """Nothing is compiled there."""
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.trial import test_sensing as t\n"
-        "for model in MODELS: t.test_every_model_has_the_same_bits_in_any_grid(model)"
+        f"t.test_every_model_has_the_same_bits_in_any_grid({model!r})"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 @pytest.mark.parametrize("model", builders.COMPILED_AS_ROBOTS)

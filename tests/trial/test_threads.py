@@ -4,6 +4,7 @@ them, and an end like that of one thread, whatever happens.
 
 import threading
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, compiling_seconds, run
 from sweep.workers.checkpoint import Checkpointed
 from tests import builders
+from tests.cases import slow_but
 from tests.trial.test_trial import OVERFLOWS, small
 from tests.workers.test_checkpoint import broken_off, named, numbers
 
@@ -38,12 +40,8 @@ AT_ONCE = {
     if model.at_once is not None
 }
 PRESETS = [(model, preset) for model, preset in builders.PRESETS if model in AT_ONCE]
-WITHIN_BORDERS = [
-    pytest.param(*which, borders, marks=[pytest.mark.slow] if (at + k) % 2 else [])
-    for at, which in enumerate(PRESETS)
-    for k, borders in enumerate(builders.BORDERS)
-]
-"""Each preset with two borders, and each model with all: presets share a kernel."""
+IN_TURN = [(*which, each) for which, each in zip(PRESETS, cycle(builders.BORDERS))]
+WITHIN_BORDERS = [(*which, each) for which in PRESETS for each in builders.BORDERS]
 
 
 def end(job: Job) -> dict[str, bytes]:
@@ -77,7 +75,9 @@ def test_most_models_have_it() -> None:
     assert MODELS.keys() - AT_ONCE.keys() == drawing | {"vasarhelyi2018"}
 
 
-@pytest.mark.parametrize(("model", "preset", "borders"), WITHIN_BORDERS)
+@pytest.mark.parametrize(
+    ("model", "preset", "borders"), slow_but(IN_TURN, WITHIN_BORDERS)
+)
 def test_any_number_of_threads_gives_the_same_bits(
     model: str, preset: str, borders: dict[str, Any]
 ) -> None:

@@ -28,7 +28,8 @@ from sweep.trial.robots import flies_alone, keys_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
-from tests.commands import python
+from tests.cases import slow_but
+from tests.interpreter import interpreted
 from tests.naive.wind import carried, way_of_step
 
 Z = 4.5
@@ -92,16 +93,15 @@ def test_a_wind_moves_boids_by_its_velocity_times_the_time(model: str) -> None:
     np.testing.assert_allclose(found[2:], still[2:], rtol=0, atol=close)
 
 
-def test_every_model_does_in_the_interpreter() -> None:
+@pytest.mark.parametrize("model", slow_but(["rustamani2024", "couzin2002"], MODELS))
+def test_every_model_does_in_the_interpreter(model: str) -> None:
     """Nothing is compiled there."""
     code = (
-        "from kernels.models import MODELS\n"
         "from tests.trial import test_wind as t\n"
-        "for model in MODELS:\n"
-        "    t.test_a_wind_moves_boids_by_its_velocity_times_the_time(model)\n"
-        "    t.test_every_model_has_the_same_bits_in_any_grid(model)"
+        f"t.test_a_wind_moves_boids_by_its_velocity_times_the_time({model!r})\n"
+        f"t.test_every_model_has_the_same_bits_in_any_grid({model!r})"
     )
-    python(code, NUMBA_DISABLE_JIT="1")
+    interpreted(code)
 
 
 def test_metrics_see_the_ground_and_speed_the_medium() -> None:
@@ -325,7 +325,7 @@ def digests() -> str:
 
 def test_the_interpreter_gives_the_same_bits() -> None:
     code = "from tests.trial import test_wind as t\nprint(t.digests())"
-    assert python(code, NUMBA_DISABLE_JIT="1").strip() == digests()
+    assert interpreted(code).strip() == digests()
 
 
 def test_trials_in_a_wind_fly_alone_in_one_thread() -> None:
