@@ -43,7 +43,7 @@ LAUGHS = "a: &a [x, x]\n" + "".join(
 BOMBS = {
     "aliases": (LAUGHS, "anchors and aliases"),
     "merge": ("a: &a {x: 1}\nb: {<<: *a}\n", "anchors and aliases"),
-    "depth": ("[" * 20_000, "nested too deeply"),
+    "depth": ("[" * 100_000, "nested too deeply"),
     "flow depth": ("{a: " * 900 + "1" + "}" * 900, "nested too deeply"),
     "block depth": (
         "".join(f"{' ' * level}a:\n" for level in range(200)),
