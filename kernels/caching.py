@@ -38,7 +38,14 @@ from numba.core.caching import (
 from numba.core.errors import NumbaWarning
 from numba.core.runtime.nrt import rtsys
 
-from kernels.stamps import code_stamp, note_sources, stamp_of_all, text_hash, values
+from kernels.stamps import (
+    code_stamp,
+    note_sources,
+    stamp_of_texts,
+    text_hash,
+    texts_of,
+    values,
+)
 
 
 def usual_folder() -> Path:
@@ -61,10 +68,8 @@ of kernels.fours.
 """
 MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
 """Of functions that are made of others, for lanes or threads, these others."""
-MAKERS = tuple(
-    Path(__file__).parent / name for name in ("lanes", "threads", "device", "jit.py")
-)
-"""The files of what makes them."""
+MAKERS = "lanes/", "threads/", "device/", "jit.py"
+"""How the files of what makes them begin."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30
 CONFIG: Any = config
@@ -160,7 +165,15 @@ def stamp_of_made(*functions: Callable[..., Any]) -> str:
 
 @cache
 def _makers() -> str:
-    return stamp_of_all(*MAKERS)
+    """The stamp of what makes functions of others."""
+    return noted(
+        "makers",
+        lambda: stamp_of_texts(
+            (name, text)
+            for name, text in texts_of(OUR_PACKAGE)
+            if name.startswith(MAKERS)
+        ),
+    )
 
 
 def _noted_stamp(function: Callable[..., Any]) -> str:
@@ -169,12 +182,20 @@ def _noted_stamp(function: Callable[..., Any]) -> str:
     """
     if function.__module__.partition(".")[0] != OUR_PACKAGE:
         return code_stamp(function)
-    about = f"{text_hash(OUR_PACKAGE)} {function.__module__} {function.__qualname__}"
+    about = f"{function.__module__} {function.__qualname__}"
+    return noted(about, lambda: code_stamp(function))
+
+
+def noted(about: str, find: Callable[[], str]) -> str:
+    """A sha256, in hexadecimal, that follows from our sources as this process has read
+    them: found once for what `about` says, and noted.
+    """
+    about = f"{text_hash(OUR_PACKAGE)} {about}"
     key = hashlib.sha256(about.encode()).hexdigest()[:32]
     if stamp := _noted_stamps().get(key):
         note_use(_stamp_note(key, stamp))
         return stamp
-    stamp = code_stamp(function)
+    stamp = find()
     _note(_stamp_note(key, stamp))
     return stamp
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 from kernels import coverage, flight
-from kernels.caching import OURS
+from kernels.caching import OUR_PACKAGE, OURS, noted
 from kernels.catalogue import Catalogue
 from kernels.metrics import Metric
 from kernels.model import Model
@@ -27,7 +27,7 @@ from kernels.settings import (
     StartSettings,
     WorldSettings,
 )
-from kernels.stamps import at_the_top, stamp, stamp_of_all
+from kernels.stamps import at_the_top, stamp, stamp_of_all, stamp_of_texts, texts_of
 from kernels.starts import Start
 from kernels.worlds import Map
 
@@ -117,8 +117,10 @@ def is_compiled(function: Callable[..., Any]) -> bool:
 
 @cache
 def kernels_sha() -> str:
-    """The sha256 of all kernels together, by which people tell versions apart."""
-    return stamp_of_all(Path(__file__).parent)
+    """The sha256 of all kernels together, by which people tell versions apart. It is
+    noted, as stamps are.
+    """
+    return noted("all kernels", lambda: stamp_of_texts(texts_of(OUR_PACKAGE)))
 
 
 def package_sha(*places: Path) -> str:
@@ -128,6 +130,10 @@ def package_sha(*places: Path) -> str:
 
 @cache
 def _flight_stamp() -> str:
+    return noted("the flight", _found_flight_stamp)
+
+
+def _found_flight_stamp() -> str:
     groups = (
         Schedule,
         WorldSettings,

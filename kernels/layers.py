@@ -1,6 +1,7 @@
 """Which layers a flight may have, and whether its model is compiled for them."""
 
 from collections.abc import Collection, Iterable, Iterator
+from functools import cache
 from typing import Any, get_args, get_type_hints
 
 from kernels.caching import is_kept
@@ -32,5 +33,11 @@ def _named_tuples(kinds: Iterable[Any], absent: Collection[type]) -> Iterator[ty
     for kind in kinds:
         if hasattr(kind, "_fields") and kind not in absent:
             yield kind
-            yield from _named_tuples(get_type_hints(kind).values(), absent)
+            yield from _named_tuples(_in_fields(kind), absent)
         yield from _named_tuples(get_args(kind), absent)
+
+
+@cache
+def _in_fields(kind: type) -> tuple[Any, ...]:
+    """The types of the fields of a named tuple."""
+    return tuple(get_type_hints(kind).values())

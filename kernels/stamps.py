@@ -140,13 +140,21 @@ def text_hash(package: str) -> str:
     version of Python: what `code_stamp` makes of these follows from both.
     """
     digest = hashlib.sha256(sys.version.encode())
+    for name, text in texts_of(package):
+        digest.update(f"{name} {len(text)}\n{text}".encode())
+    return digest.hexdigest()
+
+
+def texts_of(package: str) -> Iterator[tuple[str, str]]:
+    """The sources of a package as this process has read them, by the names of their
+    files within it.
+    """
     for folder in map(Path, sys.modules[package].__path__):
         for path in sorted(folder.rglob("*.py")):
-            inner = path.relative_to(folder).with_suffix("").parts
-            module = ".".join([package, *inner]).removesuffix(".__init__")
-            text, _ = _known_text(module)
-            digest.update(f"{module} {len(text)}\n{text}".encode())
-    return digest.hexdigest()
+            inner = path.relative_to(folder)
+            module = ".".join([package, *inner.with_suffix("").parts])
+            text, _ = _known_text(module.removesuffix(".__init__"))
+            yield inner.as_posix(), text
 
 
 def note_sources(function: Callable[..., Any]) -> None:
@@ -255,13 +263,20 @@ def stamp_of_all(*places: Path) -> str:
     """The sha256 of Python sources, all below folders, or single files: their names and
     code.
     """
+    folders = [place if place.is_dir() else place.parent for place in places]
+    return stamp_of_texts(
+        (path.relative_to(folder).as_posix(), path.read_bytes())
+        for place, folder in zip(places, folders, strict=True)
+        for path in (sorted(place.rglob("*.py")) if place.is_dir() else [place])
+    )
+
+
+def stamp_of_texts(texts: Iterable[tuple[str, str | bytes]]) -> str:
+    """The sha256 of the names of Python sources and of their code."""
     digest = hashlib.sha256()
-    for place in places:
-        folder = place if place.is_dir() else place.parent
-        for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            code = written_out(_Bare().visit(ast.parse(path.read_bytes())))
-            name = path.relative_to(folder).as_posix()
-            digest.update(f"{name} {len(code)}\n{code}".encode())
+    for name, text in texts:
+        code = written_out(_Bare().visit(ast.parse(text)))
+        digest.update(f"{name} {len(code)}\n{code}".encode())
     return digest.hexdigest()
 
 

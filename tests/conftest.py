@@ -20,6 +20,7 @@ import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
 from hypothesis import settings
 from numba.core.event import Event, Listener, register
+from typer.main import get_command
 
 from kernels.caching import FOLDER
 from kernels.metrics import METRICS
@@ -151,6 +152,16 @@ def without_waiting() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(provenance, "git_state", lambda folder: dict(state(folder)))
         patch.setattr(os, "fsync", os.fstat)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def commands_are_told_once() -> Iterator[None]:
+    """A command within a test's process is found among all. The options of all are read
+    from the code once, which takes 10 ms.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("typer.main.get_command", cache(get_command))
         yield
 
 

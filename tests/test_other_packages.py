@@ -6,7 +6,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
@@ -59,11 +58,11 @@ def said_in_turn(
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the package, a spec, and the study launched by two workers."""
+    """A folder with the package, a spec, and the study launched in a worker."""
     here = tmp_path_factory.mktemp("swirling")
     install(here, OFFERED, FILES)
     (here / "spec.yaml").write_text(SPEC)
-    assert "6 done" in said(here, "launch", "spec.yaml", "--workers", "2").stderr
+    assert "6 done" in said(here, "launch", "spec.yaml", "--workers", "1").stderr
     return here
 
 
@@ -220,63 +219,39 @@ def test_a_model_with_state_and_kinds_runs_in_workers(tmp_path: Path) -> None:
     assert len({phase.tobytes() for phase in flights["phase"]}) == 4 * 6 - 2
 
 
-def test_a_state_that_is_a_column_already_is_refused_in_a_sentence(
-    tmp_path: Path,
-) -> None:
+def test_what_is_refused_is_said_with_its_packages(tmp_path: Path) -> None:
+    """A state that is a column already, and one name that two packages offer."""
     model = OSCILLATORS.replace('"phase": About', '"vy": About')
     install(tmp_path, CIRCLES, {"__init__.py": "", "model.py": model})
+    for package in ("eddies", "whirls"):
+        offered = {"boidsweep.models": {"swirl": f"{package}:MODEL"}}
+        install(tmp_path, offered, {"__init__.py": ""}, name=package)
     (tmp_path / "spec.yaml").write_text(SPEC_OF_CIRCLES)
-    found = said(tmp_path, "plan", "spec.yaml", code=2)
-    assert len(found.stderr.splitlines()) == 1
+    commands = ("models",), ("plan", "spec.yaml")
+    listed, planned = started_in_turn(tmp_path, tmp_path / "site-packages", *commands)
+    assert (listed.returncode, planned.returncode) == (0, 2)
     why = 'no state can be called "vy": tables have a column of that name'
     place = "oscillators cannot be used: swirling 1.0 has it in swirling.model:MODEL: "
-    assert place + why in said(tmp_path, "models").stderr
-
-
-def test_two_packages_of_one_name_are_both_named(tmp_path: Path) -> None:
-    offered = {"boidsweep.models": {"swirl": "swirling.model:MODEL"}}
-    install(tmp_path, offered, FILES)
-    install(tmp_path, offered, {"__init__.py": ""}, name="eddies")
-    found = said(tmp_path, "models")
-    packages = "eddies 1.0, swirling 1.0"
-    assert (
-        f"swirl cannot be used: several packages offer it: {packages}" in found.stderr
-    )
+    assert place + why in listed.stderr
+    packages = "eddies 1.0, whirls 1.0"
+    said = f"swirl cannot be used: several packages offer it: {packages}"
+    assert said in listed.stderr
+    assert why in planned.stderr
+    assert len(planned.stderr.splitlines()) == 1
 
 
 def test_a_folder_of_the_path_that_is_none_of_packages_is_not_asked(
     tmp_path: Path,
 ) -> None:
-    """Else whoever leaves two files beside a spec could have them run."""
+    """Else whoever leaves two files beside a spec could have them run. Nor is the
+    folder in which one stands.
+    """
     here = install(tmp_path, OFFERED, FILES).rename(tmp_path / "anywhere")
     trap = tmp_path / "ran"
     (here / "swirling" / "__init__.py").write_text(f"open({str(trap)!r}, 'w')")
-    found = said(tmp_path, "models", PYTHONPATH=str(here))
-    assert "swirl" not in found.stdout
-    found = subprocess.run(
-        [*SWEEP, "models"], cwd=here, capture_output=True, text=True, timeout=PATIENCE
-    )
+    found = said(here, "models", PYTHONPATH=str(here))
     assert "swirl" not in found.stdout
     assert not trap.exists()
-
-
-IMPORTS = """
-import importlib, pkgutil, sweep, kernels
-from kernels.registry import Registry
-
-def refuse(self):
-    raise AssertionError(f"{self.group} is asked for")
-
-Registry._installed = refuse
-for package in (kernels, sweep):
-    for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
-        importlib.import_module(found.name)
-"""
-
-
-def test_no_package_is_asked_while_ours_are_imported() -> None:
-    """It would import modules of ours that are not there yet."""
-    subprocess.run([sys.executable, "-c", IMPORTS], check=True, cwd=ROOT)
 
 
 @pytest.mark.slow

@@ -1,7 +1,7 @@
 """Which parameters a model reads robot by robot, from its text."""
 
 import ast
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, Literal, NamedTuple
 
@@ -72,11 +72,11 @@ def _attributes(
     if key in met:
         return
     met.add(key)
-    tree = tree_of(plain)
+    assignments, others = _nodes(plain)
     known = dict(given)
-    while more := {*_bound(tree, plain, known)} - known.items():
+    while more := {*_bound(assignments, plain, known)} - known.items():
         known.update(more)
-    for node in ast.walk(tree):
+    for node in others:
         match node:
             case ast.Attribute(ast.Name(name), read) if name in known:
                 yield read, known[name]
@@ -85,6 +85,20 @@ def _attributes(
                 if is_ours(called) and called is not plain_of(params_of):
                     passed = dict(_passed(called, node, plain, known))
                     yield from _attributes(called, passed, met)
+
+
+@cache
+def _nodes(
+    plain: Callable[..., Any],
+) -> tuple[list[ast.Assign], list[ast.Attribute | ast.Call]]:
+    """The assignments of a function, and what it reads of names and calls. Models have
+    most functions in common.
+    """
+    nodes = list(ast.walk(tree_of(plain)))
+    return (
+        [node for node in nodes if isinstance(node, ast.Assign)],
+        [node for node in nodes if isinstance(node, ast.Attribute | ast.Call)],
+    )
 
 
 def _whose(
@@ -101,12 +115,12 @@ def _whose(
 
 
 def _bound(
-    tree: ast.AST, plain: Callable[..., Any], known: Mapping[str, Whose]
+    assignments: Iterable[ast.Assign],
+    plain: Callable[..., Any],
+    known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
     """The names to which a function gives parameters."""
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Assign):
-            continue
+    for node in assignments:
         for target in node.targets:
             for name, value in _pairs(target, node.value):
                 if whose := _whose(value, plain, known):

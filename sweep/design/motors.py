@@ -53,7 +53,7 @@ def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
     """Refuse motors and breakdowns of which the model's kernel knows nothing."""
     model = study.known.models[study.model]
     needed = {name: on.any() for name, on in act.items()}
-    if not drives(model.advance):
+    if any(needed.values()) and not drives(model.advance):
         for name in filter(needed.get, needed):
             raise study.document.error(
                 study.place_of(name) or ("model",),

@@ -11,7 +11,7 @@ import json
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path, PurePosixPath
 
 from sweep.errors import CodeError
@@ -118,16 +118,23 @@ def _alike(folder: Path, path: Path) -> Iterator[str]:
 def _imported(folder: Path, file: str, text: str) -> Iterator[str]:
     """The files that a file imports relatively, by their paths from the folder."""
     try:
-        tree = ast.parse(text)
+        nodes = _imports(text)
     except (SyntaxError, ValueError, RecursionError) as error:
         line = getattr(error, "lineno", None) or 1
         said = getattr(error, "msg", str(error))
         raise CodeError(f"{file}, line {line}: no Python: {said}") from None
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.level:
             yield from _relative(folder, file, node)
-        elif isinstance(node, ast.Import | ast.ImportFrom):
+        else:
             _check_absolute(folder, file, node)
+
+
+@lru_cache(maxsize=MOST_FILES)
+def _imports(text: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    """The imports of a file, which several entries of a spec name."""
+    nodes = ast.walk(ast.parse(text))
+    return tuple(one for one in nodes if isinstance(one, ast.Import | ast.ImportFrom))
 
 
 def _relative(folder: Path, file: str, node: ast.ImportFrom) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Who wrote what a publication tests, and when: what a citation needs of it."""
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cache
 
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.document import Entry
@@ -36,9 +36,10 @@ def bibliography(root: Entry) -> Bibliography:
     )
 
 
-def bibliography_of(model: str, experiments: Path = EXPERIMENTS) -> Bibliography | None:
+@cache
+def bibliography_of(model: str) -> Bibliography | None:
     """The document behind a model: that of the publication of its name, if there is
     one. Raises SpecError for a damaged file.
     """
-    file = experiments / model / FILE
+    file = EXPERIMENTS / model / FILE
     return bibliography(read_document(file)) if file.is_file() else None

@@ -31,7 +31,7 @@ def git_state(folder: Path) -> dict[str, Any]:
     that are `untracked` the name and the sha256 of each.
     """
     root, code = folder.parent, ("--", folder.name, "kernels")
-    commit = _git(root, "rev-parse", "HEAD")
+    commit = _run(root, "rev-parse", "HEAD")  # filters no file
     if not commit or not _git(root, "ls-files", "--", folder.name):
         return {}
     diff = os.fsencode(_git(root, "diff", *OURSELVES, "HEAD", *code)).decode(
@@ -70,9 +70,9 @@ def study_state(spec: Path, text: str) -> dict[str, Any]:
     except OSError:
         return {}
     folder = spec.resolve().parent
-    root = _git(folder, "rev-parse", "--show-toplevel").removesuffix("\n")
-    commit = _git(folder, "rev-parse", "HEAD").strip()
-    if not root or not commit:
+    said = _run(folder, "rev-parse", "--show-toplevel", "HEAD")  # filters no file
+    root, _, commit = said.removesuffix("\n").rpartition("\n")
+    if not root:
         return {}
     changed = _git(folder, "diff", *OURSELVES, "--name-only", "HEAD", "--", ".")
     kept = _git(folder, "ls-files", "--", f":(literal){spec.name}")

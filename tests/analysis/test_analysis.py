@@ -22,13 +22,13 @@ def test_the_interval_is_students() -> None:
 def test_intervals_of_normal_values_cover_the_truth_as_often_as_they_say(
     n: int,
 ) -> None:
-    """20,000 intervals; two-sided bound at 4 standard errors, so one false alarm in
+    """4000 intervals; two-sided bound at 4 standard errors, so one false alarm in
     16,000.
     """
     rng = np.random.default_rng(1)
-    intervals = [mean_interval(values) for values in rng.normal(3.0, 2.0, (20_000, n))]
+    intervals = [mean_interval(values) for values in rng.normal(3.0, 2.0, (4000, n))]
     share = np.mean([low <= 3.0 <= high for _, low, high, _ in intervals])
-    assert abs(share - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 20_000)
+    assert abs(share - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 4000)
 
 
 def test_one_value_has_no_interval_and_missing_values_do_not_count() -> None:

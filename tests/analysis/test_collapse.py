@@ -33,7 +33,7 @@ def test_intervals_hold_the_exponents() -> None:
     """Measured over 40 studies: 92 to 97 %. A right interval is beyond the bounds in
     less than one of 1000 tests of each exponent.
     """
-    studies = 10
+    studies = 7
     found = collapsed(studies, 12, 0.05, resamples=12)
     assert all(one.quality < 3.0 and one.compared > 0.5 for one in found)
     low, _ = binom.interval(0.999, studies, 0.92)

@@ -339,15 +339,15 @@ def equivalent_share(truth: float, margin: float, n: int, repeats: int) -> float
 
 
 def test_equivalence_is_claimed_of_a_value_on_the_margin_one_time_in_twenty() -> None:
-    """4000 samples, 4 standard errors; the other margin is 12 errors away."""
-    assert abs(equivalent_share(1.5, 1.5, 16, 4000) - 0.05) < 4 * np.sqrt(
-        0.05 * 0.95 / 4000
+    """2000 samples, 4 standard errors; the other margin is 12 errors away."""
+    assert abs(equivalent_share(1.5, 1.5, 16, 2000) - 0.05) < 4 * np.sqrt(
+        0.05 * 0.95 / 2000
     )
 
 
 def test_the_power_of_equivalence_is_the_known_one() -> None:
     """For a true value of zero: P(|mean| < margin - t s/sqrt(n)), integrated over s;
-    2000 samples, 4 errors.
+    1000 samples, 4 errors.
     """
     n, margin = 12, 0.8
     quantile = t.ppf(0.95, n - 1)
@@ -362,8 +362,8 @@ def test_the_power_of_equivalence_is_the_known_one() -> None:
 
     power = quad(given, 0, (margin * np.sqrt(n) / quantile) ** 2 * (n - 1))[0]
     assert 0.5 < power < 0.9
-    assert abs(equivalent_share(0.0, margin, n, 2000) - power) < 4 * np.sqrt(
-        power * (1 - power) / 2000
+    assert abs(equivalent_share(0.0, margin, n, 1000) - power) < 4 * np.sqrt(
+        power * (1 - power) / 1000
     )
 
 

@@ -16,6 +16,7 @@ from sweep.analysis import (
     quantile_interval,
     quantiles_by_point,
 )
+from tests.cases import slow_but
 
 Draw = Callable[[np.random.Generator, int], np.ndarray]
 
@@ -56,13 +57,16 @@ def test_students_interval_covers_normal_values_as_it_says_and_skewed_ones_less(
     """30 values. Those of the skewed are from 400,000 intervals computed with numpy
     alone.
     """
-    assert_share(coverage(distribution, 30, "t", 4000), expected, 4000)
+    assert_share(coverage(distribution, 30, "t", 2000), expected, 2000)
 
 
 @pytest.mark.usefixtures("fewer_resamples")
 @pytest.mark.parametrize(
     ("distribution", "expected"),
-    [(NORMAL, 0.95), (EXPONENTIAL, 0.943), (LOGNORMAL, 0.925)],
+    slow_but(
+        [(EXPONENTIAL, 0.943)],
+        [(NORMAL, 0.95), (EXPONENTIAL, 0.943), (LOGNORMAL, 0.925)],
+    ),
     ids=["normal", "exp", "log"],
 )
 def test_the_studentised_bootstrap_covers_skewed_values_better(

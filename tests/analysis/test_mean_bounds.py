@@ -295,17 +295,11 @@ def test_constant_samples_stop_no_rule() -> None:
 
 
 QUICK = 1_500
-IN_ALL = (
-    "lognormal, sigma 1",
-    "Bernoulli 0.05",
-    "Poisson 0.3",
-    "clustered 5, shape 0.3",
-)
 FEW_VALUES, LOOKS = "intervals-of-few-values.md", "looks-hold-together.md"
 FAMILY = "a-comparison-is-one-family.md"
 
 
-@pytest.mark.parametrize("n", SIZES[:3])
+@pytest.mark.parametrize("n", SIZES[:2])
 def test_intervals_cover_as_documented(n: int) -> None:
     rows = documented(FEW_VALUES, dict.fromkeys(FIXED))
     for name, values in FIXED.items():

@@ -22,6 +22,7 @@ from sweep.analysis.sequential import (
     repeated_interval,
 )
 from tests.analysis.measured_coverage import covered_together_at_stopping
+from tests.cases import slow_but
 
 Draw = Callable[[np.random.Generator, tuple[int, int]], np.ndarray]
 
@@ -118,10 +119,8 @@ def test_looks_grow_by_a_quarter_from_the_first_to_the_last(
 
 
 @pytest.mark.parametrize(
-    "draw", [normal, mean_over_frames], ids=["normal", "mean of a series"]
-)
-@pytest.mark.parametrize(
-    ("least", "most", "confidence"), [(3, 40, 0.95), (10, 60, 0.95), (3, 40, 0.8)]
+    ("draw", "least", "most", "confidence"),
+    [(normal, 3, 40, 0.95), (mean_over_frames, 10, 60, 0.95), (normal, 3, 40, 0.8)],
 )
 def test_all_looks_hold_together_exactly_as_often_as_they_say(
     draw: Draw, least: int, most: int, confidence: float
@@ -166,8 +165,9 @@ def test_the_simulation_is_on_the_safe_side_and_the_same_each_time() -> None:
     assert nominal_confidence(looks(3, 20), 0.95) == first == round(first, 5)
 
 
-@pytest.mark.parametrize("half_width", [1.0, 0.5, 0.36, 0.25])
-@pytest.mark.parametrize("least", [3, 10])
+@pytest.mark.parametrize(
+    ("least", "half_width"), [(3, 1.0), (10, 0.5), (3, 0.36), (10, 0.25)]
+)
 def test_normal_points_stop_with_intervals_that_cover_more_often_than_promised(
     least: int, half_width: float
 ) -> None:
@@ -193,22 +193,17 @@ def test_the_price_of_looking() -> None:
 
 @pytest.mark.parametrize(
     ("draw", "least", "half_width", "measured"),
-    [
-        (exponential, 3, 0.5, 0.93),
-        (exponential, 10, 0.5, 0.95),
-        (lognormal, 3, 0.25, 0.88),
-        (lognormal, 10, 0.25, 0.90),
-        (lognormal, 30, 0.25, 0.93),
-        (lognormal, 50, 0.25, 0.95),
-    ],
-    ids=[
-        "exponential 3",
-        "exponential 10",
-        "lognormal 3",
-        "lognormal 10",
-        "lognormal 30",
-        "lognormal 50",
-    ],
+    slow_but(
+        [(exponential, 3, 0.5, 0.93), (lognormal, 10, 0.25, 0.90)],
+        [
+            (exponential, 3, 0.5, 0.93),
+            (exponential, 10, 0.5, 0.95),
+            (lognormal, 3, 0.25, 0.88),
+            (lognormal, 10, 0.25, 0.90),
+            (lognormal, 30, 0.25, 0.93),
+            (lognormal, 50, 0.25, 0.95),
+        ],
+    ),
 )
 def test_skewed_points_need_a_larger_first_look(
     draw: Draw, least: int, half_width: float, measured: float
@@ -244,7 +239,7 @@ def test_an_interval_is_for_the_number_of_trials_at_a_look() -> None:
         repeated_interval(values[:12], looks(10, 60))
 
 
-@pytest.mark.parametrize("correlation", [0.0, 0.9])
+@pytest.mark.parametrize("correlation", slow_but([0.9], [0.0, 0.9]))
 def test_two_metrics_are_covered_together_where_a_point_stops(
     correlation: float,
 ) -> None:

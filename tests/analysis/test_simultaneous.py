@@ -17,12 +17,12 @@ def test_bonferroni_and_sidak() -> None:
 
 
 def test_independent_intervals_of_sidak_hold_together_exactly_as_often() -> None:
-    """2000 sets of 6 intervals of 8 values; two-sided bound at 4 standard errors."""
+    """1000 sets of 6 intervals of 8 values; two-sided bound at 4 standard errors."""
     rng, level = (
         np.random.default_rng(1),
         simultaneous_confidence(6, correction="sidak"),
     )
-    sets = rng.normal(size=(2000, 6, 8))
+    sets = rng.normal(size=(1000, 6, 8))
     held = [
         all(
             low <= 0 <= high
@@ -30,7 +30,7 @@ def test_independent_intervals_of_sidak_hold_together_exactly_as_often() -> None
         )
         for rows in sets
     ]
-    assert abs(np.mean(held) - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 2000)
+    assert abs(np.mean(held) - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 1000)
 
 
 @pytest.mark.parametrize(

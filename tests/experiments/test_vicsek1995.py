@@ -19,11 +19,23 @@ from sweep.own_code.reading import study_of
 from sweep.spec.strict_yaml import read_document
 from sweep.trial.simulation import run
 from tests import builders
+from tests.cases import slow_but
 
 with PROGRAMS.open(encoding="utf-8", newline="") as file:
     KNOWN = list(csv.DictReader(file))
 SMALL = [known for known in KNOWN if int(known["n"]) <= 100]
 """The others take too long for a test: claims compare them."""
+ORDER = "{moves_with}-{n}-{noise}"
+FEW = [
+    known
+    for known in SMALL
+    if ORDER.format_map(known)
+    in (
+        *("new_heading-40-1", "new_heading-40-5", "new_heading-100-3.5"),
+        *("new_heading-100-6.283185", "old_heading-40-4"),
+    )
+]
+"""Order and disorder of both sizes, and both ways to move."""
 RUNS, STEPS, BURN_IN = 8, 4000, 1000
 
 
@@ -49,7 +61,11 @@ def order(preset: str, known: dict[str, str], steps: int, seed: int) -> np.ndarr
     return result.series["polarization"]
 
 
-@pytest.mark.parametrize("known", SMALL, ids="{moves_with}-{n}-{noise}".format_map)
+@pytest.mark.parametrize(
+    "known",
+    slow_but(FEW, SMALL),
+    ids=[ORDER.format_map(known) for known in SMALL],
+)
 def test_the_order_is_that_of_independent_programs(known: dict[str, str]) -> None:
     """The mean over 3000 steps of 8 runs, which tells it to 0.4 % at most.
 

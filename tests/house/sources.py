@@ -29,7 +29,7 @@ class Module:
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
-        self.tree = ast.parse(text)
+        self.tree = ast.parse(text, name)
 
     @cached_property
     def nodes(self) -> list[ast.AST]:

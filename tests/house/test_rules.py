@@ -1,5 +1,8 @@
 """Each rule of the house finds what breaks it, in its line."""
 
+import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import FunctionType
@@ -7,9 +10,11 @@ from typing import get_type_hints
 
 import pytest
 
+from tests import ROOT
 from tests.house import (
     documents,
     evaluation,
+    extras,
     figures,
     imports,
     kernels,
@@ -19,13 +24,16 @@ from tests.house import (
     systems,
     writing,
 )
-from tests.house.__main__ import RULES, SUBJECTS, findings, main
+from tests.house.__main__ import main
+from tests.house.rules import RULES, SUBJECTS, findings
 from tests.house.sources import Checkout, Finding, Rule
+from tests.patience import PATIENCE
 
 LISTING, PAGE = "docs/decisions/README.md", "docs/decisions/one.md"
 CHAPTERS = "".join(f"## {chapter}\nx\n" for chapter in documents.CHAPTERS)
 TRUST = "docs/trust.md"
 TABLE = imports.TABLE
+PROJECT, EXTRAS = extras.PROJECT, "[project.optional-dependencies]\na = []\n"
 INEXACT = "has other bits elsewhere"
 
 BROKEN: list[tuple[Rule, dict[str, str], str]] = [
@@ -300,6 +308,41 @@ BROKEN: list[tuple[Rule, dict[str, str], str]] = [
         {TRUST: "", "tests/attacks/test_a.py": ""},
         f"tests/attacks/test_a.py:1: stands behind no sentence of {TRUST}",
     ),
+    (
+        extras.code_names_extras_that_there_are,
+        {PROJECT: EXTRAS, "sweep/a.py": "\ninstalling('b')"},
+        "sweep/a.py:2: there is no extra b",
+    ),
+    (
+        extras.code_names_extras_that_there_are,
+        {},
+        "sweep/text.py:1: nobody calls installing",
+    ),
+    (
+        extras.how_an_extra_is_installed_is_said_once,
+        {"sweep/text.py": ""},
+        "sweep/text.py:1: does not say how an extra is installed",
+    ),
+    (
+        extras.how_an_extra_is_installed_is_said_once,
+        {"sweep/a.py": "\nX = 'pip install boidsweep[a]'"},
+        "sweep/a.py:2: installing of sweep/text.py says it",
+    ),
+    (
+        extras.documents_name_extras_that_there_are,
+        {PROJECT: EXTRAS, "GUIDE.md": "boidsweep[a]\nboidsweep[a,b]"},
+        "GUIDE.md:2: there is no extra b",
+    ),
+    (
+        extras.documents_name_extras_that_there_are,
+        {"notebooks/a.ipynb": '\npip install \\".[a]'},
+        "notebooks/a.ipynb:2: installs from the folder of a clone",
+    ),
+    (
+        extras.every_extra_has_a_row,
+        {PROJECT: EXTRAS, "docs/start.md": "| extra |\n"},
+        "docs/start.md:1: a is no extra, or has no row",
+    ),
 ]
 WITHOUT_A_REASON = {
     writing.no_module_writes_a_file_in_a_way_of_its_own: (
@@ -447,5 +490,30 @@ def test_all_findings_are_printed_in_order_and_count(
 
 
 def test_a_checkout_without_findings_is_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tests.house.__main__.RULES", [])
+    monkeypatch.setattr("tests.house.rules.RULES", [])
     assert main(Checkout(Path())) == 0
+
+
+def test_what_is_no_python_is_one_finding(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    checkout = made_up({"sweep/a.py": "x = 1\ny = (", "kernels/b.py": ""}, tmp_path)
+    assert main(checkout) == 1
+    said = "sweep/a.py:2: no Python: '(' was never closed\n"
+    assert capsys.readouterr() == (said, "")
+
+
+def test_kernels_that_cannot_be_imported_are_one_finding(tmp_path: Path) -> None:
+    """Some rules import them, in the checkout in which they lie."""
+    shutil.copytree(ROOT / "tests" / "house", tmp_path / "tests" / "house")
+    shutil.copy(ROOT / "tests" / "__init__.py", tmp_path / "tests")
+    made_up({"kernels/__init__.py": "x = 1\ny = ("}, tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.house"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    said = "kernels/__init__.py:2: no Python: '(' was never closed\n"
+    assert (done.returncode, done.stdout, done.stderr) == (1, said, "")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kernels import caching
+from kernels import caching, identity
 from kernels.caching import (
     DAY,
     UNUSED_DAYS,
@@ -19,7 +19,7 @@ from kernels.caching import (
     remove_unused,
 )
 from kernels.neighbours import search, square_range
-from kernels.stamps import code_stamp
+from kernels.stamps import code_stamp, stamp_of_all
 from tests import ROOT
 from tests.commands import python
 
@@ -165,6 +165,19 @@ def test_a_stamp_is_found_once_and_noted(tmp_path: Path) -> None:
     [note] = folder.glob("*.stamp")
     assert note.stem.endswith(f"-{first}")
     assert note.stat().st_size == 0
+
+
+def test_what_every_launch_says_of_all_kernels_is_noted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(caching, "FOLDER", tmp_path)
+    monkeypatch.setattr(caching, "_noted_stamps", caching._noted_stamps.__wrapped__)
+    asked = identity.kernels_sha.__wrapped__, identity._flight_stamp.__wrapped__
+    found = [ask() for ask in asked]
+    assert found == [stamp_of_all(ROOT / "kernels"), identity._found_flight_stamp()]
+    for name in ("stamp_of_texts", "_found_flight_stamp"):
+        monkeypatch.setattr(identity, name, None)
+    assert [ask() for ask in asked] == found
 
 
 def test_a_note_is_of_the_sources_as_they_are(

@@ -49,20 +49,19 @@ def said(folder: Path, *arguments: str, code: int = 0) -> str:
     return found.stdout + found.stderr
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the package, a spec, and the study launched by two workers."""
-    here = tmp_path_factory.mktemp("named")
+def prepared(here: Path) -> Path:
+    """A folder with the package and a spec."""
     install(here, {}, INSTALLED)
     (here / "spec.yaml").write_text(SPEC)
-    assert "4 done" in said(here, "launch", "spec.yaml", "--workers", "2")
     return here
 
 
-def test_a_plan_says_which_modules_run(folder: Path) -> None:
-    planned = said(folder, "plan", "spec.yaml")
-    listed = "swirling.model, swirling.tables"
-    assert f"\nruns code  {listed}\n" in planned
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the package, a spec, and the study launched by two workers."""
+    here = prepared(tmp_path_factory.mktemp("named"))
+    assert "4 done" in said(here, "launch", "spec.yaml", "--workers", "2")
+    return here
 
 
 def test_a_module_and_a_file_from_elsewhere_are_written_as_a_spec_names_them() -> None:
@@ -82,12 +81,6 @@ def test_a_module_and_a_file_from_elsewhere_are_written_as_a_spec_names_them() -
     assert known.written("metrics", "haste") == "../shared/mine.py:haste"
     assert known.written("starts", "ring") == "../shared/ring.csv"
     assert known.runs == ("mine.py", "swirling.model")
-
-
-def test_nothing_is_imported_without_a_word(folder: Path) -> None:
-    refused = said(folder, "plan", "spec.yaml", "--no-code", code=2)
-    runs = 'this spec runs code from "swirling.model:MODEL"'
-    assert refused == f"spec.yaml:3: {runs}; no code may run\n"
 
 
 @pytest.mark.slow
@@ -133,23 +126,34 @@ WRONG = {
     "swirling.modle:MODEL": "swirling.modle: ModuleNotFoundError: No module named",
     "swirling.model:MODLE": 'swirling.model: MODLE is no Model; it has "MODEL"',
     "json:MODEL": 'json: unknown installed package "json"',
+    "turning.model:MODEL": 'turning.model: unknown installed package "turning"',
 }
 
 
-def test_what_cannot_be_named_is_an_error_with_its_line(folder: Path) -> None:
+def test_modules_run_where_they_are_named_and_may(tmp_path: Path) -> None:
+    """What cannot be named is an error with its line; so is a package that lies in the
+    folder in which one stands.
+    """
+    folder = prepared(tmp_path)
+    shutil.copytree(folder / "site-packages" / "swirling", folder / "turning")
     files = [f"wrong-{number}.yaml" for number in range(len(WRONG))]
     for file, model in zip(files, WRONG, strict=True):
         (folder / file).write_text(SPEC.replace("swirling.model:MODEL", model))
-    plans = [("plan", file) for file in files]
-    found = started_in_turn(folder, folder / "site-packages", *plans)
-    for file, words, plan in zip(files, WRONG.values(), found, strict=True):
-        assert plan.returncode == 2
-        assert f"{file}:3: {words}" in plan.stderr
-
-
-def test_the_folder_in_which_one_stands_is_no_package(tmp_path: Path) -> None:
-    package = install(tmp_path, {}, INSTALLED) / "swirling"
-    package.rename(tmp_path / "turning")
-    (tmp_path / "spec.yaml").write_text(SPEC.replace("swirling", "turning"))
-    refused = said(tmp_path, "plan", "spec.yaml", code=2)
-    assert 'unknown installed package "turning"' in refused
+    without, plan, *wrong, launched, table = started_in_turn(
+        folder,
+        folder / "site-packages",
+        ("plan", "spec.yaml", "--no-code"),
+        ("plan", "spec.yaml"),
+        *(("plan", file) for file in files),
+        ("launch", "spec.yaml"),
+        ("table", "named"),
+    )
+    runs = 'this spec runs code from "swirling.model:MODEL"'
+    assert without.stderr == f"spec.yaml:3: {runs}; no code may run\n"
+    assert without.returncode == 2
+    assert "\nruns code  swirling.model, swirling.tables\n" in plan.stdout
+    for file, words, refused in zip(files, WRONG.values(), wrong, strict=True):
+        assert refused.returncode == 2
+        assert f"{file}:3: {words}" in refused.stderr
+    assert "4 done" in launched.stderr
+    assert "rightwards" in table.stdout

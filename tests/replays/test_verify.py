@@ -329,18 +329,18 @@ def test_the_sample_is_of_the_size_asked_for_and_at_least_one(
 def test_the_sample_is_drawn_by_the_seed_and_each_trial_as_often(
     clean: StoredStudy,
 ) -> None:
-    """600 samples of 2 of 6: each is in 200 of them, within 4.4 standard deviations.
+    """300 samples of 2 of 6: each is in 100 of them, within 4.4 standard deviations.
     False alarms: 6 * 1.1e-5.
     """
     drawn = Counter[str]()
-    for seed in range(600):
+    for seed in range(300):
         sample = verify_module._drawn(clean, 0.3, 1000, seed)[0]
         assert sample == verify_module._drawn(clean, 0.3, 1000, seed)[0]
         assert len(set(sample)) == 2
         drawn.update(sample)
     assert set(drawn) == set(clean.plan["trial_id"].to_pylist())
     assert all(
-        abs(count - 200) < 4.4 * np.sqrt(600 / 3 * 2 / 3) for count in drawn.values()
+        abs(count - 100) < 4.4 * np.sqrt(300 / 3 * 2 / 3) for count in drawn.values()
     )
 
 

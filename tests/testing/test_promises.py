@@ -331,12 +331,7 @@ IN_OTHER_PROCESSES = ("interpreter", "workers")
 
 @pytest.mark.parametrize(
     "promise",
-    [
-        pytest.param(
-            promise, marks=[pytest.mark.slow] if promise in IN_OTHER_PROCESSES else []
-        )
-        for promise in PROMISES
-    ],
+    slow_but([one for one in PROMISES if one not in IN_OTHER_PROCESSES], PROMISES),
 )
 def test_a_good_model_keeps_it(promise: str, tmp_path: Path) -> None:
     assert_keeps(written(tmp_path, AT_ONCE)[0], promise)
@@ -490,6 +485,7 @@ def test_the_command_says_each_promise_in_a_line(tmp_path: Path) -> None:
     assert [one["promise"] for one in json.loads(as_json.stdout)] == list(PROMISES)
 
 
+@pytest.mark.slow
 def test_the_command_ends_with_0_where_nothing_is_broken(tmp_path: Path) -> None:
     path, _ = written(tmp_path)
     done = sweep(tmp_path, "check", f"{path.name}:MODEL", "--json")
