@@ -84,7 +84,7 @@ ORIGIN = {PROVENANCE.decode(): json.dumps(ABOUT)}
 """Metadata without which a table of trials is not taken for one; they say nothing."""
 
 IMPOSSIBLE = SMALL.replace(
-    "n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
+    "n: 12,", "n: 12, n_obstacles: 1, obstacle_radius: 5000, start_free: true,"
 )
 """No free place for a boid: every trial raises."""
 

@@ -19,7 +19,7 @@ from tests.commands import sweep
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
 BROKEN_TRIALS = SPEC.replace(
-    "n: 40,", "n: 40, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
+    "n: 40,", "n: 40, n_obstacles: 1, obstacle_radius: 5000, start_free: true,"
 ).replace("replicates: 8", "replicates: 1")
 
 
@@ -244,7 +244,7 @@ def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
     experiments(
         tmp_path,
         figures=FIGURES.replace(
-            "return metric_curves", "raise RuntimeError(studies)  #"
+            "return Figure", "raise RuntimeError(studies)  #"
         ),
     )
     assert (

@@ -56,7 +56,7 @@ mutants:
     fixed.start_velocities: components}}}
   heavy: {about: "drag counts double", change: {small: {fixed.drag: 0.2}}}
 contradictions:"""
-NO_ROOM = "{small: {fixed.n_obstacles: 4000, fixed.obstacle_radius: 250,\
+NO_ROOM = "{small: {fixed.n_obstacles: 1, fixed.obstacle_radius: 5000,\
   fixed.start_free: true}}"
 TURNED = PUBLISHED.replace("\ncontradictions:", MUTANTS).replace(
     "{replicates: 3,", "{replicates: 6,"

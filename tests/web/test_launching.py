@@ -79,7 +79,7 @@ def stored(launcher: Launcher) -> StoredStudy:
 
 def test_what_a_launch_says_of_its_failure_is_told(launcher: Launcher) -> None:
     impossible = SMALL.replace(
-        "n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
+        "n: 12,", "n: 12, n_obstacles: 1, obstacle_radius: 5000, start_free: true,"
     ).replace("seed: 5", "seed: 5\non_error: stop")
     launcher.launch(impossible, launcher.proposed(impossible).seen)
     assert ended(launcher) != 0
