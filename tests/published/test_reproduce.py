@@ -243,9 +243,7 @@ def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
     assert "statements of tiny: 1 confirmed, 1 not testable" in fine.stderr
     experiments(
         tmp_path,
-        figures=FIGURES.replace(
-            "return Figure", "raise RuntimeError(studies)  #"
-        ),
+        figures=FIGURES.replace("return Figure", "raise RuntimeError(studies)  #"),
     )
     assert (
         sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "quick").returncode
