@@ -83,7 +83,7 @@ ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {
 ORIGIN = {PROVENANCE.decode(): json.dumps(ABOUT)}
 """Metadata without which a table of trials is not taken for one; they say nothing."""
 
-NO_ROOM = "n: 12, n_obstacles: 100, obstacle_radius: 1000, start_free: true,"
+NO_ROOM = "n: 12, n_obstacles: 1, obstacle_radius: 5000, start_free: true,"
 IMPOSSIBLE = SMALL.replace("n: 12,", NO_ROOM)
 """No free place for a boid: every trial raises."""
 

@@ -78,6 +78,14 @@ def study_of(
     return _read(parse_document(text, file), code, code_from)
 
 
+def check_spec(spec: Mapping[str, Any], path: Path) -> None:
+    """Raise SpecError where `study_of` would, for a mapping of what was read from YAML.
+
+    It is not written as a text first. Its code runs.
+    """
+    _read(Entry(Document(path, ""), (), spec), True, None)
+
+
 def with_variants(study: Study) -> list[Study]:
     """The study, and after it the variants that `validate` asks for. No code runs.
 

@@ -5,11 +5,13 @@ and a large share, and each detail of the other presets of the model is tried al
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import cast
 
 from sweep.published.publications import Publication
 from sweep.published.variants import (
+    Makers,
     SpecChange,
     Variant,
     altered,
@@ -28,17 +30,19 @@ Moves = dict[str, Mapping[str, Value]]
 """By spec the new values of settings."""
 
 
-def details(publication: Publication) -> Iterator[Variant]:
+def details(publication: Publication) -> Makers:
     """The details of a publication: `n-up-2`, `n-down-2`, ... and `drag-of-as_run`.
 
     A variant whose values are those of one before it is left out.
     """
     studies = needed_studies(publication)
     shifted, seen = _shifted(studies), list[Moves]()
+    found: dict[str, Callable[[], Variant]] = {}
     for name, moves in (shifted | _of_other_presets(studies)).items():
         if moves not in seen:
             seen.append(moves)
-            yield altered(
+            found[name] = partial(
+                altered,
                 publication,
                 "details",
                 name,
@@ -46,6 +50,7 @@ def details(publication: Publication) -> Iterator[Variant]:
                 {spec: SpecChange(values) for spec, values in moves.items()},
                 share=_share(studies, moves) if name in shifted else None,
             )
+    return found
 
 
 def moved(setting: Setting, value: float, percent: int) -> float:

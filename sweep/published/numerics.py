@@ -4,11 +4,13 @@ They have half the time step, another order of updates, or another seed. What th
 turns is turned by chance: it says how much the others mean.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from sweep.published.publications import FIXED, Publication
 from sweep.published.variants import (
+    Makers,
     SpecChange,
     Variant,
     altered,
@@ -24,17 +26,22 @@ PARTS = 2
 """The shorter steps that one step is cut into."""
 
 
-def numerics(publication: Publication) -> Iterator[Variant]:
+def numerics(publication: Publication) -> Makers:
     """The numerics of a publication: `dt-half`, `update-synchronous` or another order,
     and `seed-other`.
     """
     studies = needed_studies(publication)
-    yield _half_step(publication, studies)
-    yield from _other_updates(publication, studies)
     seeds = {
         spec: SpecChange(keys=_other_seeds(study)) for spec, study in studies.items()
     }
-    yield altered(publication, "numerics", "seed-other", "all seeds plus 1", seeds)
+    about = "all seeds plus 1"
+    return {
+        "dt-half": partial(_half_step, publication, studies),
+        **_other_updates(publication, studies),
+        "seed-other": partial(
+            altered, publication, "numerics", "seed-other", about, seeds
+        ),
+    }
 
 
 def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Variant:
@@ -64,9 +71,7 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
     )
 
 
-def _other_updates(
-    publication: Publication, studies: Mapping[str, Study]
-) -> Iterator[Variant]:
+def _other_updates(publication: Publication, studies: Mapping[str, Study]) -> Makers:
     """Each order of updates, in the specs that have another one."""
     free = {spec: one for spec, one in studies.items() if is_free(one, UPDATE)}
     orders = [order for one in free.values() for order in one.settings[UPDATE].choices]
@@ -75,6 +80,7 @@ def _other_updates(
         for spec in studies
         if spec not in free
     }
+    found: dict[str, Callable[[], Variant]] = {}
     for order in dict.fromkeys(orders):
         changes = {
             spec: SpecChange({UPDATE: order})
@@ -82,14 +88,17 @@ def _other_updates(
             if value_of(study, UPDATE) != order
         }
         if changes:
-            yield altered(
+            name = f"{UPDATE}-{order}"
+            found[name] = partial(
+                altered,
                 publication,
                 "numerics",
-                f"{UPDATE}-{order}",
+                name,
                 f"updates are {order}",
                 changes,
                 refused=fixed,
             )
+    return found
 
 
 def _other_seeds(study: Study) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 from sweep.design.design import Design, expand
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
-from sweep.own_code.reading import code_of, study_of
+from sweep.own_code.reading import check_spec, code_of, load_spec, study_of
 from sweep.published.bibliography import BIBLIOGRAPHIC, FILE, bibliography
 from sweep.published.claims import Claim, read_claims
 from sweep.published.measures import MeasureReader
@@ -264,8 +264,7 @@ def _designed(
 
 def _study(entry: Entry, folder: Path) -> Study:
     """The study of the spec that `entry` names."""
-    file = _spec_file(entry, folder)
-    return study_of(read_document(file).document.text, file)
+    return load_spec(_spec_file(entry, folder))
 
 
 def _spec_file(entry: Entry, folder: Path) -> Path:
@@ -283,15 +282,20 @@ def _changed(
 ) -> Study:
     """The study of the spec that `entry` names, with `changes`, under another name."""
     file = _spec_file(entry, folder)
-    root = read_document(file)
-    for change in changes:
-        for path in change.value:
-            _change(root.value, change.child(path), path.split("."))
-    name = f"{prefix}/{root.value['study']}"
+    spec = _with_changes(file, changes, prefix)
     try:
-        return study_of(root.value | {"study": name}, file)
+        return study_of(spec, file)
     except SpecError as error:
         raise _told(changes[-1], entry.name, error) from None
+
+
+def _with_changes(file: Path, changes: Sequence[Entry], prefix: str) -> dict[str, Any]:
+    """A spec with `changes`, under another name."""
+    spec: dict[str, Any] = read_document(file).value
+    for change in changes:
+        for path in change.value:
+            _change(spec, change.child(path), path.split("."))
+    return spec | {"study": f"{prefix}/{spec['study']}"}
 
 
 def _told(entry: Entry, spec: str, error: SpecError) -> SpecError:
@@ -344,7 +348,12 @@ def _try_changes(
     """Raise SpecError where the changes of a mutant do not leave a right spec."""
     for mutant in mutants:
         for spec, made in mutant.changes.items():
-            _changed(specs[spec], folder, made, f"{MUTANTS}/{mutant.name}")
+            file = _spec_file(specs[spec], folder)
+            changed = _with_changes(file, made, f"{MUTANTS}/{mutant.name}")
+            try:
+                check_spec(changed, file)
+            except SpecError as error:
+                raise _told(made[-1], spec, error) from None
 
 
 def _contradictions(entry: Entry | None) -> list[Contradiction]:

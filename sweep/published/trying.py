@@ -10,7 +10,7 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -37,6 +37,7 @@ from sweep.published.turned import (
 )
 from sweep.published.variants import (
     Kind,
+    Makers,
     Variant,
     mutants,
     needed_studies,
@@ -49,7 +50,7 @@ from sweep.tables.scaling import Scaling
 from sweep.text import unknown
 from sweep.workers.executors import ExecutorFactory, Loky, Serial
 
-MAKERS: Mapping[Kind, Callable[[Publication], Iterator[Variant]]] = {
+MAKERS: Mapping[Kind, Callable[[Publication], Makers]] = {
     "mutants": mutants,
     "details": details,
     "numerics": numerics,
@@ -64,14 +65,17 @@ def chosen_variants(
     `named` are names, or patterns such as `n-*`; without any it is all variants. Raises
     SpecError for one that no variant has, and as `mutants`.
     """
-    made = [(one, list(MAKERS[kind](one))) for one in publications if one.asked]
-    names = dict.fromkeys(one.name for _, variants in made for one in variants)
+    known = [(one, MAKERS[kind](one)) for one in publications if one.asked]
+    names = dict.fromkeys(name for _, makers in known for name in makers)
     for pattern in named:
         if not any(fnmatchcase(name, pattern) for name in names):
             raise SpecError(unknown(f"variant of the {kind}", pattern, names))
     chosen = [
-        (publication, [one for one in variants if _is_named(one.name, named)])
-        for publication, variants in made
+        (
+            publication,
+            [make() for name, make in makers.items() if _is_named(name, named)],
+        )
+        for publication, makers in known
     ]
     return [(publication, variants) for publication, variants in chosen if variants]
 

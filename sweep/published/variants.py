@@ -4,8 +4,9 @@ Each variant runs and is judged as the publication at the quick scale is, with t
 random numbers. What its claims say with it is compared with what they say without it.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal, get_args
 
 from sweep.design.design import Design, expand
@@ -14,7 +15,13 @@ from sweep.own_code.reading import study_of
 from sweep.published.claims import Claim
 from sweep.published.measures import misfit, specs_of
 from sweep.published.program_mutants import PROGRAM_MUTANTS, ProgramMutant
-from sweep.published.publications import FIXED, QUICK, Publication, read_mutant
+from sweep.published.publications import (
+    FIXED,
+    QUICK,
+    Mutant,
+    Publication,
+    read_mutant,
+)
 from sweep.spec.settings import Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
@@ -56,16 +63,25 @@ class SpecChange:
     keys: Mapping[str, Any] = field(default_factory=dict)
 
 
-def mutants(publication: Publication) -> Iterator[Variant]:
-    """The mutants of a publication, and those of the program. Raises SpecError for one
-    with which a measure finds no trials.
+Makers = Mapping[str, Callable[[], Variant]]
+"""What makes each variant of a kind, by its name: to make all takes seconds."""
+
+
+def mutants(publication: Publication) -> Makers:
+    """The mutants of a publication, and those of the program. To make one with which a
+    measure finds no trials raises SpecError.
     """
-    for one in publication.mutants:
-        changed = read_mutant(publication, one.name)
-        yield Variant("mutants", one.name, one.about, changed)
     needed = needed_studies(publication)
-    for name, mistake in PROGRAM_MUTANTS.items():
-        yield of_program(publication, name, mistake.changed(needed, ()))
+    own = {one.name: partial(_mutant, publication, one) for one in publication.mutants}
+    return own | {
+        name: partial(of_program, publication, name, mistake.changed(needed, ()))
+        for name, mistake in PROGRAM_MUTANTS.items()
+    }
+
+
+def _mutant(publication: Publication, one: Mutant) -> Variant:
+    changed = read_mutant(publication, one.name)
+    return Variant("mutants", one.name, one.about, changed)
 
 
 def of_program(publication: Publication, name: str, specs: Collection[str]) -> Variant:

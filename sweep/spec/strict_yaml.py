@@ -8,6 +8,7 @@ executed, and its size and depth are limited.
 
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from io import StringIO
 from os import PathLike, fspath
 from pathlib import Path
@@ -113,7 +114,7 @@ def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
     before = piece.lines_before
     try:
         # The empty lines make all marks those of the file.
-        root = YAML(typ="safe", pure=True).compose("\n" * before + piece.text)
+        root = _composed("\n" * before + piece.text)
         if root is None:
             document.lines[()] = before + 1
         value = _YamlReader(document).read(root, ()) if root is not None else None
@@ -122,6 +123,15 @@ def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
     except RecursionError:
         raise document.error((), "is nested too deeply") from None
     return Entry(document, (), value)
+
+
+@lru_cache(maxsize=32)
+def _composed(text: str) -> Node | None:
+    """The nodes of a text, which are only read. Some texts are asked for again and
+    again: the spec whose variants are tried one by one.
+    """
+    root: Node | None = YAML(typ="safe", pure=True).compose(text)
+    return root
 
 
 def dump(mapping: Mapping[str, Any]) -> str:

@@ -196,6 +196,13 @@ class StoredStudy:
         """The study before any `where`."""
         return self
 
+    @cached_property
+    def asked(self) -> pa.Table | None:
+        """What a search had asked for when this was first looked at; None where the
+        study is no search.
+        """
+        return self.store.read_asked() if self.whole is self else self.whole.asked
+
     @property
     def restricted(self) -> bool:
         """Whether `where` has chosen among its trials."""

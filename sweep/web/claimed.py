@@ -29,11 +29,29 @@ def published(
     """
     found = []
     for file in sorted(experiments.glob("*/published.yaml")):
+        if not _names(file.parent, model):
+            continue
         try:
             found += list(_numbers(file, model, preset))
         except (SpecError, ChoiceError):
             continue
     return tuple(found)
+
+
+def _names(folder: Path, model: str) -> bool:
+    """Whether a spec in a folder may be of a model. Its name in a text is found at
+    once, and to read all documents takes a second.
+    """
+    return any(
+        model in _text(file)
+        for file in folder.glob("*.yaml")
+        if file.name != "published.yaml"
+    )
+
+
+@cache
+def _text(file: Path) -> str:
+    return file.read_text("utf-8", errors="replace") if file.is_file() else ""
 
 
 def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]:

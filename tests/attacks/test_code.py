@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests import ROOT
+from tests.cases import slow_but
 from tests.patience import PATIENCE
 from tests.searches import TINY
 from tests.studies import SMALL, launched
@@ -94,7 +95,7 @@ def hostile(tmp_path: Path) -> Hostile:
     return Hostile(tmp_path, SHADOWS)
 
 
-@pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("workers", slow_but(["1"], ["1", "2"]))
 def test_nothing_beside_a_spec_runs_on_a_launch(hostile: Hostile, workers: str) -> None:
     """In workers, in the trackers of loky and multiprocessing, and in the command."""
     said = hostile.run(COMMAND, "launch", "small.yaml", "--workers", workers)
@@ -181,7 +182,7 @@ engine.stop()
 """
 
 
-@pytest.mark.parametrize("value", [None, "", "yes"])
+@pytest.mark.parametrize("value", slow_but([None, "yes"], [None, "", "yes"]))
 def test_a_program_keeps_its_environment(tmp_path: Path, value: str | None) -> None:
     mine = Hostile(tmp_path, set())
     if value is not None:
@@ -226,6 +227,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_settings_of_numba_in_the_folder_are_not_obeyed(tmp_path: Path) -> None:
     """Neither by a command nor by its workers, neither at first nor later."""
     mine = Hostile(tmp_path, set())

@@ -4,6 +4,7 @@ nothing.
 
 import json
 import re
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -15,7 +16,7 @@ from PIL import Image
 
 from sweep.errors import SpecError
 from sweep.figures.drawing import as_text, words
-from sweep.figures.saving import save
+from sweep.figures.saving import FORMATS, save
 from sweep.figures.scales import _document
 from sweep.published.scorecard_markdown import _text
 from sweep.tables.exporting import export
@@ -54,8 +55,14 @@ HOSTILE = (
 )
 
 
-@pytest.mark.parametrize("text", MATHS, ids=range(len(MATHS)))
-def test_no_text_of_a_figure_is_mathematics(text: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [*zip(MATHS, cycle(FORMATS), strict=False)],
+    ids=range(len(MATHS)),
+)
+def test_no_text_of_a_figure_is_mathematics(
+    text: str, kind: str, tmp_path: Path
+) -> None:
     """Unfinished mathematics would end the figure in a traceback, wherever in it the
     text stands.
     """
@@ -68,10 +75,8 @@ def test_no_text_of_a_figure_is_mathematics(text: str, tmp_path: Path) -> None:
     axes.legend(title=text)
     figure.suptitle(text)
     axes.annotate(text, (1, 1))
-    written = save(
-        figure, tmp_path / "x", {"Study": text}, formats=("png", "svg", "pdf")
-    )
-    assert [path.suffix for path in written] == [".png", ".svg", ".pdf"]
+    [written] = save(figure, tmp_path / "x", {"Study": text}, formats=(kind,))
+    assert written.suffix == f".{kind}"
     assert as_text(as_text(text)) == as_text(text)
 
 
@@ -111,8 +116,8 @@ def evil(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("kind", ["curves", "scatter", "heatmap"])
 def test_figures_of_a_stored_study_show_it(evil: Path, kind: str) -> None:
-    formats = [word for name in ("png", "svg", "pdf") for word in ("--format", name)]
-    done = sweep(evil, "plot", "maps", kind, *formats)
+    formats = [word for name in FORMATS for word in ("--format", name)]
+    done = sweep(evil, "plot", "maps", kind, "--metric", "speed", *formats)
     assert done.returncode == 0, done.stderr
     figures = evil / "results" / "maps" / "figures"
     for path in figures.glob("*.svg"):
@@ -135,7 +140,7 @@ BOMB = "a: &a [x, x]\n" + "".join(
 
 @pytest.mark.parametrize(
     "spec",
-    [BOMB, "[" * 10_000, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"],
+    [BOMB, "[" * 2_000, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"],
 )
 def test_a_stored_spec_is_read_as_strictly_as_one_to_launch(spec: str) -> None:
     """Figures look in it which axes are logarithmic; of a bomb they would have walked

@@ -87,7 +87,7 @@ def test_files_that_are_imported_are_named_too(folder: Path) -> None:
     files = ("figures.py", "helper.py", "other.py", "further.py")
     assert code_files(folder, ("tiny",)) == [tiny / name for name in files]
     publications = read_all(folder, quick=True, only=("tiny",))
-    assert publications[1].functions.keys() >= {"metric_curves"}
+    assert publications[1].functions.keys() >= {"curves"}
     assert marks(folder) == []
 
 

@@ -14,6 +14,7 @@ from sweep.errors import ChoiceError, StoreError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from tests.attacks.hostile import give
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.studies import COVERING, launched
 
@@ -227,7 +228,11 @@ OF_NO_MODEL = ("a state", "kinds")
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in TABLES if not name.startswith(OF_NO_MODEL)]
+    "name",
+    slow_but(
+        ["rows -1", "x null", "frames backwards", "status null"],
+        [name for name in TABLES if not name.startswith(OF_NO_MODEL)],
+    ),
 )
 def test_nothing_is_measured_of_it(folder: Path, name: str) -> None:
     table, columns, _ = TABLES[name]

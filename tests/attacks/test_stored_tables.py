@@ -34,6 +34,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import origins, stored_trials
 from sweep.workers.executors import Serial
 from tests.attacks.hostile import give
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.searches import TINY
 from tests.studies import SMALL, relaunch
@@ -324,7 +325,7 @@ def test_a_plan_that_does_not_say_where_it_comes_from_is_one_sentence(
         StoredStudy("small", results)
 
 
-@pytest.mark.parametrize("how", OF_PARTS)
+@pytest.mark.parametrize("how", slow_but(["deep", "no git", "other code"], OF_PARTS))
 def test_a_part_that_does_not_say_where_it_comes_from_is_set_aside(
     results: Path, how: str
 ) -> None:

@@ -9,6 +9,7 @@ import json
 import logging
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
@@ -164,13 +165,20 @@ def test_a_log_record_does_not_steer(caplog: pytest.LogCaptureFixture) -> None:
     assert {record.name for record in caplog.records} == {"sweep"}
 
 
+def nodes_with(*words: str) -> Iterator[tuple[Path, ast.AST]]:
+    """All pieces of our modules that name one of the words."""
+    for path in Path(package.__file__).parent.glob("**/*.py"):
+        text = path.read_text(encoding="utf-8")
+        if any(word in text for word in words):
+            for node in ast.walk(ast.parse(text)):
+                yield path, node
+
+
 def test_all_modules_log_through_the_one_filtered_logger() -> None:
     """Others are only silenced."""
-    root = Path(package.__file__).parent
     ours = [
         ast.unparse(node.value)
-        for path in root.glob("**/*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for _, node in nodes_with("getLogger")
         if isinstance(node, ast.Assign) and "getLogger" in ast.unparse(node.value)
     ]
     assert set(ours) == {"logging.getLogger('sweep')"}
@@ -178,15 +186,13 @@ def test_all_modules_log_through_the_one_filtered_logger() -> None:
 
 
 def test_rich_is_met_only_through_our_console() -> None:
-    root = Path(package.__file__).parent
-    own = {"terminal.py"}
+    calls = ("Console", "rich.print", "Text.from_markup")
     makers = [
         f"{path.name}:{node.lineno}"
-        for path in root.glob("**/*.py")
-        if path.name not in own
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, node in nodes_with("Console", "rich", "Text")
         if isinstance(node, ast.Call)
-        and ast.unparse(node.func) in ("Console", "rich.print", "Text.from_markup")
+        and path.name != "terminal.py"
+        and ast.unparse(node.func) in calls
     ]
     assert makers == []
 

@@ -4,6 +4,7 @@ for a question that is none.
 
 import json
 import shlex
+from itertools import cycle, product
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from sweep.store.lock import Lock
 from sweep.store.places import place_of
 from sweep.tables.stored_study import StoredStudy
 from tests import plotted
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.studies import IMPOSSIBLE, SMALL, launched
 from tests.studies import read as study_of
@@ -45,8 +47,13 @@ def printed(command: str) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("choice", CHOICES)
-@pytest.mark.parametrize("name", plotted.SPECS)
+@pytest.mark.parametrize(
+    ("name", "choice"),
+    slow_but(
+        zip(plotted.SPECS, cycle(CHOICES), strict=False),
+        product(plotted.SPECS, CHOICES),
+    ),
+)
 def test_every_number_of_the_table_is_that_of_sweep_table(
     name: str, choice: str
 ) -> None:
@@ -58,7 +65,9 @@ def test_every_number_of_the_table_is_that_of_sweep_table(
     assert len(answer["cells"]) == len(answer["points"]) == answer["total"]
 
 
-@pytest.mark.parametrize("name", plotted.SPECS)
+@pytest.mark.parametrize(
+    "name", slow_but(plotted.SPECS.keys() - {"searched"}, plotted.SPECS)
+)
 def test_the_marks_of_points_are_their_rows_of_the_table(name: str) -> None:
     """Of each kind that suits: mean, interval and number of trials."""
     study = plotted.study(name)

@@ -21,6 +21,7 @@ from sweep.published.reproduce import reproduce
 from sweep.spec.study_folder import SCORECARD
 from sweep.workers.executors import Serial
 from tests import plotted
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.explorer.test_answers import printed, told
 from tests.publications import PUBLISHED, SPEC, experiments
@@ -74,7 +75,7 @@ def test_the_words_of_a_comparison_are_those_of_sweep_compare() -> None:
     assert all(cell in text for cells in answer["cells"] for cell in cells)
 
 
-@pytest.mark.parametrize("name", SIDES)
+@pytest.mark.parametrize("name", slow_but(["grid", "ablated"], SIDES))
 def test_behind_a_row_are_the_trials_of_both_sides(name: str) -> None:
     """As many as the row says, all with its settings."""
     answers = site_of(Watched(results(name))).answers

@@ -28,8 +28,8 @@ from tests.studies import COVERING, DERIVING, IMPOSSIBLE, SMALL, launched
 EVIL = "</script><script>alert(1)</script>"
 FAILING = edited(
     IMPOSSIBLE,
-    ("n_obstacles: 100, ", ""),
-    ("separation_weight: [0.5, 1]", "n_obstacles: [0, 100]"),
+    ("n_obstacles: 1, ", ""),
+    ("separation_weight: [0.5, 1]", "n_obstacles: [0, 1]"),
 )
 """Of one of its points every trial raises."""
 

@@ -20,8 +20,8 @@ from tests.studies import share_of_each_point
 
 HALF_FAILS = SPEC.replace(
     "separation_weight: [0.5, 1]",
-    "case: {zip: {separation_weight: [0.5, 1], n_obstacles: [100, 6],"
-    " obstacle_radius: [1000, 25]}}",
+    "case: {zip: {separation_weight: [0.5, 1], n_obstacles: [1, 6],"
+    " obstacle_radius: [5000, 25]}}",
 ).replace("n: 40,", "n: 40, start_free: true,")
 """No place is free for the boids of the first point."""
 

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from kernels.catalogue import BUILT_IN
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError, StoreError
 from sweep.published.clocks import RetoldStudy
-from sweep.published.details import moved
+from sweep.published.details import details, moved
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
 from sweep.published.trying import chosen_variants, most_trials, try_all
@@ -56,7 +57,7 @@ mutants:
     fixed.start_velocities: components}}}
   heavy: {about: "drag counts double", change: {small: {fixed.drag: 0.2}}}
 contradictions:"""
-NO_ROOM = "{small: {fixed.n_obstacles: 100, fixed.obstacle_radius: 1000,\
+NO_ROOM = "{small: {fixed.n_obstacles: 1, fixed.obstacle_radius: 5000,\
   fixed.start_free: true}}"
 TURNED = PUBLISHED.replace("\ncontradictions:", MUTANTS).replace(
     "{replicates: 3,", "{replicates: 6,"
@@ -98,12 +99,24 @@ def _without_mutants_of_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"sweep.published.{module}.PROGRAM_MUTANTS", {})
 
 
+@pytest.fixture(autouse=True)
+def _with_blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is in them is tested in test_forest.py and test_numerics_figure.py."""
+    for picture in ("forest_figure", "numerics_figure"):
+        name = f"sweep.published.drawings.{picture}"
+        monkeypatch.setattr(name, lambda *_: Figure((1, 1)))
+
+
 def variants(
-    folder: Path, kind: Kind, published: str = TURNED, spec: str = SPEC
+    folder: Path,
+    kind: Kind,
+    published: str = TURNED,
+    spec: str = SPEC,
+    named: tuple[str, ...] = (),
 ) -> dict[str, Variant]:
     """The variants of the tiny publication, by name."""
     publications = read_all(experiments(folder, published, spec, LAST), quick=True)
-    [(_, found)] = chosen_variants(publications, kind)
+    [(_, found)] = chosen_variants(publications, kind, named)
     return {one.name: one for one in found}
 
 
@@ -334,7 +347,7 @@ def test_a_number_stays_within_its_bounds(
 
 def test_details_of_other_presets_are_tried_one_by_one(tmp_path: Path) -> None:
     """What the spec gives stays as given, and so do numbers that a share moves so."""
-    found = variants(tmp_path, "details")
+    found = variants(tmp_path, "details", named=("*-of-*",))
     preset = preset_settings("nguyen2024", "as_run", BUILT_IN)
     other = preset_settings("nguyen2024", "as_written", BUILT_IN)
     given = {"n", "steps", "separation_weight"}
@@ -352,7 +365,8 @@ def test_details_of_other_presets_are_tried_one_by_one(tmp_path: Path) -> None:
 
 def test_a_setting_that_a_spec_gives_is_no_detail_of_a_preset(tmp_path: Path) -> None:
     spec = SPEC.replace("steps: 6", "steps: 6, drag: 0.1")
-    found = variants(tmp_path, "details", TURNED, spec)
+    [publication] = read_all(experiments(tmp_path, TURNED, spec), quick=True)
+    found = details(publication)
     assert "drag-up-10" in found
     assert "start_speed-of-as_written" in found
     assert "drag-of-as_written" not in found
@@ -614,10 +628,11 @@ def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None
         "{mean: speed, frames: [2, 4], for: {separation_weight: 1}}",
         "{mean: speed, frame: 4, for: {separation_weight: 1, n: 40}}",
     )
-    found = variants(tmp_path, "details", published)
+    named = ("n-up-2", "steps-down-2", "drag-up-2")
+    found = variants(tmp_path, "details", published, named=named)
     claims = {
-        name: {claim.id: claim.untestable for claim in found[name].publication.claims}
-        for name in ("n-up-2", "steps-down-2", "drag-up-2")
+        name: {claim.id: claim.untestable for claim in one.publication.claims}
+        for name, one in found.items()
     }
     assert claims["n-up-2"]["some-speed"].startswith("small.yaml: no point with")
     assert claims["steps-down-2"]["some-speed"] == (

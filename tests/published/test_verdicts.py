@@ -1,6 +1,7 @@
 """Verdicts on synthetic data whose truth is known."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,11 +35,24 @@ def status(found: Estimate, expectation: Expectation, family: int = 1) -> str:
     return verdict(found, expectation, family).status
 
 
+@pytest.fixture
+def _without_foresight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many trials would decide changes no verdict, and takes most of the time."""
+    monkeypatch.setattr("sweep.published.verdicts._Growing._least", lambda *_: None)
+
+
+@cache
+def sampled() -> list[Estimate]:
+    """The estimates of all samples."""
+    return [mean_estimate(values) for values in SAMPLES]
+
+
 def within_chance(share: float, expected: float, of: int) -> bool:
     """Whether a share is less than 4 standard errors off: wrong once in 16,000."""
     return abs(share - expected) < 4 * math.sqrt(expected * (1 - expected) / of)
 
 
+@pytest.mark.usefixtures("_without_foresight")
 def test_a_document_has_wrong_verdicts_as_often_as_the_rule_says() -> None:
     """1000 documents of 10 claims with 8 normal values each, whose truth lies on the
     edge of the margin: half an error a claim to each side, confirmed or refuted. In all
@@ -56,6 +70,7 @@ def test_a_document_has_wrong_verdicts_as_often_as_the_rule_says() -> None:
     assert within_chance(float(np.mean(wrong)), expected, documents)
 
 
+@pytest.mark.usefixtures("_without_foresight")
 @pytest.mark.parametrize(
     "bound",
     [
@@ -72,11 +87,12 @@ def test_a_claim_on_the_edge_is_confirmed_and_refuted_as_often_as_the_rule_says(
     """Truth on the bound: the whole 95 % interval lies on one side of it in 2.5 % of
     2000.
     """
-    found = [status(mean_estimate(values), bound) for values in SAMPLES]
+    found = [status(one, bound) for one in sampled()]
     assert within_chance(found.count("confirmed") / 2000, 0.025, 2000)
     assert within_chance(found.count("refuted") / 2000, 0.025, 2000)
 
 
+@pytest.mark.usefixtures("_without_foresight")
 def test_the_error_of_few_published_trials_counts() -> None:
     """3 published against 20 of ours, with the same mean: 2.5 % of 2000 lie wholly to
     one side of the published number; with its error left out far more.
@@ -105,16 +121,17 @@ def test_too_few_trials_confirm_no_number() -> None:
             assert verdict(found, claim, family).weak
 
 
+@pytest.mark.usefixtures("_without_foresight")
 def test_a_larger_family_never_confirms_or_refutes_more() -> None:
     """More claims made numbers easier to reproduce: now they only leave more open."""
-    for values in SAMPLES[:300]:
+    for found in sampled()[:300]:
         for expectation in (
             Value(0.1, margin=0.4),
             Value(0.7, margin=0.2),
             Within(-0.5, 0.5),
             Above(-0.3),
         ):
-            few, many = (status(estimate(*values), expectation, m) for m in (1, 200))
+            few, many = (status(found, expectation, m) for m in (1, 200))
             assert many in (few, "undecided")
 
 

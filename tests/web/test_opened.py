@@ -20,6 +20,7 @@ from sweep.web.live import Live
 from sweep.web.opened import OpenedSpec, opened, opened_again
 from sweep.web.state import Range, ViewState, from_opened, from_study
 from tests import ROOT
+from tests.cases import slow_but
 from tests.specs import short
 
 SPECS = sorted(
@@ -59,7 +60,9 @@ def is_in(state: ViewState, study: Study) -> bool:
 
 
 @pytest.mark.parametrize(
-    "path", SPECS, ids=lambda path: f"{path.parent.name}-{path.stem}"
+    "path",
+    slow_but(SPECS[::4], SPECS),
+    ids=lambda path: f"{path.parent.name}-{path.stem}",
 )
 def test_what_was_not_touched_comes_out_byte_by_byte_at_any_trial(path: Path) -> None:
     """A link of a chain is shown as a trial that begins as its settings say."""

@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,12 +16,13 @@ from kernels.models import MODELS
 from sweep.spec.settings import preset_settings, settings_of
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
-from sweep.web import encoding, overlays
+from sweep.web import encoding, overlays, running
 from sweep.web.claimed import published
 from sweep.web.controls import EXPERIMENTS, controls
 from sweep.web.running import simulation_of
 from sweep.web.state import begin
 from tests import ROOT, builders, oscillators
+from tests.cases import slow_but
 
 FIELDS_OF_VIEW = [
     ("aziel_chen2025", "as_written"),
@@ -63,8 +65,13 @@ def found_slowly(simulation: Simulation, boid: int) -> list[int]:
     return [int(other) for other in np.flatnonzero(seen)]
 
 
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
-@pytest.mark.parametrize("minimum_image", [False, True])
+@pytest.mark.parametrize(
+    ("model", "preset", "minimum_image"),
+    slow_but(
+        [(*of, bool(at % 2)) for at, of in enumerate(builders.PRESETS)],
+        [(*of, shortest) for of in builders.PRESETS for shortest in (False, True)],
+    ),
+)
 def test_neighbours_are_those_in_range_and_in_view(
     model: str, preset: str, minimum_image: bool
 ) -> None:
@@ -302,8 +309,12 @@ def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
     assert "potential" not in {entry["name"] for entry in message["metrics"]}
 
 
-def test_metrics_of_state_and_kinds_are_for_models_that_have_them() -> None:
+def test_metrics_of_state_and_kinds_are_for_models_that_have_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Also one that counts, which every run of the page would measure."""
+    monkeypatch.setattr(running, "prepare", lambda *_, **__: None)
+    monkeypatch.setattr(running, "Simulation", lambda job: SimpleNamespace(job=job))
     counting = oscillators.ORDER._replace(counts=True)
     with builders.entered(oscillators.MODEL, order=oscillators.ORDER, count=counting):
         for model in ("nguyen2024", "oscillators"):

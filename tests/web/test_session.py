@@ -21,6 +21,7 @@ from sweep.web.running import changed, simulation_of
 from sweep.web.session import Session
 from sweep.web.state import Range, begin, from_study
 from tests import builders
+from tests.cases import slow_but
 from tests.specs import short
 from tests.studies import launched
 
@@ -346,7 +347,7 @@ def test_another_model_begins_with_its_preset_and_stands_still() -> None:
     assert session.n == MODELS["patel2023"].presets["as_written"]["n"]
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", slow_but(["nguyen2024", "strombom2014"], MODELS))
 def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
     names = tuple(
         name for name, metric in METRICS.items() if not lacks(MODELS[model], metric)

@@ -134,10 +134,9 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
 
     Raises StoreError for a statistic that is not known here.
     """
-    asked = study.store.read_asked()
-    if asked is None:
+    if study.asked is None:
         return []
-    about = _about(study.store, asked)
+    about = _about(study.store, study.asked)
     _check_known(study.store.folder / PLAN, about)
     return [Objective.from_json(one) for one in about["objectives"]]
 
