@@ -147,34 +147,40 @@ setattr(FunctionCache, "_impl_class", staticmethod(_impl))  # noqa: B010
 def _stamp(function: Callable[..., Any]) -> str:
     """What decides whether a function must be compiled again."""
     if function not in MADE_OF:
-        return _noted_stamp(function)
+        return noted_stamp(function)
     return stamp_of_made(MADE_OF[function])
 
 
 def stamp_of_made(*functions: Callable[..., Any]) -> str:
     """What decides whether what is made of functions must be compiled again."""
     plain = [getattr(one, "py_func", one) for one in functions]
-    stamps = " ".join([*map(_noted_stamp, plain), _makers()])
+    stamps = " ".join([*map(noted_stamp, plain), _makers()])
     return hashlib.sha256(stamps.encode()).hexdigest()
 
 
 @cache
 def _makers() -> str:
-    return stamp_of_all(*MAKERS)
+    return noted("makers", lambda: stamp_of_all(*MAKERS))
 
 
-def _noted_stamp(function: Callable[..., Any]) -> str:
-    """`kernels.stamps.code_stamp` of a function. That of one of ours is noted, and read
-    where it is.
-    """
+def noted_stamp(function: Callable[..., Any]) -> str:
+    """`kernels.stamps.code_stamp` of a function. That of one of ours is noted."""
     if function.__module__.partition(".")[0] != OUR_PACKAGE:
         return code_stamp(function)
-    about = f"{text_hash(OUR_PACKAGE)} {function.__module__} {function.__qualname__}"
+    name = f"{function.__module__} {function.__qualname__}"
+    return noted(name, lambda: code_stamp(function))
+
+
+def noted(name: str, find: Callable[[], str]) -> str:
+    """The stamp that `find` finds in our sources, and in nothing else. It is noted by
+    its name, and read where it is.
+    """
+    about = f"{text_hash(OUR_PACKAGE)} {name}"
     key = hashlib.sha256(about.encode()).hexdigest()[:32]
     if stamp := _noted_stamps().get(key):
         note_use(_stamp_note(key, stamp))
         return stamp
-    stamp = code_stamp(function)
+    stamp = find()
     _note(_stamp_note(key, stamp))
     return stamp
 
