@@ -30,6 +30,7 @@ from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Loky, Serial
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.searches import (
     ANALYTIC,
@@ -78,9 +79,7 @@ def interrupted(spec: str, results: Path, after: int) -> int:
     return len(list((results / study.name / "parts").glob("*")))
 
 
-@pytest.mark.parametrize(
-    "after", [5, 32, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1, 12, 20))]
-)
+@pytest.mark.parametrize("after", slow_but([5, 32], [0, 1, 5, 12, 20, 32]))
 def test_an_interrupted_search_goes_on_the_same_way(
     whole: AskedTrials, tmp_path: Path, after: int
 ) -> None:
@@ -334,7 +333,7 @@ def test_without_repetitions_the_search_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace_trials(monkeypatch, analytic())
-    spec = ANALYTIC.replace("budget: 200", "budget: 50")
+    spec = ANALYTIC.replace("budget: 200", "budget: 20")
     alone, among = (
         asked_by(spec, tmp_path / "1"),
         asked_by(spec, tmp_path / "2", repetitions=1),
@@ -349,7 +348,7 @@ def test_the_same_search_goes_on_with_its_repetitions(
     comments say. Another spec, and one that says it, has its own.
     """
     replace_trials(monkeypatch, analytic())
-    spec = ANALYTIC.replace("budget: 200", "budget: 20")
+    spec = ANALYTIC.replace("budget: 200", "budget: 12")
     asked = asked_by(spec, tmp_path, repetitions=2)
     (stored,) = tmp_path.rglob("spec.yaml")
     for text in (stored.read_text(), f"# another day\n{spec}"):
@@ -357,7 +356,7 @@ def test_the_same_search_goes_on_with_its_repetitions(
         assert again.about["repetitions"] == 2
         pd.testing.assert_frame_equal(again.table, asked.table)
     assert asked_by(spec, tmp_path, repetitions=1).about["repetitions"] == 1
-    other = spec.replace("budget: 20", "budget: 21")
+    other = spec.replace("budget: 12", "budget: 13")
     assert asked_by(other, tmp_path, repetitions=None).about["repetitions"] == 0
 
 
@@ -607,7 +606,7 @@ def test_several_objectives_hold_out_a_front(
             "flock_radius: {minimize: mean}",
             "flock_radius: {minimize: mean}\n    speed: {maximize: worst}",
         ),
-        ("  budget: 30", "  budget: 80"),
+        ("  budget: 30", "  budget: 40"),
         ("candidates: 2", "candidates: 4"),
     )
     asked = asked_by(spec, tmp_path, repetitions=1)
