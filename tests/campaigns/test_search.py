@@ -3,6 +3,7 @@ decides the course.
 """
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -49,9 +50,23 @@ from tests.searches import (
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> AskedTrials:
-    """What the tiny search asks for when nothing disturbs it."""
-    return asked_by(TINY, tmp_path_factory.mktemp("whole"))
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of the tiny search when nothing disturbs it."""
+    results = tmp_path_factory.mktemp("whole")
+    searched(TINY, results)
+    return results
+
+
+@pytest.fixture(scope="module")
+def whole(undisturbed: Path) -> AskedTrials:
+    """What that search asks for."""
+    return read_asked(StoredStudy("tiny", undisturbed))
+
+
+@pytest.fixture
+def results(undisturbed: Path, tmp_path: Path) -> Path:
+    """A copy of its results, to be changed."""
+    return shutil.copytree(undisturbed, tmp_path / "results")
 
 
 @pytest.mark.slow
@@ -91,15 +106,14 @@ def test_an_interrupted_search_goes_on_the_same_way(
 
 
 def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
-    whole: AskedTrials, tmp_path: Path
+    whole: AskedTrials, results: Path
 ) -> None:
-    searched(TINY, tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+    study = StoredStudy("tiny", results)
     study.store.write_plan(study.plan.to_reader())
     with pytest.raises(ChoiceError, match="study tiny: not a search"):
         read_asked(study)
-    assert searched(TINY, tmp_path).statuses.total() == 0
-    equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
+    assert searched(TINY, results).statuses.total() == 0
+    equal(read_asked(StoredStudy("tiny", results)), whole)
 
 
 def test_one_process_at_a_time_searches(whole: AskedTrials, tmp_path: Path) -> None:
@@ -119,23 +133,21 @@ def test_one_process_at_a_time_searches(whole: AskedTrials, tmp_path: Path) -> N
 
 
 def test_damaged_parts_are_set_aside_and_their_trials_run_again(
-    whole: AskedTrials, tmp_path: Path
+    whole: AskedTrials, results: Path
 ) -> None:
-    searched(TINY, tmp_path)
-    (part,) = (tmp_path / "tiny" / "parts").iterdir()
+    (part,) = (results / "tiny" / "parts").iterdir()
     with (part / "trials.parquet").open("r+b") as file:
         file.truncate(100)
-    assert searched(TINY, tmp_path).statuses.total() == 39
-    assert (tmp_path / "tiny" / "damaged" / part.name).is_dir()
-    equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
+    assert searched(TINY, results).statuses.total() == 39
+    assert (results / "tiny" / "damaged" / part.name).is_dir()
+    equal(read_asked(StoredStudy("tiny", results)), whole)
 
 
 def test_the_plan_lists_every_trial_once_and_others_stay_apart(
-    whole: AskedTrials, tmp_path: Path
+    whole: AskedTrials, results: Path
 ) -> None:
-    searched(TINY, tmp_path)
-    searched(TINY.replace("seed: 5", "seed: 6"), tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+    searched(TINY.replace("seed: 5", "seed: 6"), results)
+    study = StoredStudy("tiny", results)
     ids = study.plan["trial_id"].to_pylist()
     assert len(ids) == len(set(ids)) == 39
     assert set(ids) == set(read_asked(study).table["trial_id"])
@@ -171,9 +183,8 @@ def test_held_out_trials_are_of_the_best_and_of_the_references(
     assert list(usual["separation_weight"]) == [1.0] * 3
 
 
-def test_held_out_seeds_are_no_search_seeds(tmp_path: Path) -> None:
-    searched(TINY, tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+def test_held_out_seeds_are_no_search_seeds(results: Path) -> None:
+    study = StoredStudy("tiny", results)
     trials = study.trials.set_index("trial_id")["seed"]
     asked = read_asked(study).table
     seeds = {
@@ -653,9 +664,8 @@ def test_a_search_beats_random_search_where_the_truth_is_known() -> None:
     )
 
 
-def test_a_search_can_be_looked_at_like_any_study(tmp_path: Path) -> None:
-    searched(TINY, tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+def test_a_search_can_be_looked_at_like_any_study(results: Path) -> None:
+    study = StoredStudy("tiny", results)
     assert json.loads(status_json(study))["statuses"] == {"done": 39}
     found = point_means(study)
     assert found.metrics == ["flock_radius"]
@@ -678,15 +688,14 @@ def test_a_search_is_not_launched_nor_a_sweep_searched(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_launch_under_the_name_of_a_search_makes_it_a_study(tmp_path: Path) -> None:
-    searched(TINY, tmp_path)
+def test_a_launch_under_the_name_of_a_search_makes_it_a_study(results: Path) -> None:
     launch(
         parse_spec(TINY[: TINY.index("search:")] + "replicates: 2\nseed: 1\n"),
-        tmp_path,
+        results,
         Serial(),
     )
     with pytest.raises(ChoiceError, match="not a search"):
-        read_asked(StoredStudy("tiny", tmp_path))
+        read_asked(StoredStudy("tiny", results))
 
 
 @pytest.mark.parametrize(
