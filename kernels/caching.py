@@ -152,14 +152,14 @@ setattr(FunctionCache, "_impl_class", staticmethod(_impl))  # noqa: B010
 def _stamp(function: Callable[..., Any]) -> str:
     """What decides whether a function must be compiled again."""
     if function not in MADE_OF:
-        return _noted_stamp(function)
+        return noted_stamp(function)
     return stamp_of_made(MADE_OF[function])
 
 
 def stamp_of_made(*functions: Callable[..., Any]) -> str:
     """What decides whether what is made of functions must be compiled again."""
     plain = [getattr(one, "py_func", one) for one in functions]
-    stamps = " ".join([*map(_noted_stamp, plain), _makers()])
+    stamps = " ".join([*map(noted_stamp, plain), _makers()])
     return hashlib.sha256(stamps.encode()).hexdigest()
 
 
@@ -176,10 +176,8 @@ def _makers() -> str:
     )
 
 
-def _noted_stamp(function: Callable[..., Any]) -> str:
-    """`kernels.stamps.code_stamp` of a function. That of one of ours is noted, and read
-    where it is.
-    """
+def noted_stamp(function: Callable[..., Any]) -> str:
+    """`kernels.stamps.code_stamp` of a function. That of one of ours is noted."""
     if function.__module__.partition(".")[0] != OUR_PACKAGE:
         return code_stamp(function)
     about = f"{function.__module__} {function.__qualname__}"

@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
-from kernels import coverage, flight
-from kernels.caching import OUR_PACKAGE, OURS, noted
+from kernels import coverage, flight, stamps
+from kernels.caching import OUR_PACKAGE, OURS, noted, noted_stamp
 from kernels.catalogue import Catalogue
 from kernels.metrics import Metric
 from kernels.model import Model
@@ -27,7 +27,7 @@ from kernels.settings import (
     StartSettings,
     WorldSettings,
 )
-from kernels.stamps import at_the_top, stamp, stamp_of_all, stamp_of_texts, texts_of
+from kernels.stamps import at_the_top, stamp_of_all, stamp_of_texts, texts_of
 from kernels.starts import Start
 from kernels.worlds import Map
 
@@ -126,6 +126,11 @@ def kernels_sha() -> str:
 def package_sha(*places: Path) -> str:
     """The sha256 of the code of another package: of its folders, or of its file."""
     return stamp_of_all(*places)
+
+
+def stamp(function: Callable[..., Any]) -> str:
+    """`kernels.stamps.stamp`, whose part that is of our sources is noted."""
+    return stamps.stamp(function, noted_stamp)
 
 
 @cache

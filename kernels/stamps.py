@@ -98,9 +98,12 @@ class Source:
 
 
 @cache
-def stamp(function: Callable[..., Any]) -> str:
+def stamp(
+    function: Callable[..., Any], of_code: Callable[..., str] | None = None
+) -> str:
     """The sha256, in hexadecimal, of what a function computes, compiled or not; of a
-    partial one, with the numbers and texts that it is given.
+    partial one, with the numbers and texts that it is given. `of_code` finds its
+    `code_stamp`, where that may be known already.
 
     Of a function that is not ours it covers the modules that it reaches, and the
     numbers and texts that these hold. Raises ValueError for a function that is made
@@ -115,7 +118,7 @@ def stamp(function: Callable[..., Any]) -> str:
         function = function.func
     plain = getattr(function, "py_func", function)
     held = values(_at_once(plain.__module__))
-    content = f"{code_stamp(plain)} {plain.__qualname__} {held} {given}"
+    content = f"{(of_code or code_stamp)(plain)} {plain.__qualname__} {held} {given}"
     return hashlib.sha256(content.encode()).hexdigest()
 
 

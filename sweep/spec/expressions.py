@@ -10,6 +10,7 @@ import ast
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -82,6 +83,16 @@ def parse(text: str, known: Mapping[str, Setting]) -> Expression:
 
     Raises ExpressionError where it is none.
     """
+    tree, checker = _tree(text), _Checker(known)
+    kind = checker.kind(tree)
+    return Expression(text.strip(), kind, frozenset(checker.names), checker.parts, tree)
+
+
+@lru_cache(maxsize=256)
+def _tree(text: str) -> ast.expr:
+    """The parts of an expression. Demands of a model are the same at every point that a
+    search asks for.
+    """
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"an expression has at most {MOST_CHARACTERS} characters")
     try:
@@ -92,9 +103,7 @@ def parse(text: str, known: Mapping[str, Setting]) -> Expression:
         raise ExpressionError(f'"{text}" is not an expression') from None
     if _depth(tree) > MOST_LEVELS:
         raise ExpressionError("the expression is nested too deeply")
-    checker = _Checker(known)
-    kind = checker.kind(tree)
-    return Expression(text.strip(), kind, frozenset(checker.names), checker.parts, tree)
+    return tree
 
 
 def _depth(tree: ast.AST) -> int:

@@ -125,7 +125,7 @@ def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
     return Entry(document, (), value)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=8)  # of a megabyte each, at most
 def _composed(text: str) -> Node | None:
     """The nodes of a text, which are only read. Some texts are asked for again and
     again: the spec whose variants are tried one by one.

@@ -31,6 +31,7 @@ from sweep.trial.result import Result, failed
 from sweep.trial.simulation import Simulation
 from sweep.web.replaying import Replay
 from sweep.workers.executors import Loky, Serial
+from tests.cases import slow_but
 from tests.object_stores import Memory
 from tests.searches import done, replace_trials
 from tests.studies import SMALL, launched, read, relaunch, same
@@ -186,7 +187,7 @@ def interrupt_after(trials: int):
     return report
 
 
-@pytest.mark.parametrize("after", [1, 2, 4, 9, 17])
+@pytest.mark.parametrize("after", slow_but([2, 17], [1, 2, 4, 9, 17]))
 def test_an_interrupted_launch_goes_on_at_the_link(tmp_path: Path, after: int) -> None:
     with pytest.raises(KeyboardInterrupt):
         launch(read(CHAINED), tmp_path, Serial(), report=interrupt_after(after))

@@ -19,6 +19,7 @@ from sweep.campaigns.search.held_out import (
     winners,
 )
 from sweep.spec.objectives import Constraint, Objective, Statistic
+from tests.cases import slow_but
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 LOSS = Objective("loss", False, MEAN)
@@ -114,7 +115,7 @@ def test_held_out_intervals_hold_together_over_candidates_and_references() -> No
     assert winners(asked)["search_high"].tolist() == alone["search_high"].tolist()
 
 
-@pytest.mark.parametrize("searches", [80, pytest.param(150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("searches", slow_but([80], [80, 150]))
 def test_the_winners_curse_shows_in_the_search_interval_and_not_in_the_held_out_one(
     searches: int,
 ) -> None:
@@ -149,7 +150,7 @@ def test_simultaneous_held_out_intervals_cover_all_shown_candidates() -> None:
     assert covers_as_it_should(held, searches, (1.0 - 0.05 / 3) ** 3)
 
 
-@pytest.mark.parametrize("times", [80, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", slow_but([80], [80, 200]))
 @pytest.mark.parametrize(
     "statistic", [Statistic("cvar", 0.3), Statistic("quantile", 0.25)]
 )
@@ -223,7 +224,7 @@ def test_the_winner_is_compared_with_references_on_the_same_blocks() -> None:
     )
 
 
-@pytest.mark.parametrize("times", [80, pytest.param(150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", slow_but([80], [80, 150]))
 def test_the_difference_from_an_equal_reference_is_covered(times: int) -> None:
     rng = np.random.default_rng(9)
     tables = [differences(referred(0.0, 1.0, rng)).iloc[0] for _ in range(times)]

@@ -1,6 +1,7 @@
 """Studies whose grid is refined where a mean crosses a level."""
 
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from sweep.store.shares import Share
 from sweep.tables.spec_difference import compare
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Serial
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.searches import done, replace_trials
 from tests.studies import SMALL
@@ -131,11 +133,14 @@ def test_a_second_launch_runs_nothing(tmp_path: Path, jobs: list[Job]) -> None:
     assert len(jobs) == number
 
 
-@pytest.mark.parametrize("spec", [LINE, PLANE], ids=["line", "plane"])
-@pytest.mark.parametrize("stop", [0, 9, 20])
+@pytest.mark.parametrize(
+    ("shape", "stop"),
+    slow_but([("line", 9), ("plane", 20)], [*product(("line", "plane"), (0, 9, 20))]),
+)
 def test_an_interrupted_launch_comes_to_the_same(
-    tmp_path: Path, jobs: list[Job], spec: str, stop: int
+    tmp_path: Path, jobs: list[Job], shape: str, stop: int
 ) -> None:
+    spec = {"line": LINE, "plane": PLANE}[shape]
     whole = launched(spec, tmp_path / "whole")
 
     def report(progress: Progress) -> None:

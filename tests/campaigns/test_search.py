@@ -3,6 +3,7 @@ decides the course.
 """
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Loky, Serial
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.searches import (
     ANALYTIC,
@@ -48,9 +50,23 @@ from tests.searches import (
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> AskedTrials:
-    """What the tiny search asks for when nothing disturbs it."""
-    return asked_by(TINY, tmp_path_factory.mktemp("whole"))
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of the tiny search when nothing disturbs it."""
+    results = tmp_path_factory.mktemp("whole")
+    searched(TINY, results)
+    return results
+
+
+@pytest.fixture(scope="module")
+def whole(undisturbed: Path) -> AskedTrials:
+    """What that search asks for."""
+    return read_asked(StoredStudy("tiny", undisturbed))
+
+
+@pytest.fixture
+def results(undisturbed: Path, tmp_path: Path) -> Path:
+    """A copy of its results, to be changed."""
+    return shutil.copytree(undisturbed, tmp_path / "results")
 
 
 @pytest.mark.slow
@@ -78,9 +94,7 @@ def interrupted(spec: str, results: Path, after: int) -> int:
     return len(list((results / study.name / "parts").glob("*")))
 
 
-@pytest.mark.parametrize(
-    "after", [5, 32, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1, 12, 20))]
-)
+@pytest.mark.parametrize("after", slow_but([5, 32], [0, 1, 5, 12, 20, 32]))
 def test_an_interrupted_search_goes_on_the_same_way(
     whole: AskedTrials, tmp_path: Path, after: int
 ) -> None:
@@ -92,15 +106,14 @@ def test_an_interrupted_search_goes_on_the_same_way(
 
 
 def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
-    whole: AskedTrials, tmp_path: Path
+    whole: AskedTrials, results: Path
 ) -> None:
-    searched(TINY, tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+    study = StoredStudy("tiny", results)
     study.store.write_plan(study.plan.to_reader())
     with pytest.raises(ChoiceError, match="study tiny: not a search"):
         read_asked(study)
-    assert searched(TINY, tmp_path).statuses.total() == 0
-    equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
+    assert searched(TINY, results).statuses.total() == 0
+    equal(read_asked(StoredStudy("tiny", results)), whole)
 
 
 def test_one_process_at_a_time_searches(whole: AskedTrials, tmp_path: Path) -> None:
@@ -120,23 +133,21 @@ def test_one_process_at_a_time_searches(whole: AskedTrials, tmp_path: Path) -> N
 
 
 def test_damaged_parts_are_set_aside_and_their_trials_run_again(
-    whole: AskedTrials, tmp_path: Path
+    whole: AskedTrials, results: Path
 ) -> None:
-    searched(TINY, tmp_path)
-    (part,) = (tmp_path / "tiny" / "parts").iterdir()
+    (part,) = (results / "tiny" / "parts").iterdir()
     with (part / "trials.parquet").open("r+b") as file:
         file.truncate(100)
-    assert searched(TINY, tmp_path).statuses.total() == 39
-    assert (tmp_path / "tiny" / "damaged" / part.name).is_dir()
-    equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
+    assert searched(TINY, results).statuses.total() == 39
+    assert (results / "tiny" / "damaged" / part.name).is_dir()
+    equal(read_asked(StoredStudy("tiny", results)), whole)
 
 
 def test_the_plan_lists_every_trial_once_and_others_stay_apart(
-    whole: AskedTrials, tmp_path: Path
+    whole: AskedTrials, results: Path
 ) -> None:
-    searched(TINY, tmp_path)
-    searched(TINY.replace("seed: 5", "seed: 6"), tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+    searched(TINY.replace("seed: 5", "seed: 6"), results)
+    study = StoredStudy("tiny", results)
     ids = study.plan["trial_id"].to_pylist()
     assert len(ids) == len(set(ids)) == 39
     assert set(ids) == set(read_asked(study).table["trial_id"])
@@ -172,9 +183,8 @@ def test_held_out_trials_are_of_the_best_and_of_the_references(
     assert list(usual["separation_weight"]) == [1.0] * 3
 
 
-def test_held_out_seeds_are_no_search_seeds(tmp_path: Path) -> None:
-    searched(TINY, tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+def test_held_out_seeds_are_no_search_seeds(results: Path) -> None:
+    study = StoredStudy("tiny", results)
     trials = study.trials.set_index("trial_id")["seed"]
     asked = read_asked(study).table
     seeds = {
@@ -334,7 +344,7 @@ def test_without_repetitions_the_search_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace_trials(monkeypatch, analytic())
-    spec = ANALYTIC.replace("budget: 200", "budget: 50")
+    spec = ANALYTIC.replace("budget: 200", "budget: 20")
     alone, among = (
         asked_by(spec, tmp_path / "1"),
         asked_by(spec, tmp_path / "2", repetitions=1),
@@ -349,7 +359,7 @@ def test_the_same_search_goes_on_with_its_repetitions(
     comments say. Another spec, and one that says it, has its own.
     """
     replace_trials(monkeypatch, analytic())
-    spec = ANALYTIC.replace("budget: 200", "budget: 20")
+    spec = ANALYTIC.replace("budget: 200", "budget: 12")
     asked = asked_by(spec, tmp_path, repetitions=2)
     (stored,) = tmp_path.rglob("spec.yaml")
     for text in (stored.read_text(), f"# another day\n{spec}"):
@@ -357,7 +367,7 @@ def test_the_same_search_goes_on_with_its_repetitions(
         assert again.about["repetitions"] == 2
         pd.testing.assert_frame_equal(again.table, asked.table)
     assert asked_by(spec, tmp_path, repetitions=1).about["repetitions"] == 1
-    other = spec.replace("budget: 20", "budget: 21")
+    other = spec.replace("budget: 12", "budget: 13")
     assert asked_by(other, tmp_path, repetitions=None).about["repetitions"] == 0
 
 
@@ -607,7 +617,7 @@ def test_several_objectives_hold_out_a_front(
             "flock_radius: {minimize: mean}",
             "flock_radius: {minimize: mean}\n    speed: {maximize: worst}",
         ),
-        ("  budget: 30", "  budget: 80"),
+        ("  budget: 30", "  budget: 40"),
         ("candidates: 2", "candidates: 4"),
     )
     asked = asked_by(spec, tmp_path, repetitions=1)
@@ -654,9 +664,8 @@ def test_a_search_beats_random_search_where_the_truth_is_known() -> None:
     )
 
 
-def test_a_search_can_be_looked_at_like_any_study(tmp_path: Path) -> None:
-    searched(TINY, tmp_path)
-    study = StoredStudy("tiny", tmp_path)
+def test_a_search_can_be_looked_at_like_any_study(results: Path) -> None:
+    study = StoredStudy("tiny", results)
     assert json.loads(status_json(study))["statuses"] == {"done": 39}
     found = point_means(study)
     assert found.metrics == ["flock_radius"]
@@ -679,15 +688,14 @@ def test_a_search_is_not_launched_nor_a_sweep_searched(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_launch_under_the_name_of_a_search_makes_it_a_study(tmp_path: Path) -> None:
-    searched(TINY, tmp_path)
+def test_a_launch_under_the_name_of_a_search_makes_it_a_study(results: Path) -> None:
     launch(
         parse_spec(TINY[: TINY.index("search:")] + "replicates: 2\nseed: 1\n"),
-        tmp_path,
+        results,
         Serial(),
     )
     with pytest.raises(ChoiceError, match="not a search"):
-        read_asked(StoredStudy("tiny", tmp_path))
+        read_asked(StoredStudy("tiny", results))
 
 
 @pytest.mark.parametrize(

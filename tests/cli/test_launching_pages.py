@@ -58,10 +58,22 @@ def started(folder: Path, *words: str) -> Iterator["subprocess.Popen[str]"]:
 
 def line_with(process: "subprocess.Popen[str]", words: str) -> str:
     """The next line of stderr that has these words."""
+    [line] = lines_with(process, words)
+    return line
+
+
+def lines_with(process: "subprocess.Popen[str]", *words: str) -> list[str]:
+    """The next line of stderr that has each of these words, in whichever order a page
+    and its launch say them.
+    """
     assert process.stderr
-    line = next((line for line in process.stderr if words in line), "")
-    assert line, f"it ended without saying {words}"
-    return line.strip()
+    found, wanted = dict[str, str](), {*words}
+    while wanted:
+        line = process.stderr.readline()
+        assert line, f"it ended without saying {wanted}"
+        found |= {one: line.strip() for one in wanted if one in line}
+        wanted -= found.keys()
+    return [found[one] for one in words]
 
 
 def asked(url: str, question: str) -> Any:
@@ -86,9 +98,9 @@ def assert_gone(process: "subprocess.Popen[str]", url: str) -> None:
 def test_the_page_of_a_launch_stays_until_ctrl_c(folder: Path) -> None:
     words = ("launch", "spec.yaml", "--show", "--no-open", "--workers", "1")
     with started(folder, *words) as process:
-        url = line_with(process, "http://")
+        stays = "the page stays open; Ctrl-C ends it"
+        url, _ = lines_with(process, "http://", stays)
         assert url.endswith("#study=small")
-        line_with(process, "the page stays open; Ctrl-C ends it")
         assert asked(url, "state?study=small")["counts"] == {"done": 6}
         assert asked(url, "launch") == {"file": "spec.yaml", "started": None}
         found = asked(url, "refine?study=small&between=separation_weight+0+1")

@@ -20,9 +20,11 @@ search:
   budget: 20
 replicates: 2
 """
-COUNT = ("-1", "nan", "inf", "1e9", "1.5", "two")
+COUNT = ("-1", "1.5")
+EVERY_COUNT = (*COUNT, "nan", "inf", "1e9", "two")
+"""These are told from whole numbers in one way for all commands."""
 REFUSED: dict[str, tuple[str, ...]] = {
-    "launch small.yaml --workers": (*COUNT, "1000000000"),
+    "launch small.yaml --workers": (*EVERY_COUNT, "1000000000"),
     "verify small --workers": (*COUNT, "1000000000"),
     "measure small speed --workers": (*COUNT, "1000000000"),
     "plan small.yaml --workers": (*COUNT, "1000000000"),
@@ -32,7 +34,7 @@ REFUSED: dict[str, tuple[str, ...]] = {
     "launch small.yaml --shard": (*COUNT, "0/0", "0/4", "5/4", "-1/4", "1/1000000000"),
     "verify small --fraction": ("-0.5", "1.5", "nan", "inf", "1e9", "half"),
     "verify small --most": (*COUNT, "0"),
-    "verify small --seed": COUNT,
+    "verify small --seed": EVERY_COUNT,
     "replay small TRIAL --trajectory new.parquet --every": (*COUNT, "10", "1000000000"),
     "replay small TRIAL --frame": tuple(f"{one} new.png" for one in (*COUNT, "10")),
     "compare small small --margin": ("0", "-1", "nan", "inf", "wide"),

@@ -24,10 +24,12 @@ from sweep.published.starting import begin, built_in_specs
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import read_document
 from tests import ROOT
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.publications import experiments
 
 TABLE = "nanobot/one_at_a_time"
+ONE_A_MODEL = {name.partition("/")[0]: name for name in built_in_specs()}
 
 
 def names(folder: Path) -> list[str]:
@@ -54,7 +56,7 @@ def test_without_a_study_all_are_listed(tmp_path: Path) -> None:
     assert names(tmp_path) == []
 
 
-@pytest.mark.parametrize("name", built_in_specs())
+@pytest.mark.parametrize("name", slow_but(ONE_A_MODEL.values(), built_in_specs()))
 def test_each_is_planned_from_an_empty_folder_as_the_built_in_one(
     name: str, tmp_path: Path
 ) -> None:

@@ -92,12 +92,7 @@ def test_states_of_every_loss_end_as_in_peace(kind: str, tmp_path: Path) -> None
 
 @pytest.mark.parametrize(
     ("spec", "points"),
-    [
-        (ONE, 7),
-        (OWN, 7),
-        (SOUGHT, 1),
-        pytest.param(SOUGHT, 100, marks=pytest.mark.slow),
-    ],
+    slow_but([(OWN, 7), (SOUGHT, 1)], [(ONE, 7), (OWN, 7), (SOUGHT, 1), (SOUGHT, 100)]),
     ids=["launch", "own code", "search", "whole search"],
 )
 def test_a_launch_flushes_what_a_killed_one_had_not(

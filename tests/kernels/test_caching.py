@@ -19,7 +19,7 @@ from kernels.caching import (
     remove_unused,
 )
 from kernels.neighbours import search, square_range
-from kernels.stamps import code_stamp, stamp_of_all
+from kernels.stamps import code_stamp, stamp, stamp_of_all
 from tests import ROOT
 from tests.commands import python
 
@@ -145,26 +145,27 @@ def test_where_no_note_can_be_made_work_goes_on(
 
 STAMPS = """
 import sys
-from kernels import caching, stamps
+from kernels import caching, identity, stamps
 from kernels.neighbours import search
-said = []
-made = stamps._used
-stamps._used = lambda one: said.append(one) or made(one)
-print(caching._stamp(search), len(said))
+written, made = [], stamps.written_out
+stamps.written_out = lambda tree: written.append(tree) or made(tree)
+print(caching._stamp(search), identity.kernels_sha(), identity.stamp(search))
+print(len(written))
 """
 
 
 def test_a_stamp_is_found_once_and_noted(tmp_path: Path) -> None:
     """Another process reads it, and takes no source apart."""
     folder = tmp_path / "boidsweep" / "kernels"
-    first, took = python(STAMPS, NUMBA_CACHE_DIR=str(tmp_path)).split()
-    then, later = python(STAMPS, NUMBA_CACHE_DIR=str(tmp_path)).split()
-    assert first == then == code_stamp(search)
+    *first, took = python(STAMPS, NUMBA_CACHE_DIR=str(tmp_path)).split()
+    *then, later = python(STAMPS, NUMBA_CACHE_DIR=str(tmp_path)).split()
+    found = [code_stamp(search), stamp_of_all(ROOT / "kernels"), stamp(search)]
+    assert first == then == found
     assert int(took) > 0
     assert int(later) == 0
-    [note] = folder.glob("*.stamp")
-    assert note.stem.endswith(f"-{first}")
-    assert note.stat().st_size == 0
+    notes = [*folder.glob("*.stamp")]
+    assert {note.stem.partition("-")[2] for note in notes} == {*found[:2]}
+    assert {note.stat().st_size for note in notes} == {0}
 
 
 def test_what_every_launch_says_of_all_kernels_is_noted(

@@ -38,6 +38,7 @@ from sweep.spec.settings import Setting, settings_of
 from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study import SPEC, Study, read_study
 from sweep.trial.simulation import run
+from tests.cases import slow_but
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT
 
 MANY, FEW = 100_000, 50
@@ -296,7 +297,7 @@ def test_each_key_can_be_reached() -> None:
         assert 1e308 in [holder[at] for holder, at in leaves(content)], path
 
 
-@pytest.mark.parametrize("many", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("many", slow_but([FEW], [FEW, MANY]))
 def test_a_spec_is_planned_or_refused_in_one_line(many: int) -> None:
     with bounded():
         for number in range(many):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from sweep.store.store import Store
 from sweep.tables.cleaning import Waste, clean, find_waste
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
+from tests.cases import slow_but
 from tests.commands import SWEEP, sweep
 from tests.patience import PATIENCE
 from tests.studies import COVERING, SMALL, launched, relaunch
@@ -139,7 +141,7 @@ def test_bytes_are_exact_where_whole_parts_go(tmp_path: Path) -> None:
     assert waste.size_bytes.total() == clean(study, waste)
 
 
-@pytest.mark.parametrize("stride", [6, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("stride", slow_but([10], [10, 1]))
 def test_being_killed_at_any_step_loses_no_trial_that_stays(
     dirty: Path, tmp_path: Path, stride: int
 ) -> None:
@@ -202,13 +204,7 @@ clean(study, waste)
 
 @pytest.mark.parametrize(
     ("call", "after"),
-    [
-        ("replace", 0),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in (("rename", 0), ("rename", 1), ("replace", 1))
-        ),
-    ],
+    slow_but([("replace", 0)], [*product(("replace", "rename"), (0, 1))]),
 )
 def test_a_real_kill_loses_no_trial_that_stays(
     study: StoredStudy, call: str, after: int
@@ -324,20 +320,18 @@ def test_the_command_asks_and_without_a_terminal_refuses(study: StoredStudy) -> 
     assert len(study.store.trial_ids()) == 6
 
 
-@pytest.mark.parametrize(
-    ("answer", "left"),
-    [("\n", 18), pytest.param("n\n", 18, marks=pytest.mark.slow), ("y\n", 6)],
-)
+@pytest.mark.parametrize(("answer", "left"), [("\n", 18), ("n\n", 18), ("y\n", 6)])
 def test_in_a_terminal_the_default_is_no(
-    study: StoredStudy, answer: str, left: int
+    study: StoredStudy, answer: str, left: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     controller, terminal = pty.openpty()
     try:
         os.write(controller, answer.encode())
-        done = gc(study, stdin=terminal)
+        with os.fdopen(terminal) as stdin:
+            monkeypatch.setattr(sys, "stdin", stdin)
+            done = sweep(study.store.folder.parent.parent, "gc", "small")
     finally:
         os.close(controller)
-        os.close(terminal)
     assert "Remove it? It cannot be undone. [y/N]" in done.stderr
     assert done.returncode == (0 if left == 6 else 1)
     assert "Traceback" not in done.stderr

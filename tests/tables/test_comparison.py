@@ -32,6 +32,7 @@ from sweep.tables.comparison import Comparison, Method, compare_sides, judge
 from sweep.tables.comparison_sides import Side, read_side
 from sweep.tables.matched_points import match
 from sweep.tables.stored_study import StoredStudy
+from tests.cases import slow_but
 from tests.sampled import MadeUp
 from tests.specs import short
 from tests.studies import SMALL, launched
@@ -277,7 +278,7 @@ def bounds(chance: float, number: int) -> tuple[float, float]:
     return float(low) / number, float(high) / number
 
 
-@pytest.mark.parametrize("tables", [400, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("tables", slow_but([250], [250, 1000]))
 @pytest.mark.parametrize("common", [True, False], ids=["paired", "apart"])
 def test_a_table_without_any_difference_has_a_wrong_verdict_one_time_in_twenty(
     common: bool, tables: int

@@ -8,7 +8,7 @@ import os
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
-from itertools import product
+from itertools import cycle, islice
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -117,12 +117,12 @@ def resumed(a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Result
 
 
 def jobs_of(model: str) -> Iterator[Job]:
-    """Each preset with every update and kind of borders, every map, and the start of a
+    """Each preset, update, kind of borders and map at least once, and the start of a
     published program.
     """
-    for preset, update, borders in product(
-        MODELS[model].presets, builders.UPDATES, builders.BORDERS
-    ):
+    choices = [*MODELS[model].presets], builders.UPDATES, builders.BORDERS
+    ways = zip(*map(cycle, choices), strict=True)
+    for preset, update, borders in islice(ways, max(map(len, choices))):
         yield small(model, preset=preset, update=update, **borders)
     for name in builders.maps_of(model):
         size = builders.map_size(model, name)

@@ -345,7 +345,7 @@ def test_chunks_approach_the_wanted_length_however_wrong_the_estimates(
 def test_many_workers_get_longer_chunks_so_that_fifty_a_second_come_back(
     workers: int, length: int
 ) -> None:
-    sizes = [len(chunk) for chunk in deal([1.0] * 200_000, workers, 1.0, 1.0)]
+    sizes = [len(chunk) for chunk in deal([1.0] * 200 * workers, workers, 1.0, 1.0)]
     assert set(sizes[1:1000]) == {length}
 
 
