@@ -32,8 +32,11 @@ from tests.studies import IMPOSSIBLE, NO_ROOM, SMALL, launched, relaunch
 
 CROWDED = edited(
     SMALL,
-    ("n: 12,", "n: 12, obstacle_radius: 250, start_free: true,"),
-    ("separation_weight: [0.5, 1]", "n_obstacles: [4000, 1, 0]"),
+    ("n: 12,", "n: 12, start_free: true,"),
+    (
+        "separation_weight: [0.5, 1]",
+        "case: {zip: {n_obstacles: [1, 1, 0], obstacle_radius: [5000, 25, 25]}}",
+    ),
 )
 """Trials of the first point raise: they have no free place for a boid."""
 SLOWER = 7.0
