@@ -383,10 +383,6 @@ MAPS: dict[str, tuple[Any, str]] = {
         {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 1, 1e300, 0]]}},
         "no size, or no table",
     ),
-    "polygon of a million": (
-        {"room": {"size": [9, 9], "obstacles": [{"vertices": [[1, 1]] * 10**6}]}},
-        "a polygon has 1000000 vertices",
-    ),
     "polygon of nested lists": (
         {"room": {"size": [9, 9], "obstacles": [{"vertices": [[[1]], [2, 3]]}]}},
         "a polygon has no list of vertices",
@@ -407,22 +403,35 @@ MAPS: dict[str, tuple[Any, str]] = {
         {"room": {"size": [9, 9], "obstacles": [_arena(velocity=[1, 1])]}},
         "a polygon has numbers beyond 1e[+]15, is solid neither",
     ),
-    "too many": (
-        {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 1]] * 100_001}},
-        "100,001 shapes",
-    ),
 }
 
 
-@pytest.mark.usefixtures("no_kernel")
-@pytest.mark.parametrize("name", slow_but(MAPS.keys() - {"polygon of a million"}, MAPS))
-def test_stored_maps_that_are_none_are_refused(folder: Path, name: str) -> None:
-    stored, message = MAPS[name]
+def _refused(folder: Path, stored: Any, message: str) -> None:
     give(folder / "results" / "small", map="room")
     give_plan(folder / "results" / "small", {"maps": stored})
     for meet in (replay, StoredStudy.world):
         with pytest.raises(StoreError, match=message):
             meet(*first(folder))  # type: ignore[operator]
+
+
+@pytest.mark.usefixtures("no_kernel")
+@pytest.mark.parametrize("name", MAPS)
+def test_stored_maps_that_are_none_are_refused(folder: Path, name: str) -> None:
+    _refused(folder, *MAPS[name])
+
+
+@pytest.mark.usefixtures("no_kernel")
+def test_a_stored_map_of_too_many_shapes_is_refused(folder: Path) -> None:
+    shapes = [[1, 1, 1, 1, 1]] * 100_001
+    _refused(folder, {"room": {"size": [9, 9], "obstacles": shapes}}, "100,001 shapes")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("no_kernel")
+def test_a_stored_polygon_of_a_million_vertices_is_refused(folder: Path) -> None:
+    polygon = {"vertices": [[1, 1]] * 10**6}
+    room = {"room": {"size": [9, 9], "obstacles": [polygon]}}
+    _refused(folder, room, "a polygon has 1000000 vertices")
 
 
 def test_a_map_that_is_not_the_trial_s_is_refused(folder: Path) -> None:
