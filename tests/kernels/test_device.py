@@ -16,7 +16,6 @@ from kernels.recording import Frames, observe
 from kernels.state import remember
 from sweep.trial import on_device
 from tests import builders
-from tests.cases import slow_but
 from tests.trial import test_all_layers
 
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
@@ -44,7 +43,8 @@ def compiled(model: str) -> Any:
     return ptx.ptx_of(on_device.kernel_of(replace(job, record=record)))
 
 
-@pytest.mark.parametrize("model", slow_but(["nguyen2024"], MODELS))
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
 def test_a_model_has_only_exact_operations(model: str) -> None:
     """It is compiled with its metrics, from the large arrays of many flights."""
     made = compiled(model)

@@ -179,6 +179,12 @@ def test_draws_loops_and_places_from_the_end(monkeypatch: pytest.MonkeyPatch) ->
     are_equal(monkeypatch, trials(), True)
     are_equal(monkeypatch, trials(weights=(0.01, 0.2, 0.0, 0.03, 0.5)), True)
     for n, steps in ((1, 1), (2, 3)):
+        are_equal(monkeypatch, trials(n=n, steps=steps), True)
+
+
+@pytest.mark.slow
+def test_few_boids_mark_their_heatmaps(monkeypatch: pytest.MonkeyPatch) -> None:
+    for n, steps in ((1, 1), (2, 3)):
         are_equal(monkeypatch, trials(n=n, steps=steps, heatmaps=True), True)
 
 
