@@ -62,6 +62,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
+def pytest_runtest_teardown(item: pytest.Item) -> None:
+    """An error that is a value of a case, and was raised, keeps all that was there: a
+    server with its pages and their flights.
+    """
+    for value in getattr(getattr(item, "callspec", None), "params", {}).values():
+        if isinstance(value, BaseException):
+            value.__traceback__ = value.__context__ = None
+
+
 LISTED_SECONDS = 1.0
 FOR_ALL = "before the first test"
 
