@@ -32,8 +32,8 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
     file = file_of(revision)
     earlier = killers(FOLDER)
     verdicts = {one.key: one.verdict for one in stored(file)}
-    new = [one for one in mutants if key(one) not in verdicts]
-    if not new and OPEN not in {verdicts[key(one)] for one in mutants}:
+    new = [one for one in mutants if verdicts.get(key(one), OPEN) == OPEN]
+    if not new:
         return
     lock = Lock()
 

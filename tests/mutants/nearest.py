@@ -11,19 +11,38 @@ OURS = re.compile(r"^\s*(?:from|import) ((?:sweep|kernels)[\w.]*)", re.MULTILINE
 
 
 def nearest(folder: Path, path: str) -> list[str]:
-    """Files of tests that import a module, at most `MOST_FILES`; if none does, all of
-    its package.
+    """Files of tests that have the name of a module or import it, at most `MOST_FILES`.
 
-    Those in the folder of its package are first, and among them those that import the
-    fewest modules of ours.
+    That of its name is first, then those in the folder of its package, and among them
+    those that import the fewest modules of ours.
     """
-    module = path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
+    module = _module(path)
+    own = f"test_{module.rpartition('.')[2]}"
+    found = [
+        file
+        for file in files_of_tests(folder)
+        if file.stem == own or _imports(file, module)
+    ]
+    mirror = _mirror(folder, path)
+    found.sort(
+        key=lambda file: (file.stem != own, file.parent != mirror, _so_many(file), file)
+    )
+    return [file.relative_to(folder).as_posix() for file in found[:MOST_FILES]]
+
+
+def of_package(folder: Path, path: str) -> list[str]:
+    """All files of tests of the package of a module."""
+    files = sorted(_mirror(folder, path).glob("test_*.py"))
+    return [file.relative_to(folder).as_posix() for file in files]
+
+
+def _module(path: str) -> str:
+    return path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
+
+
+def _mirror(folder: Path, path: str) -> Path:
     package = package_of(path)
-    mirror = folder / "tests" if package == "sweep" else folder / "tests" / package
-    found = [file for file in files_of_tests(folder) if _imports(file, module)]
-    found.sort(key=lambda file: (file.parent != mirror, _so_many(file), file))
-    chosen = found[:MOST_FILES] or sorted(mirror.glob("test_*.py"))
-    return [file.relative_to(folder).as_posix() for file in chosen]
+    return folder / "tests" if package == "sweep" else folder / "tests" / package
 
 
 def files_of_tests(folder: Path) -> list[Path]:

@@ -10,7 +10,7 @@ from tests.mutants import __main__ as running
 from tests.mutants import drawing, results
 from tests.mutants.copies import NO_SUCH_TEST, Copy, Outcome, UnsoundSuiteError
 from tests.mutants.drawing import Mutant, mutants
-from tests.mutants.nearest import nearest
+from tests.mutants.nearest import nearest, of_package
 from tests.mutants.results import KILLED, OPEN, SURVIVED, Result
 from tests.mutants.trying import groups, near, together
 
@@ -156,7 +156,9 @@ def test_the_nearest_tests_import_a_module_and_little_else(tmp_path: Path) -> No
         "tests/web/test_far.py",
     ]
     of_folder = sorted(name for name in files if name.startswith("tests/text"))
-    assert nearest(tmp_path, "sweep/text/lonely.py") == of_folder
+    assert nearest(tmp_path, "sweep/text/lonely.py") == []
+    assert nearest(tmp_path, "sweep/web/much.py") == ["tests/text/test_much.py"]
+    assert of_package(tmp_path, "sweep/text/lonely.py") == of_folder
 
 
 def test_results_outlive_a_line_that_was_cut(

@@ -1,7 +1,7 @@
 """Mutants are tried: one after the other, and all that are left together.
 
-First each mutant alone meets the tests that are nearest to it, for ten minutes at most.
-Most are noticed there.
+First each mutant alone meets the tests that are nearest to it, and then those of its
+package, for twenty minutes at most. Most are noticed there.
 
 All that are left are then made in one copy, and the whole suite runs once. A test that
 passes with all of them would pass with each alone. So only the tests that fail can
@@ -24,10 +24,10 @@ from typing import NamedTuple
 
 from tests.mutants.copies import ALONE, Copy
 from tests.mutants.drawing import Mutant
-from tests.mutants.nearest import is_there, nearest
+from tests.mutants.nearest import is_there, nearest, of_package
 from tests.mutants.results import KILLED, OPEN, SURVIVED, UNDECIDED, Result, Tell
 
-NEAR_SECONDS = 600.0
+NEAR_SECONDS = 1200.0
 GROUP_SECONDS = 90 * 60.0
 MOST_FAILED = 300
 """More tests that fail tell nothing of a single mutant."""
@@ -50,7 +50,8 @@ def near(copy: Copy, mutant: Mutant, earlier: str) -> Result:
     ends = time.monotonic() + NEAR_SECONDS
     known = earlier.partition("[")[0]  # its values may be others by now
     first = [[known]] if known and is_there(copy.folder, known) else []
-    for tests in (*first, nearest(copy.folder, mutant.path)):
+    package = of_package(copy.folder, mutant.path)
+    for tests in (*first, nearest(copy.folder, mutant.path), package):
         if noticed := _noticed(copy, [mutant], tests, ends):
             return Result.of(mutant, KILLED, noticed.test)
     return Result.of(mutant, OPEN)
