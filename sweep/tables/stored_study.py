@@ -72,8 +72,13 @@ ABOUT = (b"unit", b"text")
 """What is stored of a column, beside its values."""
 NOT_YET, MOST, FEW, NARROW = WHYS = ("not yet", "max", "too few values", "half width")
 """Why a point gets no more trials, the first that holds for one of its metrics."""
-POINT_COLUMNS = (*("point", "model", "preset", "replicate", "status", "error"),)
-"""What is read of trials, beside their ids, for the means of points."""
+POINT_COLUMNS = (
+    *("point", "model", "preset", "replicate", "seed", "seed_listed"),
+    *("status", "error"),
+)
+"""What is read of trials, beside their ids, for the means of points, one by one or
+several together.
+"""
 CONFIDENCES = ("confidence", "nominal_confidence")
 SHOWN_IDS = 3
 """Of trials whose ids begin alike, in an error."""

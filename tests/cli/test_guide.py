@@ -21,7 +21,10 @@ GUIDE = (ROOT / "GUIDE.md").read_text(encoding="utf-8")
 
 def test_the_topics_are_the_chapters_and_the_pages(tmp_path: Path) -> None:
     done = sweep(tmp_path, "guide")
-    listed = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    lines = done.stdout.splitlines()
+    listed = dict(line.split(maxsplit=1) for line in lines)
+    begin = {len(line) - len(line.split(maxsplit=1)[1]) for line in lines}
+    assert begin == {2 + max(map(len, listed))}
     assert listed["writing-a-spec"] == "Writing a spec"
     assert listed["own-models"] == "A model of your own"
     assert listed["intervals"] == "Which interval a mean has"

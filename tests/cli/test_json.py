@@ -184,8 +184,11 @@ def test_a_boundary(folder: Path) -> None:
     (folder / "refined.yaml").write_text(f"{spec}refine: {rule}\n")
     assert sweep(folder, "launch", "refined.yaml").returncode == 0
     run = sweep(folder, "boundary", "refined", "--json")
-    agree(run.stdout, chapters()["sweep boundary --json"])
-    assert "mean speed = 3" in sweep(folder, "boundary", "refined").stdout
+    said = agree(run.stdout, chapters()["sweep boundary --json"])
+    text = sweep(folder, "boundary", "refined").stdout
+    assert "mean speed = 3" in text
+    resolved = {"yes" if one["resolved"] else "no" for one in said["crossings"]}
+    assert resolved == {one for one in ("yes", "no") if f" {one} " in text}
     table = sweep(folder, "boundary", "refined", "--csv").stdout
     assert table.startswith("estimate,low,high")
 

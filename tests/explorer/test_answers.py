@@ -65,6 +65,19 @@ def test_every_number_of_the_table_is_that_of_sweep_table(
     assert len(answer["cells"]) == len(answer["points"]) == answer["total"]
 
 
+def test_a_row_of_several_points_says_how_many() -> None:
+    results = plotted.study("grid").store.folder.parent
+    answer = told(results, "points", ("study", "grid"), ("by", "separation_weight"))
+    assert answer["headings"] == ["separation_weight", "points"]
+    assert [cells[:2] for cells in answer["cells"]] == [
+        ["0.5", "6"],
+        ["1", "6"],
+        ["2", "6"],
+    ]
+    assert answer["rows"] == json.loads(printed(answer["command"]))
+    assert answer["points"] == []
+
+
 @pytest.mark.parametrize(
     "name", slow_but(plotted.SPECS.keys() - {"searched"}, plotted.SPECS)
 )
