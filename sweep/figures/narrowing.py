@@ -177,7 +177,6 @@ def _lines(axes: Axes, layout: Narrowing, drawn: pd.DataFrame) -> None:
         rasterized=many,
     )
     axes.add_collection(collection)
-    axes.autoscale()
 
 
 def _legend(figure: Figure, layout: Narrowing) -> None:

@@ -59,6 +59,8 @@ def test_what_cannot_be_collapsed_says_why() -> None:
     assert collapse(curves[:2]).why == "fewer than 3 sizes"
     short = [collapsing(n, NOISES[:5], 6, rng) for n in COLLAPSING]
     assert "fewer than 6 values" in collapse(short).why
+    enough = [collapsing(n, NOISES[:6], 6, rng) for n in COLLAPSING]
+    assert "fewer than" not in collapse(enough, resamples=2).why
     level = [
         collapsing(n, NOISES, 6, rng, inverse_nu=0.0, beta_nu=0.0) for n in COLLAPSING
     ]

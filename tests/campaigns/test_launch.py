@@ -16,10 +16,12 @@ import pandas as pd
 import pytest
 
 from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import Progress
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
-from sweep.errors import ChoiceError
+from sweep.errors import ChoiceError, StoreError
 from sweep.spec.study import parse_spec
+from sweep.store.lock import Lock
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
@@ -173,6 +175,26 @@ def test_progress_is_reported_from_the_start_to_the_end(tmp_path: Path) -> None:
     assert seen[0] == 0
     assert seen == sorted(seen)
     assert seen[-1] == 6
+
+
+def test_a_launch_whose_study_was_taken_over_stops(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after its machine has slept. What it has stored is there."""
+    taken: list[Lock] = []
+    enter = Lock.__enter__
+
+    def entered(lock: Lock) -> Lock:
+        taken.append(lock)
+        return enter(lock)
+
+    def lose(progress: Progress) -> None:
+        taken[0].lost = progress.statuses.total() >= 2
+
+    monkeypatch.setattr(Lock, "__enter__", entered)
+    with pytest.raises(StoreError, match="another launch has taken this study over"):
+        launch(parse_spec(SMALL), tmp_path, Serial(), report=lose)
+    assert 2 <= len(StoredStudy("small", tmp_path).trials) < 6
 
 
 def test_heatmaps_hold_the_visits_that_coverage_counts(tmp_path: Path) -> None:

@@ -187,8 +187,9 @@ def test_a_boundary(folder: Path) -> None:
     said = agree(run.stdout, chapters()["sweep boundary --json"])
     text = sweep(folder, "boundary", "refined").stdout
     assert "mean speed = 3" in text
-    resolved = {"yes" if one["resolved"] else "no" for one in said["crossings"]}
-    assert resolved == {one for one in ("yes", "no") if f" {one} " in text}
+    crossings = said["crossings"]
+    assert text.count(" yes ") == sum(one["resolved"] for one in crossings)
+    assert text.count(" no ") == sum(not one["resolved"] for one in crossings)
     table = sweep(folder, "boundary", "refined", "--csv").stdout
     assert table.startswith("estimate,low,high")
 

@@ -164,6 +164,21 @@ def test_the_report_of_a_search_is_that_of_its_command(
             assert all(cell in text for cell in cells)
 
 
+def test_behind_a_row_of_a_report_are_the_held_out_trials_of_whom_it_names(
+    report: tuple[dict[str, Any], dict[str, Any], str],
+) -> None:
+    seen: dict[str, set[str]] = {}
+    for table in report[0]["tables"]:
+        named = 2 if "minus" in table["titles"] else 1
+        for row, behind in zip(table["rows"], table["points"], strict=True):
+            points = behind.split()
+            assert all(one.startswith("held_out:") for one in points)
+            for name, point in zip(row[:named], points, strict=True):
+                seen.setdefault(name, set()).add(point)
+    assert seen.keys() == {"3", "7", "usual"}
+    assert len(set.union(*seen.values())) == len(seen)
+
+
 def test_the_marks_of_a_history_are_its_candidates_and_winners(
     report: tuple[dict[str, Any], dict[str, Any], str],
 ) -> None:

@@ -1,6 +1,7 @@
 """Finite-size scaling of stored studies."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from sweep.analysis import binder_cumulant, order_samples, susceptibility
 from sweep.campaigns.loaded import LoadedStudy
+from sweep.cli.scaling_text import scaling_text
 from sweep.errors import ChoiceError
 from sweep.tables.scaling import DRIFTS, scaling
 from tests.commands import sweep as command
@@ -130,6 +132,17 @@ def test_a_study_without_series_or_with_more_axes(tmp_path: Path) -> None:
     found = flown(kept, tmp_path / "c")
     assert found.scaling().length == "n"
     assert [one.length for one in found.scaling().curves] == [16.0, 36.0]
+
+
+@pytest.mark.parametrize(
+    ("left_out", "said"), [(0, ""), (2, "2 trials left out: not done, or alone")]
+)
+def test_trials_that_do_not_count_are_said(
+    study: LoadedStudy, left_out: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scaling_text(study, replace(study.scaling(), left_out=left_out))
+    lines = [line for line in capsys.readouterr().out.splitlines() if "left" in line]
+    assert [line.strip() for line in lines] == ([said] if said else [])
 
 
 @pytest.mark.usefixtures("study")
