@@ -105,11 +105,7 @@ def flown(model: str, with_stream: bool) -> tuple[bytes, dict[str, Any]]:
     )
 
 
-FAST = ("vicsek1995", "strombom2014")
-"""To compile a model once more takes long."""
-
-
-@pytest.mark.parametrize("model", slow_but(FAST, MODELS))
+@pytest.mark.parametrize("model", slow_but(["vicsek1995"], MODELS))
 def test_a_flight_with_a_stream_has_the_same_bits(model: str) -> None:
     assert flown(model, True) == flown(model, False)
 

@@ -47,7 +47,8 @@ def among(model: str, speed: float = 0.0, **changes: Any) -> Job:
     """A short trial of a model among these. Obstacles go a hundredth of the world in a
     step, times `speed`.
     """
-    job = builders.job(model, **({"n": 8, "steps": 8, "metrics": ()} | changes))
+    usual = {"n": 8, "steps": 8, "metrics": ("collisions",)}
+    job = builders.job(model, **(usual | changes))
     width, height, dt = (
         float(job.settings[name]) for name in ("width", "height", "dt")
     )
@@ -118,6 +119,7 @@ def test_every_model_does_in_the_interpreter(model: str) -> None:
     interpreted(code)
 
 
+TWINS: dict[str, Any] = {"n": 14, "steps": 20, **builders.IDEAL}
 PUSHED = ("nguyen2024", "aziel_chen2025", "patel2023")
 """Models whose boids are pushed by obstacles, with twins that know polygons."""
 
@@ -128,9 +130,8 @@ def test_a_flight_among_polygons_is_that_of_a_slow_twin(
 ) -> None:
     """For 20 steps, by `test_a_model_does_what_its_slow_twin_does`, whose bound it has.
     The twin sees obstacles where the step has moved them before boids look round.
-    Without polygons, boids are elsewhere.
     """
-    job = among(model, speed, n=14, steps=20, **builders.IDEAL)
+    job = among(model, speed, **TWINS)
     simulation, ahead = Simulation(job), Simulation(job)
     birds = naive.birds(simulation.flock)
     rng = np.random.default_rng(stream(job, "noise"))
@@ -140,9 +141,16 @@ def test_a_flight_among_polygons_is_that_of_a_slow_twin(
         found = flown(simulation, 1)
         slow = np.array([[*bird.position, *bird.velocity] for bird in birds]).T
         np.testing.assert_allclose(found, slow, rtol=0, atol=1e-10)
-    assert job.obstacles
-    bare = Simulation(replace(job, obstacles=job.obstacles[:1]))
+
+
+@pytest.mark.parametrize(("speed", "model"), [(0.0, PUSHED[0])])
+def test_without_polygons_boids_are_elsewhere(speed: float, model: str) -> None:
+    """So that what they do is seen in the test before."""
+    job = among(model, speed, **TWINS)
+    fewer = among(model, speed, metrics=(), **TWINS)
+    bare = Simulation(replace(fewer, obstacles=(job.obstacles or ())[:1]))
     bare.go_on_from(Simulation(job))
+    found = flown(Simulation(job), 20)
     assert np.abs(flown(bare, 20) - found).max() > 1e-3
 
 
@@ -151,7 +159,8 @@ def test_other_models_fly_as_their_twins_in_the_interpreter() -> None:
         "from tests.trial import test_obstacles as t\n"
         "for model in t.PUSHED:\n"
         "  for speed in (0.0, 1.0):\n"
-        "    t.test_a_flight_among_polygons_is_that_of_a_slow_twin(speed, model)"
+        "    t.test_a_flight_among_polygons_is_that_of_a_slow_twin(speed, model)\n"
+        "    t.test_without_polygons_boids_are_elsewhere(speed, model)"
     )
     interpreted(code)
 
@@ -176,8 +185,8 @@ def test_the_interpreter_gives_the_same_bits() -> None:
 
 
 def towards(**changes: Any) -> Job:
-    """One boid that stays at (100, 100), and a disc of radius 5 that begins 10 away and
-    comes nearer by 1 in each step.
+    """One boid that stays at (100, 100), a disc of radius 5 that begins 10 away and
+    comes nearer by 1 in each step, and a triangle that stays far away.
     """
     still = {"wander_weight": 0.0, "obstacle_weight": 0.0, "start_speed": 0.0}
     size = {"width": 300, "height": 200, "n": 1, "steps": 30}
@@ -186,7 +195,9 @@ def towards(**changes: Any) -> Job:
         metrics=("collisions", "clearance", "depth_outside"),
         **(still | size | changes),
     )
-    return replace(job, obstacles=((90.0, 100.0, 5.0, 5.0, 1.0, 1.0, 0.0),))
+    disc = (90.0, 100.0, 5.0, 5.0, 1.0, 1.0, 0.0)
+    triangle = Polygon(((250.0, 150.0), (260.0, 150.0), (255.0, 160.0)))
+    return replace(job, obstacles=(disc, triangle))
 
 
 def test_events_and_metrics_of_a_frame_see_obstacles_where_they_are_then() -> None:

@@ -25,7 +25,7 @@ WALL: Obstacles = ((120.0, 90.0, 60.0, 80.0, 0.0),)
 OTHER_WALL: Obstacles = ((120.0, 90.0, 110.0, 40.0, 0.0),)
 
 
-def small(**changes: Any) -> Job:
+def small(model: str = "nguyen2024", **changes: Any) -> Job:
     """A trial with visits on a small map without obstacles."""
     settings: dict[str, Any] = {
         "n": 12,
@@ -34,7 +34,7 @@ def small(**changes: Any) -> Job:
         "width": 240,
         "height": 180,
     }
-    return builders.job(metrics=("coverage",), **(settings | changes))
+    return builders.job(model, metrics=("coverage",), **(settings | changes))
 
 
 def started(job: Job) -> bytes:
@@ -180,7 +180,10 @@ def test_what_is_large_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("steps", [1, 300])
 def test_pixels_that_trials_share_stay_unvisited(steps: int) -> None:
     """On narrow maps and, with few visits, others. Nobody can write what they share."""
-    jobs = [small(steps=steps, replicate=k, heatmaps=True) for k in range(AT_ONCE)]
+    jobs = [
+        small("aziel_chen2025", steps=steps, replicate=k, heatmaps=True)
+        for k in range(AT_ONCE)
+    ]
     simulations = [Simulation(job, together=True) for job in jobs]
     shared = simulations[0].flight.record.coverage.visits
     assert all(one.flight.record.coverage.visits is shared for one in simulations)

@@ -41,7 +41,9 @@ AT_ONCE = {
 }
 PRESETS = [(model, preset) for model, preset in builders.PRESETS if model in AT_ONCE]
 IN_TURN = [(*which, each) for which, each in zip(PRESETS, cycle(builders.BORDERS))]
-FAST = [one for one in IN_TURN if one[0] in {MODEL, "dorsogna2006"}]
+COMPILED = (MODEL, "dorsogna2006")
+"""Fast tests compile these for threads."""
+FAST = [one for one in IN_TURN if one[0] in COMPILED]
 """Of two models: to compile one for threads takes three seconds."""
 WITHIN_BORDERS = [(*which, each) for which in PRESETS for each in builders.BORDERS]
 
@@ -132,7 +134,7 @@ def test_all_threads_take_part(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(set(threads)) == 3
 
 
-@pytest.mark.parametrize("model", AT_ONCE)
+@pytest.mark.parametrize("model", slow_but(COMPILED, AT_ONCE))
 def test_a_trial_that_overflows_ends_as_with_one_thread(model: str) -> None:
     one = at_once(model, steps=400, **OVERFLOWS[model])
     alone, divided = run(one), run(replace(one, threads=2))

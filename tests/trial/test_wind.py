@@ -192,8 +192,11 @@ def test_a_flock_is_carried_as_a_slow_twin_says(borders: str, gust_time: float) 
         np.testing.assert_allclose(found, rows, rtol=0, atol=1e-11)
 
 
+STEERING = ("nguyen2024", "aziel_chen2025")
+
+
 @pytest.mark.parametrize("update", builders.UPDATES)
-@pytest.mark.parametrize("model", ["nguyen2024", "aziel_chen2025"])
+@pytest.mark.parametrize("model", slow_but(["nguyen2024"], STEERING))
 def test_boids_steer_by_where_the_medium_has_carried_them(
     model: str, update: str
 ) -> None:
@@ -213,6 +216,16 @@ def test_boids_steer_by_where_the_medium_has_carried_them(
         found = flown(simulation, 1)
         rows = np.array([[*one.position, *one.velocity] for one in twin]).T
         np.testing.assert_allclose(found, rows, rtol=0, atol=1e-10)
+
+
+def test_others_do_in_the_interpreter() -> None:
+    code = (
+        "from tests.trial import test_wind as t\n"
+        "for update in t.builders.UPDATES:\n"
+        "    t.test_boids_steer_by_where_the_medium_has_carried_them("
+        "t.STEERING[1], update)"
+    )
+    interpreted(code)
 
 
 def test_borders_act_on_what_is_carried() -> None:
