@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple, NoReturn, get_args, get_type_hint
 
 from kernels.metrics import Metric
 from kernels.model import Model, flaw
-from kernels.settings import About, Demand
+from kernels.settings import COMMON, About, Demand
 from kernels.starts import GIVEN, Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
@@ -87,6 +87,9 @@ def _model(about: dict[str, Any]) -> Model:
     potential = _asleep if about.pop(POTENTIAL) else None
     about["metrics"] = tuple(about["metrics"])
     about["kinds"] = tuple(about["kinds"])
+    # Settings that all models have came with later versions too.
+    presets = about["presets"].items()
+    about["presets"] = {name: COMMON | values for name, values in presets}
     about["vectors"] = tuple(map(tuple, about.get("vectors", ())))
     state = {name: _about(one) for name, one in about.pop("state").items()}
     model = Model(

@@ -1,0 +1,99 @@
+"""The model vortex: boids that pull each other together, and swirl about each other.
+
+Change whatever you like, and launch again. docs/own-models.md says what to import.
+"""
+
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.arbitration import limit
+from kernels.jit import jit
+from kernels.model import Model, Sight
+from kernels.neighbours import ALL_ROUND, Near, move_all, search, square_range
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.social import cohesion
+from kernels.settings import COMMON, About
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+PULL = About("strength of the pull together", "1/time^2", low=0, rule="cohesion")
+SWIRL = About("strength of the swirl", "1/time^2", low=0, rule="swirl")
+
+
+class Params(NamedTuple):
+    """What this model alone has: meaning, unit, range. A weight names its `rule`."""
+
+    cohesion_weight: Annotated[float, PULL]
+    swirl_weight: Annotated[float, SWIRL]
+    perception_range: Annotated[float, About("how far boids see", "length", low=0)]
+    max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
+
+
+STANDARD = (
+    COMMON  # what most models leave alone
+    | {"cohesion_weight": 0.01, "swirl_weight": 0.01, "perception_range": 200.0}
+    | {"max_speed": 3.0, "dt": 1.0, "n": 50, "steps": 400, "map": "empty"}
+    | {"width": 400.0, "height": 400.0, "start_speed": 1.0}
+)
+
+
+def sight(params: Params) -> Sight:
+    """Whom a boid sees: no rule may ask for others farther away."""
+    return Sight(params.perception_range)
+
+
+@jit
+def swirl(near: Near, found: int) -> tuple[float, float]:
+    """The mean way to the `found` boids in `near`, turned left: a rule of one's own."""
+    x, y = 0.0, 0.0
+    for k in range(found):
+        x -= near.dy[k]
+        y += near.dx[k]
+    return x / max(found, 1), y / max(found, 1)
+
+
+@jit
+def advance(
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    _rng: Generator,
+    steps: int,
+) -> bool:
+    """Take `steps` steps; False after the first one whose numbers are not finite."""
+    seen, range2 = work.before, square_range(params.perception_range, False)
+    for _ in range(steps):
+        remember(flock, seen)  # all boids react to the flock before the step
+        for i in range(flock.x.size):
+            near, vx, vy = work.near, seen.vx[i], seen.vy[i]
+            found = search(seen, world, work.grid, i, range2, ALL_ROUND, vx, vy, near)
+            pull_x, pull_y = cohesion(near, found, range2)
+            swirl_x, swirl_y = swirl(near, found)
+            ax = params.cohesion_weight * pull_x + params.swirl_weight * swirl_x
+            ay = params.cohesion_weight * pull_y + params.swirl_weight * swirl_y
+            vx, vy = limit(vx + ax * params.dt, vy + ay * params.dt, params.max_speed)
+            x, y = flock.x[i] + vx * params.dt, flock.y[i] + vy * params.dt
+            flock.x[i], flock.vx[i] = confine(x, vx, world.width, world.borders)
+            flock.y[i], flock.vy[i] = confine(y, vy, world.height, world.borders)
+        move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="vortex",
+    source="",  # who described it, and where
+    params=Params,
+    presets={"standard": STANDARD},
+    metrics=("speed", "polarization", "flock_radius"),
+    sight=sight,
+    advance=advance,
+    update_order="all boids at once, from the flock as it was before the step",
+    symmetries={"translation": {}, "rotation": {}, "permutation": {}},
+)
