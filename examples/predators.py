@@ -175,7 +175,6 @@ MODEL = Model(
     kinds=("prey", "predator"),
     count_kinds=count_kinds,
     demands=(Demand("predators < n", "there must be at least one prey"),),
-    at_once={},
     update_order="all boids at once, from the flock as it was before the step",
     symmetries={
         "translation": {},

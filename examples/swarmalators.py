@@ -151,7 +151,6 @@ MODEL = Model(
     advance=advance,
     state={"phase": About("phase of its oscillator", "radians")},
     begin_state=begin_state,
-    at_once={},
     update_order="all boids at once, from the flock as it was before the step",
     symmetries={
         "translation": {},

@@ -16,7 +16,6 @@ prints nothing, validates nothing.
     caching      where compiled kernels are kept
     goals        several goals in turn
     lanes/       kernels for eight flights at once
-    threads/     kernels for one flight on several cores
     state        Flock, World: what enters kernels
     workspace    what a model works with
     fours        four numbers side by side

@@ -67,8 +67,8 @@ OURS: WeakSet[Callable[..., Any]] = WeakSet()
 of kernels.fours.
 """
 MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
-"""Of functions that are made of others, for lanes or threads, these others."""
-MAKERS = "lanes/", "threads/", "device/", "jit.py"
+"""Of functions that are made of others, for lanes, these others."""
+MAKERS = "lanes/", "device/", "jit.py"
 """How the files of what makes them begin."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY, UNUSED_DAYS = 86_400.0, 30

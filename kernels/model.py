@@ -126,11 +126,6 @@ class Model(NamedTuple):
     `symmetries` are those that it has, each with the settings that it needs:
     `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
 
-    `at_once` says that a step updates all boids from the flock as it was before, none
-    after another, and draws nothing at random; it has the settings that this needs,
-    `{"update": "synchronous"}`, or none, `{}`. Then the boids of one trial can be
-    divided among threads.
-
     `update_order` says in words in which order a step updates boids, of a model that
     has no setting `UPDATE` for it.
 
@@ -142,6 +137,9 @@ class Model(NamedTuple):
     `kinds` names the kinds of boids: the first boids are of the first kind, the next
     ones of the second, and `count_kinds(params, n)` says how many of n boids are of
     each.
+
+    `at_once` has no meaning any more: models that were written for earlier versions
+    give it.
 
     `demands` are conditions on the settings, and `potential_demands` those of metrics
     of the potential. `length` and `time` are the units of the model, and `y_down` says
@@ -244,27 +242,9 @@ def _flaws(model: Model) -> Iterator[str]:
         yield f'no kind can be called "{WORKING}": so are all that have not failed'
     if bool(model.kinds) != bool(model.count_kinds):
         yield "kinds and count_kinds belong together, and there is only one of them"
-    if model.at_once is not None:
-        yield from _flaws_of_at_once(model)
     for name in ("begin_state", "count_kinds"):
         if not (getattr(model, name) is None or callable(getattr(model, name))):
             yield f"{name} is no function"
-
-
-def _flaws_of_at_once(model: Model) -> Iterator[str]:
-    if not isinstance(model.at_once, Mapping):
-        yield "at_once is no mapping from settings to values"
-        return
-    hints = get_type_hints(model.params, include_extras=True)
-    for name, value in model.at_once.items():
-        abouts = [one for one in get_args(hints.get(name)) if isinstance(one, About)]
-        allowed = abouts[0].choices if abouts else ()
-        if not abouts:
-            yield f'at_once names "{name}", which is no setting of its Params'
-        elif allowed and value not in allowed:
-            yield f'at_once has {name} "{value}"; allowed: {", ".join(allowed)}'
-        elif not allowed and not isinstance(value, int | float):
-            yield f"at_once has for {name} what is no number"
 
 
 def _flaws_of_state(model: Model) -> Iterator[str]:

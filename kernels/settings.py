@@ -99,8 +99,6 @@ UPDATE = About(
     " synchronous: all read the old state",
     choices=("sequential", "synchronous"),
 )
-SYNCHRONOUSLY = {"update": UPDATE.choices[SYNCHRONOUS]}
-"""With it a model with the setting UPDATE updates all boids at once."""
 TIME_STEP = About("time of one update", "time", low=0, exclusive=True)
 """Of every model, as its setting `dt`."""
 INTERACTION_RANGE = About(

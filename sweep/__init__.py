@@ -117,7 +117,7 @@ def run(
         )
     study = _study(spec, code_from)
     studies = with_variants(study)
-    engine = Loky(worker_count(workers, study.threads))
+    engine = Loky(worker_count(workers))
     try:
         for one in studies:
             (search if one.search else launch)(one, location(results), engine)
@@ -158,7 +158,7 @@ def plan(
     from sweep.workers.executors import worker_count
 
     study = _study(spec, code_from)
-    return plan_of(study, worker_count(workers, study.threads), location(results))
+    return plan_of(study, worker_count(workers), location(results))
 
 
 def compare(

@@ -202,7 +202,7 @@ def compiled_at_first() -> list[Job]:
     """The trials whose kernels all tests share: each model, and all metrics.
 
     What a test compiles besides is of models, metrics or maps that it makes up, or of
-    trials in lanes, in threads or on a device.
+    trials in lanes or on a device.
     """
     jobs = [job(model, metrics=("speed",), n=4, steps=2) for model in MODELS]
     for model in ("nguyen2024", "strombom2014"):  # together they have all metrics

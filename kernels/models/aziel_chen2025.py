@@ -20,7 +20,6 @@ from kernels.rules.social import flocking_sums
 from kernels.settings import (
     COMMON,
     SEQUENTIAL,
-    SYNCHRONOUSLY,
     TIME_STEP,
     UPDATE,
     About,
@@ -303,5 +302,4 @@ MODEL = Model(
         "reflection": {},
         "permutation": {},
     },
-    at_once=SYNCHRONOUSLY,
 )

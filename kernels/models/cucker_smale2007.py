@@ -23,7 +23,6 @@ from kernels.settings import (
     COMMON,
     INTERACTION_RANGE,
     SEQUENTIAL,
-    SYNCHRONOUSLY,
     UPDATE,
     About,
 )
@@ -194,5 +193,4 @@ MODEL = Model(
     length="l",
     time="t",
     y_down=False,
-    at_once=SYNCHRONOUSLY,
 )

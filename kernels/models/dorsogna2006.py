@@ -31,7 +31,6 @@ from kernels.settings import (
     COMMON,
     INTERACTION_RANGE,
     SEQUENTIAL,
-    SYNCHRONOUSLY,
     TIME_STEP,
     UPDATE,
     About,
@@ -245,5 +244,4 @@ MODEL = Model(
     length="l",
     time="t",
     y_down=False,
-    at_once=SYNCHRONOUSLY,
 )

@@ -20,7 +20,6 @@ from kernels.settings import (
     COMMON,
     SEQUENTIAL,
     SPEEDS,
-    SYNCHRONOUSLY,
     TIME_STEP,
     UPDATE,
     About,
@@ -230,5 +229,4 @@ MODEL = Model(
     potential_demands=(
         Demand("separation_range <= perception_range", NARROW_POTENTIAL),
     ),
-    at_once=SYNCHRONOUSLY,
 )

@@ -19,7 +19,6 @@ from kernels.settings import (
     COMMON,
     SEQUENTIAL,
     SPEEDS,
-    SYNCHRONOUSLY,
     TIME_STEP,
     UPDATE,
     About,
@@ -295,5 +294,4 @@ MODEL = Model(
     },
     demands=(SPEEDS,),
     potential_demands=(Demand("separation_range <= cohesion_range", NARROW_POTENTIAL),),
-    at_once=SYNCHRONOUSLY,
 )

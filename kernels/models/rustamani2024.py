@@ -22,7 +22,6 @@ from kernels.rules.steering import arrival, seek
 from kernels.settings import (
     COMMON,
     SEQUENTIAL,
-    SYNCHRONOUSLY,
     TIME_STEP,
     UPDATE,
     About,
@@ -497,5 +496,4 @@ MODEL = Model(
     length="m",
     time="s",
     y_down=False,
-    at_once=SYNCHRONOUSLY,
 )

@@ -71,7 +71,6 @@ def engine(
     workers: int,
     address: str | None,
     scheduler_file: Path | None,
-    threads: int,
 ) -> "Iterator[ExecutorFactory]":
     """The engine that the options ask for. It is stopped at the end of the context.
 
@@ -79,7 +78,6 @@ def engine(
         workers         worker processes; 0 for as many as cores have room for
         address         the address of the scheduler, only for dask
         scheduler_file  the file in which the scheduler has written its address, instead
-        threads         of each trial, at most
 
     The command ends if options do not go together, a package is missing, or the
     scheduler does not answer.
@@ -88,7 +86,7 @@ def engine(
         made = _dask(workers, address, scheduler_file)
     else:
         _check_no_cluster(kind, address, scheduler_file)
-        made = _cuda(workers) if kind is EngineKind.cuda else _local(workers, threads)
+        made = _cuda(workers) if kind is EngineKind.cuda else _local(workers)
     try:
         yield made
     finally:
@@ -100,7 +98,7 @@ def engine_again(kind: Again | None, workers: int) -> "Iterator[ExecutorFactory]
     """The engine by which stored trials fly again: processors, if not a GPU. It is
     stopped at the end of the context. The command ends where there is no GPU.
     """
-    made = _cuda(workers) if kind is Again.cuda else _local(workers, threads=1)
+    made = _cuda(workers) if kind is Again.cuda else _local(workers)
     try:
         yield made
     finally:
@@ -117,10 +115,10 @@ def _check_no_cluster(
             stop(f"{option}: only a dask cluster has one; {way} --executor dask")
 
 
-def _local(workers: int, threads: int) -> "ExecutorFactory":
+def _local(workers: int) -> "ExecutorFactory":
     from sweep.workers.executors import Loky, worker_count
 
-    return Loky(worker_count(workers, threads))
+    return Loky(worker_count(workers))
 
 
 def _cuda(workers: int) -> "ExecutorFactory":

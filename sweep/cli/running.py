@@ -94,7 +94,7 @@ def launch(
     studies = [study for one in specs for study in with_variants(one)]
     if len(studies) > 1:
         check_launches(studies, share)
-    troubled, threads = False, max(study.threads for study in studies)
+    troubled = False
     page: AbstractContextManager[None] = nullcontext()
     if show:
         words = ["--results", str(results), *(["--no-open"] if no_open else [])]
@@ -103,7 +103,7 @@ def launch(
             words += ["--no-code"] if no_code else []
             words += ["--code-from", str(code_from)] if code_from else []
         page = page_beside(words)
-    with page, engine(executor, workers, address, scheduler_file, threads) as made:
+    with page, engine(executor, workers, address, scheduler_file) as made:
         if len(studies) > 1:
             check_flights(studies, made)
         for study in studies:
@@ -175,7 +175,7 @@ def search(
     if export:
         check_export(export, study.name)
     with (
-        engine(executor, workers, address, scheduler_file, study.threads) as made,
+        engine(executor, workers, address, scheduler_file) as made,
         SearchBar(study.name, quiet=quiet) as bar,
     ):
         progress = run_search(
@@ -229,7 +229,7 @@ def plan(
     check_spec_file(spec, results)
     specs = load_specs(spec, code=not no_code, code_from=code_from)
     plans = [
-        plan_of(study, worker_count(workers, study.threads), results)
+        plan_of(study, worker_count(workers), results)
         for one in specs
         for study in with_variants(one)
     ]

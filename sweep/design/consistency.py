@@ -47,9 +47,9 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError where settings do not go together, boids cannot sense as wanted,
-    differ as wanted or be divided among threads, or replicates have no flock. Of each
-    thing that is wrong it names the first point.
+    """Raise SpecError where settings do not go together, boids cannot sense or differ
+    as wanted, or replicates have no flock. Of each thing that is wrong it names the
+    first point.
     """
     mistakes = Mistakes()
     for demand in dict.fromkeys(_demands(study)):
@@ -60,7 +60,6 @@ def check_consistency(study: Study, points: Points) -> None:
     mistakes.read(check_obstacles, study, points)
     mistakes.read(check_spreads, study, points)
     mistakes.read(check_goals, study, points)
-    mistakes.read(_check_threads, study, points)
     mistakes.read(_check_flocks, study, points)
     mistakes.check()
 
@@ -77,34 +76,6 @@ def _check_demand(study: Study, points: Points, demand: Demand) -> None:
     if not holds.all():
         where = points.describe(int(np.argmin(holds)), condition.names)
         raise study.document.error(place or ("model",), demand.message + where)
-
-
-def _check_threads(study: Study, points: Points) -> None:
-    """Raise SpecError where trials are to have several threads, and the boids of one
-    wait for each other.
-    """
-    if study.threads == 1:
-        return
-    place, asked = ("threads",), f"threads: {study.threads}"
-    needed = study.known.models[study.model].at_once
-    if needed is None:
-        raise study.document.error(
-            place,
-            f"{asked} needs a model that updates all boids at once, and draws nothing"
-            f" at random meanwhile; {study.model} does not say that it does (`at_once`"
-            " of its Model): leave threads out",
-        )
-    for name, value in needed.items():
-        condition = parse(f"{name} == {value!r}", study.settings)
-        holds = points.evaluate(study, condition, place)
-        if not holds.all():
-            where = points.describe(int(np.argmin(holds)), [name])
-            raise study.document.error(
-                place,
-                f"{asked} needs all boids updated at once: {study.model} does that with"
-                f" `{name}: {value}`, and here are trials{where} (preset"
-                f" {study.preset}); set it, or leave threads out",
-            )
 
 
 def _check_flocks(study: Study, points: Points) -> None:

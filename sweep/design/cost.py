@@ -31,10 +31,6 @@ from sweep.spec.study import RecordSpec, Study
 
 TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9
-ONCE_SECONDS, VISIT_SECONDS = 12e-9, 45e-9
-"""Of a boid-step, what one thread does alone, and what it does where visits are
-counted: measured where a boid-step took about as long as here.
-"""
 CANDIDATE_SECONDS = 2e-9
 GATHERED = 2.0
 """So many times as many boids are in range as if all were spread evenly: they flock."""
@@ -91,10 +87,7 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
         whole = jobs.jobs
         return point_seconds(whole.study, whole.design)[jobs.points]
     return np.array(
-        [
-            trial_seconds(job.model, job.known, job.settings, job.record, job.threads)
-            for job in jobs
-        ]
+        [trial_seconds(job.model, job.known, job.settings, job.record) for job in jobs]
     )
 
 
@@ -103,24 +96,17 @@ def trial_seconds(
     known: Catalogue,
     settings: dict[str, Value],
     record: RecordSpec,
-    threads: int = 1,
 ) -> float:
     """The estimated seconds of a trial with these settings, from its boid-steps, their
-    neighbours, its frames and its metrics. Of a boid-step of ideal boids `threads`
-    share what is not done once; metrics are measured by one of them.
+    neighbours, its frames and its metrics.
     """
     n, steps = float(settings["n"]), float(settings["steps"])
     share = searched_share(model, known, settings)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
-    robots = robot_seconds(model, known, settings)
-    if robots:  # which fly with one thread
-        boid_step, threads = boid_step + robots, 1
+    boid_step += robot_seconds(model, known, settings)
     frames = steps / record.every + 1.0
     measured = [known.metrics[name] for name in record.metrics]
     looking = sum(metric.looks for metric in measured)
-    covering = record.heatmaps or any(metric.covers for metric in measured)
-    once = ONCE_SECONDS + VISIT_SECONDS * covering
-    boid_step = once + (boid_step - once) / threads
     boid_step += PAIR_METRIC_SECONDS * any(metric.pairs for metric in measured)
     boid_step += INTEGRAL_SECONDS * any(metric.integrates for metric in measured)
     pairing = sum(metric.pairwise for metric in measured)
@@ -232,9 +218,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
     def estimate(point: int) -> float:
         settings = design.settings(point)
-        return trial_seconds(
-            study.model, study.known, settings, study.record, study.threads
-        )
+        return trial_seconds(study.model, study.known, settings, study.record)
 
     matters = [
         np.unique(column, return_inverse=True)[1]
@@ -272,7 +256,7 @@ def _matters(study: Study, design: Design, name: str) -> bool:
 
 class StudyCost(NamedTuple):
     """Estimated seconds of one core, bytes, and how many of these are last states, for
-    all trials of a study. A trial takes as many cores as it has threads, until it ends.
+    all trials of a study.
     """
 
     seconds: float
@@ -286,9 +270,7 @@ def study_cost(study: Study, design: Design, pace: TrialPace = KNOWN_PACE) -> St
         design.settings(point) for point in evenly(design.n_points, 500)
     ]
     model, known, record = study.model, study.known, study.record
-    seconds = study.threads * np.mean(
-        [trial_seconds(model, known, one, record, study.threads) for one in settings]
-    )
+    seconds = np.mean([trial_seconds(model, known, one, record) for one in settings])
     states = len(known.models[model].state)
     size = np.mean([trial_bytes(one, record, states) for one in settings])
     last = np.mean([last_state_bytes(model, known, one, record) for one in settings])

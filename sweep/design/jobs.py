@@ -82,8 +82,7 @@ class Job:
     trials of a point. `obstacles` are those of a map that the spec brings, None for a
     built-in one. `known` has what names of models, metrics, maps and starts stand for.
     `earlier` is what the same trial with fewer steps has left, None to begin at step 0.
-    Its boids are divided among `threads`, and with `all_pairs` neighbours are found
-    without a grid; neither changes a bit.
+    With `all_pairs` neighbours are found without a grid, which changes no bit.
 
     A link of a chain has a `direction`, up or down. It begins with the flock `begins`,
     with which the trial `parent` has ended; the first link has no parent, and begins as
@@ -104,7 +103,6 @@ class Job:
     obstacles: Obstacles | None = None
     known: Catalogue = BUILT_IN
     earlier: LastState | None = None
-    threads: int = 1
     direction: str = ""
     parent: str = ""
     begins: LastFlock | None = field(default=None, repr=False)
@@ -406,7 +404,6 @@ class Jobs(LazyJobs):
             time_limit=study.time_limit,
             obstacles=own.obstacles if own else None,
             known=study.known,
-            threads=study.threads,
             direction=direction,
             parent=parent,
             all_pairs=study.neighbour_search == ALL_PAIRS,

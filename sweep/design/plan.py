@@ -10,9 +10,8 @@ import numpy as np
 
 from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
-from sweep.design.design import Design, Rejection, evenly, expand
+from sweep.design.design import Design, Rejection, expand
 from sweep.design.points import Points
-from sweep.design.robots import fly_alone
 from sweep.spec.expressions import parse
 from sweep.spec.settings import TORUS, WRAPS_ONLY
 from sweep.spec.study import Study
@@ -32,11 +31,10 @@ class Plan:
     are for the most of them. So they are where a rule refines the grid; `points` are
     those at first, and `boundary` says what the mean does where it becomes finer.
     `probe_steps` is how many steps were run to estimate the seconds, 0 where the cost
-    of all code is known. Each of the `workers` runs a trial on so many `threads`, each
-    on a core of its own. `compiling_seconds` come on top of
-    the wall time, once: 0 where the model is compiled already. Of the `result_bytes`
-    so many are `last_state_bytes`. `continued` trials go on from last states that are
-    stored, whose steps are `steps_saved` together.
+    of all code is known. `compiling_seconds` come on top of the wall time, once: 0
+    where the model is compiled already. Of the `result_bytes` so many are
+    `last_state_bytes`. `continued` trials go on from last states that are stored, whose
+    steps are `steps_saved` together.
     """
 
     study: str
@@ -64,7 +62,6 @@ class Plan:
     last_state_bytes: float = 0.0
     continued: int = 0
     steps_saved: int = 0
-    threads: int = 1
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -91,7 +88,7 @@ class Plan:
             (f"CPU time   {about(self.cpu_seconds, most)}{probed(self.probe_steps)}"),
             (
                 f"wall time  {about(self.wall_seconds, most)} with"
-                f" {workforce(self.workers, self.threads)}"
+                f" {so_many(self.workers, 'worker')}"
                 f"{compiled(self.compiling_seconds)}"
             ),
             f"results    {most}about {size(self.result_bytes)}{self._last_states()}",
@@ -148,9 +145,8 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         rejected=design.rejected,
         merged=design.duplicates,
         cpu_seconds=cost.seconds,
-        wall_seconds=cost.seconds / (workers * study.threads),
+        wall_seconds=cost.seconds / workers,
         workers=workers,
-        threads=study.threads,
         result_bytes=cost.size_bytes,
         last_state_bytes=cost.last_state_bytes,
         notes=(*notes, *notes_of(study, design)),
@@ -180,8 +176,6 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
             yield f"{name} changes nothing: no point has {only.condition}"
     yield from _of_torus(study, points)
     yield from _too_long(study, points)
-    if study.threads > 1:
-        yield from _unthreaded(study, design)
 
 
 def _of_torus(study: Study, points: Points) -> Iterator[str]:
@@ -211,27 +205,6 @@ def _too_long(study: Study, points: Points) -> Iterator[str]:
                 f" {half[first]:g} {unit}: what boids do hardly changes"
                 f" {', '.join(told)}"
             )
-
-
-def _unthreaded(study: Study, design: Design) -> Iterator[str]:
-    """That trials fly with one thread, where they do whatever the spec says; of many
-    points some are looked at.
-    """
-    looked = evenly(design.n_points, MOST_LOOKED_AT)
-    model, known = study.model, study.known
-    alone = sum(fly_alone(model, known, design.settings(point)) for point in looked)
-    if alone:
-        yield (
-            f"threads change nothing at {alone:,} of {so_many(len(looked), 'point')}:"
-            " robots fly with one, and so do boids in wind, to several goals or among"
-            " obstacles that move"
-        )
-
-
-def workforce(workers: int, threads: int) -> str:
-    """Who runs trials, in words."""
-    each = f" of {threads} threads each" if threads > 1 else ""
-    return f"{so_many(workers, 'worker')}{each}"
 
 
 def compiled(seconds: float) -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 
 from kernels.catalogue import Catalogue
-from kernels.robots.robots import is_ideal
 from kernels.settings import ROBOT_GROUPS, RobotSettings, Spread
 from sweep.spec.settings import Settings, Value, settings_of, settings_tuple
 
@@ -26,12 +25,3 @@ def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:
         parameter = known[known.spreads[name].spread_of]
         deviation = float(settings[name])
         yield Spread(parameter.name, deviation, parameter.low, parameter.high)
-
-
-def fly_alone(model: str, known: Catalogue, settings: Mapping[str, Value]) -> bool:
-    """Whether trials with these settings fly alone, with one thread: their boids are
-    not ideal ones or have several goals, or their medium or obstacles move.
-    """
-    if settings["next_goals"] or float(settings["obstacle_speed"]) > 0.0:
-        return True
-    return not is_ideal(robots_at(model, known, settings), float(settings["dt"]))

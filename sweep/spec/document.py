@@ -1,10 +1,11 @@
 """Values that know in which line of a spec they stand, and errors that say so."""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from sweep.errors import SpecError
@@ -12,6 +13,7 @@ from sweep.spec.mistakes import Mistakes
 from sweep.text import abridged, shortened, unknown
 
 Place = tuple[str | int, ...]
+NONE_GONE: Mapping[str, str] = MappingProxyType({})
 
 FOR_EDITORS = "# yaml-language-server:"
 """How a line begins that tells the YAML server of an editor where a schema is."""
@@ -118,14 +120,23 @@ class Entry:
             raise self.expected("a mapping with at least one entry")
         return ((key, self.child(key)) for key in self.value)
 
-    def keys(self, allowed: Iterable[str], required: Iterable[str] = ()) -> None:
+    def keys(
+        self,
+        allowed: Iterable[str],
+        required: Iterable[str] = (),
+        gone: Mapping[str, str] = NONE_GONE,
+    ) -> None:
         """Raise SpecError unless this is a mapping with these keys only, and with the
-        required ones.
+        required ones; `gone` says of keys of earlier versions why there are none.
         """
         self.mapping()
         mistakes, where = Mistakes(), f' in "{self.name}"' if self.place else ""
         for key in self.value:
             with mistakes.noted():
+                if key in gone:
+                    raise self.child(key).error(
+                        f'"{key}" is no key any more: {gone[key]}'
+                    )
                 if key not in allowed:
                     raise self.child(key).error(unknown("key", key, allowed))
         for key in required:

@@ -16,7 +16,7 @@ from functools import cache
 from typing import Any, TypeVar, get_args, get_type_hints
 
 from sweep.spec.contents import Content
-from sweep.spec.document import Entry
+from sweep.spec.document import NONE_GONE, Entry
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema, mapping
 
@@ -114,13 +114,16 @@ def _keys_of_part(part: type[Any]) -> Iterator[Key]:
                 yield replace(key, name=name, field=field.name, default=default)
 
 
-def check_keys(entry: Entry, *parts: type[Any]) -> None:
+def check_keys(
+    entry: Entry, *parts: type[Any], gone: Mapping[str, str] = NONE_GONE
+) -> None:
     """Raise SpecError unless `entry` is a mapping with keys of these parts only, and
-    with those that must be given.
+    with those that must be given; `gone` says of keys of earlier versions why there are
+    none any more.
     """
     keys = keys_of(*parts)
     required = [key.name for key in keys if key.required]
-    entry.keys([key.name for key in keys], required=required)
+    entry.keys([key.name for key in keys], required=required, gone=gone)
 
 
 def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:

@@ -27,7 +27,6 @@ interpreted  the program that flies in plain Python
 grids        any grid
 restarts     from any step
 driven       each boid, once in each step
-divided      any number of threads
 devices      the same bits on a GPU
 elsewhere    programs in processes of their own
 processes    one process or two

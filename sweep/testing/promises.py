@@ -16,7 +16,6 @@ from sweep.testing.calls import calls
 from sweep.testing.compiled import allocation, interpreter
 from sweep.testing.described import presets, settings
 from sweep.testing.devices import device
-from sweep.testing.divided import threads
 from sweep.testing.driven import motors
 from sweep.testing.entrants import Entrant, entrants, has_model
 from sweep.testing.grids import grid
@@ -47,7 +46,6 @@ ALL: dict[str, Promise] = {
     "grid": Promise(grid, "any grid finds the neighbours that all pairs find"),
     "restart": Promise(restart, "a trial goes on from any step to the same bits"),
     "motors": Promise(motors, "with motors each boid is driven once in each step"),
-    "threads": Promise(threads, "divided among threads, the bits are the same"),
     "workers": Promise(workers, "two workers give the bits of one process"),
     "symmetries": Promise(symmetries, "the declared symmetries hold"),
     "reach": Promise(reach, "nothing beyond the declared reach changes a step"),

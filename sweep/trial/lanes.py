@@ -191,15 +191,15 @@ def groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
 
 def _kind(job: Job) -> Any:
     """What trials have in common that fly together; None for one that flies alone, as
-    one does that may be ended by the clock, that keeps its last state, that has several
-    threads, that finds neighbours without a grid, or whose boids do not interact with
-    all in sight or do not know all that they see.
+    one does that may be ended by the clock, that keeps its last state, that finds
+    neighbours without a grid, or whose boids do not interact with all in sight or do
+    not know all that they see.
     """
     model = job.known.models[job.model]
     n, steps = int(job.settings["n"]), int(job.settings["steps"])
     if job.time_limit is not None or job.record.last_states or steps == 0:
         return None
-    if job.threads > 1 or job.all_pairs:
+    if job.all_pairs:
         return None
     if job.settings["neighbours"] != ALL_IN_SIGHT or flies_alone(job):
         return None

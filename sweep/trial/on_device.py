@@ -108,7 +108,6 @@ def refusal_of(job: Job) -> str:
     asked = {
         "a time limit: the clock is not looked at there": job.time_limit is not None,
         "last states of trials: they are not kept there": job.record.last_states,
-        "threads: a trial has one there": job.threads > 1,
     }
     reasons = [words for words, there in asked.items() if there]
     if not reasons and (found := _refused(job)):

@@ -12,13 +12,13 @@ from kernels.chance import ChanceKey
 from kernels.moving import given_velocities
 from kernels.robots.breakdowns import Failing, failing
 from kernels.robots.motors import Motors, motors_are_ideal
-from kernels.robots.robots import ChanceKeys
+from kernels.robots.robots import ChanceKeys, is_ideal
 from kernels.robots.senses import NEVER, Senses
 from kernels.robots.senses import is_ideal as senses_are_ideal
 from kernels.robots.wind import Wind, is_calm
 from kernels.settings import FAILURES, RobotSettings
 from sweep.design.jobs import Job, stream
-from sweep.design.robots import fly_alone, robots_at
+from sweep.design.robots import robots_at
 from sweep.spec.settings import Value
 
 
@@ -28,12 +28,15 @@ def robots_of(job: Job) -> RobotSettings:
 
 
 def flies_alone(job: Job) -> bool:
-    """Whether a trial flies alone, with one thread: see sweep.design.robots. So does
-    one among obstacles that have velocities of their own.
+    """Whether a trial flies alone, and not in a lane: its boids are not ideal ones or
+    have several goals, or their medium or obstacles move.
     """
+    settings = job.settings
+    if settings["next_goals"] or float(settings["obstacle_speed"]) > 0.0:
+        return True
     if job.obstacles and given_velocities(job.obstacles, 0.0) is not None:
         return True
-    return fly_alone(job.model, job.known, job.settings)
+    return not is_ideal(robots_of(job), float(settings["dt"]))
 
 
 def robot_layers_of(job: Job) -> frozenset[type]:

@@ -41,7 +41,6 @@ from kernels.settings import (
     WorldSettings,
 )
 from kernels.state import Corners, Flock, World
-from kernels.threads.flying import in_threads, is_kept_for_threads
 from sweep.design.jobs import Job, stream
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
@@ -52,7 +51,7 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
-from sweep.trial.robots import flies_alone, keys_of, robot_layers_of, robots_of
+from sweep.trial.robots import keys_of, robot_layers_of, robots_of
 from sweep.trial.scenery import Landscape, coverage_of, landscape_of, start_of
 from sweep.trial.state import State, Taken, changing, check, digest, joined
 
@@ -242,11 +241,11 @@ class Simulation:
         `between` is called after each kernel call but the last, with the seconds so
         far; `taken` has the frames so far.
         """
-        limit, boid_steps = self.job.time_limit, BOID_STEPS_A_CALL * self.job.threads
+        limit = self.job.time_limit
         status = "done"
         self.taken.append(self.take_frames())
         while self.steps_left > 0 and status == "done":
-            if not self.advance(max(1, boid_steps // self.schedule.n)):
+            if not self.advance(max(1, BOID_STEPS_A_CALL // self.schedule.n)):
                 status = "diverged"
             self.taken.append(self.take_frames())
             if status == "done" and self.steps_left > 0:
@@ -310,7 +309,7 @@ def _flight(job: Job, together: bool, frames: int) -> Flight:
     flock, random = start_of(job, landscape, group(StartSettings))
     with random.lent() as rng:
         flight = begin(
-            starting(in_threads(model, _threads_of(job)), job.begins),
+            starting(model, job.begins),
             params,
             schedule,
             robots_of(job),
@@ -349,18 +348,13 @@ def metrics_of(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
 
 def compiling_seconds(job: Job) -> float:
     """How long it takes, about, to compile the model of a trial on an idle core, as it
-    is for its threads and its robots; 0 where it is compiled already, or where nothing
-    can be drawn to fly in: the trial itself says why.
+    is for its robots; 0 where it is compiled already, or where nothing can be drawn to
+    fly in: the trial itself says why.
     """
     model, layers = job.known.models[job.model], layers_of(job)
-    if layers is None:
+    if layers is None or is_compiled_for(model, layers):
         return 0.0
-    kept = (
-        is_kept_for_threads(model)
-        if _threads_of(job) > 1
-        else is_compiled_for(model, layers)
-    )
-    return 0.0 if kept else COMPILING_SECONDS
+    return COMPILING_SECONDS
 
 
 def layers_of(job: Job) -> frozenset[type] | None:
@@ -378,14 +372,6 @@ def layers_of(job: Job) -> frozenset[type] | None:
     }
     found = {layer for layer, value in present.items() if value is not None}
     return robot_layers_of(job) | found
-
-
-def _threads_of(job: Job) -> int:
-    """The threads of a trial: one where it flies alone, or where the map that is drawn
-    for it has obstacles that move.
-    """
-    still = _landscape(job).scenery.velocities is None
-    return job.threads if still and not flies_alone(job) else 1
 
 
 def is_compiled(metric: Metric) -> bool:

@@ -50,9 +50,7 @@ def simulation_of(job: Job) -> Simulation:
             for name in wanted
             if not job.known.metrics[name].covers or name in job.record.metrics
         ]
-    return Simulation(
-        replace(job, record=RecordSpec(tuple(wanted), trajectories=True), threads=1)
-    )
+    return Simulation(replace(job, record=RecordSpec(tuple(wanted), trajectories=True)))
 
 
 def _can_cover(job: Job) -> bool:

@@ -6,7 +6,6 @@ keeps the limits of a job.
 """
 
 import glob
-import logging
 import os
 import secrets
 import signal
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from sweep.workers.flying import Flying
     from sweep.workers.watch import Limits, Overrun, Watching
 
-LOG = logging.getLogger("sweep")
 T = TypeVar("T")
 P = ParamSpec("P")
 
@@ -294,22 +292,11 @@ def _prepare_worker(
         initializer()
 
 
-def worker_count(asked: int, threads: int = 1) -> int:
-    """How many workers run trials of so many threads each on this machine: as many as
-    are asked for; for 0 one for each so many cores, but at least one.
-
-    A warning says where threads of trials share cores.
+def worker_count(asked: int) -> int:
+    """How many workers run trials on this machine: as many as are asked for; for 0 as
+    many as there are cores.
     """
-    cores = core_count()
-    workers = asked or max(1, cores // threads)
-    if threads > 1 and workers * threads > cores:
-        LOG.warning(
-            "workers: %d, each with %d threads, for the %d cores of this machine:"
-            " threads of a trial wait for each other, so that it may take longer than"
-            " with one",
-            *(workers, threads, cores),
-        )
-    return workers
+    return asked or core_count()
 
 
 def core_count() -> int:

@@ -19,7 +19,6 @@ ratio within one run.
     ranks       rank correlations of a sample, against ranking each resample anew
     lanes       trials that fly together, against the same trials alone
     robots      what the senses and motors of boids cost, and what plans say of them
-    threads     one trial on two cores, against the same trial on one, same bits
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it
     explorer    the first picture of a study of a million trials, against reading it
@@ -60,7 +59,6 @@ from tests.bench.ranks import ranks
 from tests.bench.robots import robots
 from tests.bench.scale import FULL, Scale
 from tests.bench.study import study
-from tests.bench.threads import threads
 from tests.bench.view import view
 
 ROUNDS = 5
@@ -179,7 +177,6 @@ ALL: dict[str, Callable[..., object]] = {
     "kernels": kernels,
     "outside": outside,
     "flocks": flocks,
-    "threads": threads,
     "mesa": mesa,
     "cpp": cpp,
     "framework": framework,

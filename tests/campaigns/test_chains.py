@@ -156,18 +156,6 @@ def test_any_number_of_workers_gives_the_same(tmp_path: Path) -> None:
     assert same(one, launched(CHAINED, tmp_path / "two", Loky(2)))
 
 
-@pytest.mark.slow
-def test_any_number_of_threads_gives_the_same(tmp_path: Path) -> None:
-    at_once = CHAINED.replace("separation_weight", "strength")
-    at_once = at_once.replace("nguyen2024", "cucker_smale2007")
-    at_once = at_once.replace("as_run", "as_written")
-    one = launched(at_once, tmp_path / "one")
-    two = launched(f"{at_once}threads: 2\n", tmp_path / "two")
-    assert same(one, two)
-    last = next(job for job in jobs_of(at_once)[::-1] if job.parent)
-    assert replay(two, last.trial_id)[1]
-
-
 def test_an_object_store_has_chains_too(tmp_path: Path) -> None:
     server = ObjectServer()
     server.__dict__["files"] = Memory()

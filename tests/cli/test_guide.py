@@ -181,7 +181,6 @@ def test_a_shell_completes_studies_models_and_topics(tmp_path: Path) -> None:
     assert completed(tmp_path, "models", "na") == ["nanobot"]
     assert completed(tmp_path, "view", "--model", "ngu") == ["nguyen2024"]
     topics = ["search", "searching", "see-the-swarm", "seeds"]
-    topics += ["several-cores-for-one-trial"]
     assert sorted(completed(tmp_path, "guide", "se")) == topics
 
 

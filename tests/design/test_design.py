@@ -325,32 +325,6 @@ def test_the_plan_says_which_settings_change_nothing(
     assert make_plan(short_study(lines), 1).notes == (*said, WRAPS)
 
 
-@pytest.mark.parametrize(
-    ("axes", "said"),
-    [
-        ("motor_lag: [2]", ("1 of 1 point",)),
-        ("motor_lag: [0, 1, 2]", ("2 of 3 points",)),
-        ("motor_lag: [0], n: [5, 6]", ()),
-        ("wind_x: [0, 1]", ("1 of 2 points",)),
-        ("obstacle_speed: [0, 1]", ("1 of 2 points",)),
-    ],
-)
-def test_the_plan_says_who_flies_with_one_thread(
-    axes: str, said: tuple[str, ...]
-) -> None:
-    study = parse_spec(
-        "study: shared\nmodel: nanobot\nthreads: 2\nreplicates: 1\n"
-        f"record: {{metrics: [speed]}}\nsweep: {{{axes}}}\n"
-        "fixed: {update: synchronous}\n"
-    )
-    noted = make_plan(study, 1).notes
-    assert noted == tuple(
-        f"threads change nothing at {where}: robots fly with one, and so do boids in"
-        " wind, to several goals or among obstacles that move"
-        for where in said
-    )
-
-
 def test_what_a_setting_waits_for_is_a_condition_on_others() -> None:
     for model in BUILT_IN.models:
         known = settings_of(model, BUILT_IN)

@@ -7,7 +7,7 @@ from tests.cases import slow_but
 from tests.examples.flown import EXAMPLES
 
 MODELS = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
-LONG = ("workers", "threads", "motors", "interpreter")
+LONG = ("workers", "motors", "interpreter")
 """Promises for which processes are started, or much is compiled."""
 EVERY = [(model, promise) for model in MODELS for promise in PROMISES]
 FAST = [case for case in EVERY if case[1] not in LONG]

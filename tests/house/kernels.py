@@ -29,9 +29,7 @@ LANES_MAY_IMPORT = {
     "llvmlite",
 }
 """What makes functions of functions, and types for numba."""
-THREADS_MAY_IMPORT = {"ast", "llvmlite", "sys", "threading"}
-"""What makes functions of functions, and has several threads wait for each other."""
-MADE = {"lanes": LANES_MAY_IMPORT, "threads": THREADS_MAY_IMPORT}
+MADE = {"lanes": LANES_MAY_IMPORT}
 """What packages import whose kernels are made of others."""
 
 
@@ -59,12 +57,12 @@ COMPILERS = {
     f"kernels/{name}.py"
     for name in (
         *("__init__", "caching", "fetching", "fours", "generator", "indices", "jit"),
-        *("device/ptx", "device/views", "threads/barrier"),
+        *("device/ptx", "device/views"),
     )
 }
 """One module says how kernels are compiled. Others say where the compiled code is kept,
 and what is compiled to instructions of the processor that Python has no words for, or
-of a GPU. Lanes have their own types, and threads their barrier.
+of a GPU. Lanes have their own types.
 """
 
 EXACT = {

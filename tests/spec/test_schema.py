@@ -171,7 +171,7 @@ def test_missing_keys_are_invalid(key: str) -> None:
         "record: {metrics: [polarisation]}",
         "record: {every: 0}",
         "time_limit: 0",
-        "threads: 0",
+        "threads: 2",
         "checkpoint: 0",
         "checkpoint: true",
     ],

@@ -1,7 +1,6 @@
 """The section `validate` of a spec, and the studies that follow from it."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -227,16 +226,3 @@ def test_all_mistakes_of_variants_are_said_at_once() -> None:
     with pytest.raises(SpecError) as caught:
         with_variants(parse_spec(spec))
     assert len(caught.value.mistakes) == 2
-
-
-def test_what_only_the_points_show_names_the_variant(tmp_path: Path) -> None:
-    from sweep.campaigns.launch import check_launches
-
-    spec = changed(
-        ("nguyen2024", "aziel_chen2025"),
-        ("steps: 9", "steps: 9, update: synchronous"),
-        ("preset: as_run", "preset: as_run\nthreads: 2"),
-    )
-    studies = with_variants(parse_spec(spec, tmp_path / "s.yaml"))
-    with pytest.raises(SpecError, match=r"s\.yaml \(update-sequential\):.*threads"):
-        check_launches(studies)

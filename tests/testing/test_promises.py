@@ -24,7 +24,6 @@ ONLY_TORUS = """demands=(Demand("borders == 'torus'", "it is no torus"),),"""
 ONLY_BOUNDED = ONLY_TORUS.replace("'torus'", "'bounded'")
 SIGHT, REACH = "def sight(params):", "def obstacle_reach(params):"
 SYMMETRIES = 'symmetries={"translation": {}, "quarter_turn": {}, "permutation": {}},'
-AT_ONCE = (SYMMETRIES, f'{SYMMETRIES} at_once={{"update": "synchronous"}},')
 GAIN = 'gain: Annotated[float, About("strength of the pull", "1/time^2", low=0)]'
 
 
@@ -214,20 +213,6 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
         ),
     ),
     (
-        "threads",
-        "cannot be divided among threads: it leaves a loop over boids (line 82)",
-        (marked(DEF), AT_ONCE, doing("if i > 99: break")),
-    ),
-    (
-        "threads",
-        "a loop over boids may write only what belongs to its boid",
-        (
-            marked(DEF),
-            AT_ONCE,
-            doing("work.near.dx[-1] += vx; vx += 1e-3 * work.near.dx[-1]"),
-        ),
-    ),
-    (
         "workers",
         "draw only from rng",
         (marked(DEF), doing("vx += 0.1 * np.random.random()")),
@@ -335,7 +320,7 @@ IN_OTHER_PROCESSES = ("interpreter", "workers")
     slow_but([one for one in PROMISES if one not in IN_OTHER_PROCESSES], PROMISES),
 )
 def test_a_good_model_keeps_it(promise: str, tmp_path: Path) -> None:
-    assert_keeps(written(tmp_path, AT_ONCE)[0], promise)
+    assert_keeps(written(tmp_path)[0], promise)
 
 
 FLOWN = ("calls", "grid", "restart", "motors", "symmetries", "reach")
@@ -343,7 +328,6 @@ FLOWN = ("calls", "grid", "restart", "motors", "symmetries", "reach")
 LONG = {
     "advance returns None",
     "in plain Python",
-    "a loop over boids may write only what belongs to its boid",
     "draw only from rng",
 }
 """What is said of breaches of other promises whose models are compiled, in some 3 s
@@ -438,7 +422,6 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
             ),
         ),
         ("motors", "it calls no `drive`: motors need `vx, vy = drive", ()),
-        ("threads", "it does not say that it updates all boids at once", ()),
         ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
             "grid",
@@ -517,7 +500,7 @@ def test_the_command_ends_with_0_where_nothing_is_broken(tmp_path: Path) -> None
     done = sweep(tmp_path, "check", f"{path.name}:MODEL", "--json")
     assert done.returncode == 0
     found = {one["promise"]: one["status"] for one in json.loads(done.stdout)}
-    others = {found.pop(name) for name in ("motors", "threads", "device")}
+    others = {found.pop(name) for name in ("motors", "device")}
     assert others == {ELSEWHERE}
     assert set(found.values()) == {KEPT}
 

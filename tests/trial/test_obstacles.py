@@ -351,11 +351,3 @@ def test_trials_among_polygons_fly_in_lanes_with_the_same_bits() -> None:
     together = fly(*_begun(jobs))
     for job, result in zip(jobs, together, strict=True):
         assert builders.fingerprint(run(job)) == builders.fingerprint(result)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("speed", [0.0, 1.0])
-def test_any_number_of_threads_gives_the_same_bits(speed: float) -> None:
-    job = among("aziel_chen2025", speed, update="synchronous")
-    one, two = (Simulation(replace(job, threads=k)) for k in (1, 2))
-    assert (flown(one, 8) == flown(two, 8)).all()

@@ -252,15 +252,12 @@ def test_a_model_that_does_not_publish_is_noticed_by_its_clock() -> None:
         simulation.advance(5)
 
 
-def test_trials_with_senses_fly_alone_in_one_thread() -> None:
+def test_trials_with_senses_fly_alone() -> None:
     jobs = [a_job(**ALL_HEARD, seed=k) for k in range(16)]
     assert flies_alone(jobs[0])
     assert all(len(group) == 1 for group in groups(jobs))
     ideal = [a_job(body_radius=3.0, seed=k) for k in range(16)]
     assert not flies_alone(ideal[0])
-    aziel = replace(a_job("aziel_chen2025", **ALL_HEARD), threads=2)
-    flight = Simulation(aziel).flight
-    assert flight.model.advance is MODELS["aziel_chen2025"].advance
 
 
 def test_no_trial_among_all_has_a_grid() -> None:

@@ -12,9 +12,9 @@ from sweep.design.plan import (
     notes_of,
     probed,
     size,
-    workforce,
 )
 from sweep.spec.study import Study
+from sweep.text import so_many
 from sweep.trial.probe import measured_pace
 
 
@@ -22,7 +22,7 @@ from sweep.trial.probe import measured_pace
 class SearchPlan:
     """Counts and estimates for a search that spends its budget, without repetitions.
 
-    `probe_steps`, `notes`, `compiling_seconds` and `threads` are those of a `Plan`.
+    `probe_steps`, `notes` and `compiling_seconds` are those of a `Plan`.
     """
 
     study: str
@@ -45,7 +45,6 @@ class SearchPlan:
     probe_steps: int
     notes: tuple[str, ...]
     compiling_seconds: float = 0.0
-    threads: int = 1
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -76,7 +75,7 @@ class SearchPlan:
             ),
             (
                 f"wall time  {about(self.wall_seconds, 'at most ')} with"
-                f" {workforce(self.workers, self.threads)}"
+                f" {so_many(self.workers, 'worker')}"
                 f"{compiled(self.compiling_seconds)}"
             ),
             f"results    at most about {size(self.result_bytes)}",
@@ -115,9 +114,8 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
         held_out_trials=held_out,
         trials=trials,
         cpu_seconds=cost.seconds * share,
-        wall_seconds=cost.seconds * share / (workers * study.threads),
+        wall_seconds=cost.seconds * share / workers,
         workers=workers,
-        threads=study.threads,
         result_bytes=cost.size_bytes * share,
         on_error=study.policy.in_words(trials),
         probe_steps=pace.steps,
