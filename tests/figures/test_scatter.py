@@ -71,6 +71,12 @@ def test_a_grid_has_a_colour_and_panels_for_what_is_on_no_axis() -> None:
     assert [len(dots(axes)) for axes in figure.axes] == [6] * 6
 
 
+def test_of_two_axes_the_one_with_words_is_a_colour() -> None:
+    figure = scatter_figure(study("grid").where("alignment_weight = 0.1"), "speed")
+    assert legend_texts(figure) == ["torus", "bounded"]
+    assert [axes.get_xlabel() for axes in figure.axes] == ["separation weight"]
+
+
 def test_sampled_settings_have_a_panel_each_with_their_rank_correlation() -> None:
     figure = scatter_figure(study("drawn").where(n=6), "speed_mean")
     trials = study("drawn").trials

@@ -260,11 +260,14 @@ def test_what_a_boid_knows_of_itself_has_errors_as_wanted() -> None:
 # ---- delays and samples
 
 
+@pytest.mark.parametrize("begun", [0, 5])
 @pytest.mark.parametrize(("delay", "period"), [(0, 1), (3, 1), (0, 4), (3, 4), (5, 2)])
-def test_boids_know_what_others_were_so_long_ago(delay: int, period: int) -> None:
+def test_boids_know_what_others_were_so_long_ago(
+    delay: int, period: int, begun: int
+) -> None:
     """To the bit: at sample k what was sent `delay` before, and until the next sample
     no other; in the first steps what was sent at the start. Of itself each knows what
-    it is now.
+    it is now. Senses may begin in any step of a flight, and k counts from there.
     """
     flock = someone(7)
     work = aware(
@@ -274,6 +277,7 @@ def test_boids_know_what_others_were_so_long_ago(delay: int, period: int) -> Non
         radio_range=1e9,
     )
     states = []
+    work.robots.clock[0] = begun
     for k in range(25):
         for row, other in zip(flock[:4], someone(7, k)[:4], strict=True):
             row[:] = other
@@ -282,7 +286,7 @@ def test_boids_know_what_others_were_so_long_ago(delay: int, period: int) -> Non
         assert (step(flock, work) == states[max(sampled - delay, 0)]).all()
         assert (four(own_of(flock, work)) == states[k]).all()
         assert (np.stack(flock[4:]) == states[k][2:]).all()
-        assert work.robots.clock[0] == k + 1
+        assert work.robots.clock[0] == begun + k + 1
 
 
 # ---- who hears whom

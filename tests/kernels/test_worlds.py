@@ -1,5 +1,7 @@
 """Maps as published, the grid of their obstacles, and what lies inside one."""
 
+import random
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,7 @@ from kernels.coverage import build_coverage
 from kernels.settings import CONTINUOUS, INTEGER, WorldSettings
 from kernels.worlds import (
     MAPS,
+    TABLE_PLACES,
     build_reach,
     build_world,
     inside_any,
@@ -48,6 +51,14 @@ def test_a_published_map_has_its_obstacles_and_traversable_pixels(name: str) -> 
     world = world_of(name)
     coverage = build_coverage(world, build_reach(world, 0.0), builders.OBSERVATION)
     assert (len(world.obstacle_x), coverage.traversable) == PUBLISHED[name]
+
+
+@pytest.mark.parametrize("name", ["dense_cafeteria", "dense_cafeteria_heatmap"])
+def test_the_first_table_is_shifted_by_the_first_two_draws(name: str) -> None:
+    draws = random.Random(100)
+    x, y = (place + draws.uniform(-40, 40) for place in TABLE_PLACES[0])
+    world = world_of(name)
+    assert (world.obstacle_x[0], world.obstacle_y[0]) == (x, y)
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -92,6 +92,15 @@ def test_every_gap_is_listed_at_the_end(name: str) -> None:
     assert "None" not in text
 
 
+def test_one_empty_line_is_between_paragraphs() -> None:
+    text = odd(of_spec(read(SMALL)))
+    lines = text.splitlines()
+    gaps = [k for k, line in enumerate(lines) if line.startswith("*not stated")]
+    assert gaps
+    assert all(lines[k - 1] == "" for k in gaps)
+    assert "\n\n\n" not in text
+
+
 def test_goals_in_turn_are_told_where_there_are_several() -> None:
     spec = "study: x\nmodel: aziel_chen2025\nreplicates: 1\nseed: 1\n"
     later = "fixed: {map: empty, next_goals: [[1, 2], [3, 4.5]]}\n"
