@@ -93,7 +93,7 @@ def test_every_gap_is_listed_at_the_end(name: str) -> None:
 
 
 def test_one_empty_line_is_between_paragraphs() -> None:
-    text = odd(of_spec(read(SMALL)))
+    text = odd(described("vortex"))
     lines = text.splitlines()
     gaps = [k for k, line in enumerate(lines) if line.startswith("*not stated")]
     assert gaps
