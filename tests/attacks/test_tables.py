@@ -207,3 +207,9 @@ def test_cells_of_a_table_are_counted_before_they_are_read(
     else:
         pq.write_table(table, tmp_path / "t.parquet")
     assert "make 40 cells; at most 30 are allowed" in refused(tmp_path, f"t.{suffix}")
+
+
+def test_whole_numbers_of_every_size_are_read_over() -> None:
+    """Fields 1 to 3 of 16, 64 and 32 bits, of which the last ones count."""
+    head = pages._ThriftReader(b"\x14\x02\x16\x02\x15\x0e\x00").struct()
+    assert head == {1: None, 2: None, 3: 7}

@@ -13,6 +13,7 @@ from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
+from sweep.spec.distributions import MOST
 from sweep.spec.settings import settings_of
 from sweep.spec.study import RecordSpec, Streams, parse_spec
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
@@ -170,6 +171,11 @@ def test_another_random_field_keeps_the_old_values() -> None:
 def test_latin_hypercube_has_one_point_in_every_interval() -> None:
     values = np.array(sampled("lhs", 64)["separation_weight"])
     assert sorted(np.floor(values / 2 * 64)) == list(range(64))
+
+
+def test_the_largest_number_of_a_distribution_is_allowed() -> None:
+    values = sampled("sobol", 4, drag={"uniform": [0, MOST]})["drag"]
+    assert 0.1 * MOST < max(values) < MOST
 
 
 def test_distributions_have_their_moments() -> None:
