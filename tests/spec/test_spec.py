@@ -174,7 +174,8 @@ def test_latin_hypercube_has_one_point_in_every_interval() -> None:
 
 
 def test_the_largest_number_of_a_distribution_is_allowed() -> None:
-    values = sampled("sobol", 4, drag={"uniform": [0, MOST]})["drag"]
+    wide = {"uniform": [0, MOST]}
+    values = sampled("sobol", 4, separation_weight=wide)["separation_weight"]
     assert 0.1 * MOST < max(values) < MOST
 
 
