@@ -1,5 +1,6 @@
 """A good model in a file of its own, and files in which one line of it is changed."""
 
+import re
 from pathlib import Path
 
 LINE = "# here"
@@ -142,3 +143,8 @@ def doing(code: str) -> tuple[str, str]:
 def inside(code: str) -> tuple[str, str]:
     """The same, with the line marked."""
     return doing(f"{code}  {LINE}")
+
+
+def promise_of(line: str) -> str:
+    """The promise that a line of `sweep check` is about, after words of its status."""
+    return re.split(r"\s{2,}|\s(?=\w+\s{2,})", line)[1]

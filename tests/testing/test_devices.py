@@ -1,11 +1,13 @@
 """Whether a model can fly on a GPU is said of each, and breaks nothing."""
 
 from importlib.util import find_spec
+from pathlib import Path
 from unittest import SkipTest
 
 import pytest
 
 from sweep.testing import assert_keeps
+from tests.testing.models import doing, written
 
 MODEL = "nguyen2024"
 
@@ -43,10 +45,13 @@ def test_without_the_compiler_nobody_has_looked() -> None:
 
 
 @pytest.mark.slow
-def test_a_model_is_compiled_for_a_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_is_compiled_for_a_gpu(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """No GPU is needed. A model with NumPy's normal numbers is refused."""
     pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
     monkeypatch.setattr("sweep.testing.devices.find_spec", find_spec)
     assert_keeps(MODEL, "device")
+    normal, _ = written(tmp_path, doing("vx += 0.01 * rng.normal(0.0, 1.0)"))
     with pytest.raises(SkipTest, match="normal"):
-        assert_keeps("couzin2002", "device")
+        assert_keeps(normal, "device")

@@ -13,6 +13,7 @@ from sweep.testing.promises import OFFERED
 from tests import ROOT
 from tests.cases import slow_but
 from tests.commands import sweep
+from tests.testing.models import promise_of
 
 GOOD = '''"""One entry of each kind."""
 
@@ -307,7 +308,7 @@ def test_the_command_checks_a_model_and_what_else_its_file_offers(
     lines = done.stdout.splitlines()
     headings = [line for line in lines if line in ENTRIES]
     assert headings == list(ENTRIES[:3])
-    assert [line.split()[1] for line in lines[: len(PROMISES)]] == list(PROMISES)
+    assert [promise_of(line) for line in lines[: len(PROMISES)]] == list(PROMISES)
     assert lines[len(PROMISES)] == headings[0]
 
 

@@ -1,7 +1,6 @@
 """Promises: a good model keeps all, and a bad one is found, with its line."""
 
 import json
-import re
 from pathlib import Path
 from unittest import SkipTest
 
@@ -17,7 +16,7 @@ from sweep.testing.subject import subject
 from tests.cases import slow_but
 from tests.commands import sweep
 from tests.interpreter import interpreted
-from tests.testing.models import LINE, doing, inside, written
+from tests.testing.models import LINE, doing, inside, promise_of, written
 
 DEF = "def advance(flock, world, params, work, record, rng, steps):"
 ONLY_TORUS = """demands=(Demand("borders == 'torus'", "it is no torus"),),"""
@@ -485,9 +484,7 @@ def test_the_command_says_each_promise_in_a_line(tmp_path: Path) -> None:
     done = sweep(tmp_path, "check", path.name)
     assert (done.returncode, done.stderr) == (1, "")
     lines = done.stdout.splitlines()
-    assert [re.split(r"\s{2,}|\s(?=\w+\s{2,})", one)[1] for one in lines] == list(
-        PROMISES
-    )
+    assert list(map(promise_of, lines)) == list(PROMISES)
     assert f'drawn.py, line {line}, "vx += params.gian' in done.stdout
     as_json = sweep(tmp_path, "check", path.name, "--json")
     assert as_json.returncode == 1
