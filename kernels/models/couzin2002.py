@@ -171,8 +171,9 @@ def _desired(
             crowd += 1.0
         elif along * abs(along) >= view:
             if square < orientation2:
-                j = work.near.boid[k]
-                vx, vy = others.vx[j], others.vy[j]
+                # The place in the list is written out: it is the same in all lanes.
+                vx = others.vx[work.near.boid[k]]
+                vy = others.vy[work.near.boid[k]]
                 x, y = direction(vx, vy, 0.0, 0.0)
                 with_x += x
                 with_y += y
