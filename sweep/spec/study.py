@@ -564,12 +564,12 @@ def parse_spec(
 
 
 SPEC: tuple[type[Any], ...] = (Study, Policy)
+"""Whose fields are the keys of a spec, in the order of the guide."""
 GONE = {
     "threads": "a trial takes one core now, as a launch keeps all cores busy with"
     " trials; several for one were 0.36 to 1.6 times as fast; remove the line",
 }
 """Keys of earlier versions, and why they are gone."""
-"""Whose fields are the keys of a spec, in the order of the guide."""
 
 
 def read_study(
