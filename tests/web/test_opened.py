@@ -50,7 +50,6 @@ def survivors(study: Study) -> list[object]:
     ]
     kept = (study.name, study.record, study.replicates, study.seeds, study.streams)
     policy = (study.policy, study.order, study.time_limit, study.checkpoint)
-    policy += (study.threads,)
     return [axes, *kept, *policy, study.require, study.search is None]
 
 
