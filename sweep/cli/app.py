@@ -143,7 +143,7 @@ Workers = Annotated[
     typer.Option(
         min=0,
         max=MOST_WORKERS,
-        help="Worker processes; 0 for as many as cores have room for.",
+        help="Worker processes; 0 for as many as there are cores.",
     ),
 ]
 

@@ -75,7 +75,7 @@ def engine(
     """The engine that the options ask for. It is stopped at the end of the context.
 
         kind            processes on this machine, a dask cluster, or a GPU
-        workers         worker processes; 0 for as many as cores have room for
+        workers         worker processes; 0 for as many as there are cores
         address         the address of the scheduler, only for dask
         scheduler_file  the file in which the scheduler has written its address, instead
 

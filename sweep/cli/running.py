@@ -207,7 +207,7 @@ def plan(
         typer.Option(
             min=0,
             max=MOST_PLANNED,
-            help="Workers, here or of a cluster; 0 for as many as cores have room for.",
+            help="Workers, here or of a cluster; 0 for as many as there are cores.",
         ),
     ] = 0,
     results: Results = Path("results"),

@@ -17,7 +17,6 @@ from sweep.spec.settings import TORUS, WRAPS_ONLY
 from sweep.spec.study import Study
 from sweep.text import so_many
 
-MOST_LOOKED_AT = 500
 LEAST_SAID = 0.1
 """Seconds: the digits of a shorter estimate mean nothing."""
 

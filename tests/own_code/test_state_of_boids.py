@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from matplotlib.colors import to_rgba
 
-from kernels.model import Model
+from kernels.model import Model, flaw
 from kernels.settings import About
 from sweep.errors import CodeError, SpecError
 from sweep.figures import COLOURS, trajectories_figure
@@ -139,3 +139,11 @@ def test_in_a_figure_of_its_flights_each_kind_has_a_colour(tmp_path: Path) -> No
         ways = [colour[:3] for colour in map(tuple, trails.get_colors())]
         assert ways[-12:] == [colour[:3] for colour in colours]
         assert ways[:12] == ways[-12:]
+
+
+def test_what_models_of_earlier_versions_say_of_threads_harms_nothing() -> None:
+    """`at_once` in a file, and in what is stored of one."""
+    earlier = MODEL._replace(at_once={"update": "synchronous"})
+    assert flaw(earlier) == ""
+    about = json.dumps(description(offering(earlier)))
+    assert described(about).models[MODEL.name].at_once == earlier.at_once

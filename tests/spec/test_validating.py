@@ -1,12 +1,17 @@
 """The section `validate` of a spec, and the studies that follow from it."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
+from kernels.catalogue import BUILT_IN
+from kernels.settings import Demand
+from sweep.campaigns.launch import check_launches
 from sweep.errors import SpecError
 from sweep.own_code.reading import with_variants
 from sweep.spec.schema import json_schema
@@ -226,3 +231,16 @@ def test_all_mistakes_of_variants_are_said_at_once() -> None:
     with pytest.raises(SpecError) as caught:
         with_variants(parse_spec(spec))
     assert len(caught.value.mistakes) == 2
+
+
+def test_what_only_the_points_show_names_the_variant() -> None:
+    nguyen = BUILT_IN.models["nguyen2024"]
+    at_once = Demand("update == 'synchronous'", "boids wait for each other")
+    strict = nguyen._replace(demands=(*nguyen.demands, at_once))
+    known = replace(BUILT_IN, models={**BUILT_IN.models, "nguyen2024": strict})
+    spec = changed(("steps: 9", "steps: 9, update: synchronous"))
+    studies = with_variants(parse_spec(spec, Path("s.yaml"), known))
+    with pytest.raises(SpecError) as caught:
+        check_launches(studies)
+    said = "boids wait for each other where update = sequential"
+    assert str(caught.value) == f"s.yaml (update-sequential):4: {said}"

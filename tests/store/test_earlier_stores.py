@@ -21,7 +21,7 @@ import sweep
 from sweep.spec.study import Study
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep as command
-from tests.stores_of_then import STORED, alike, columns_of, equal, long
+from tests.earlier_stores import STORED, alike, columns_of, equal, long
 
 EARLIER = STORED / "0.4.0"
 THEN = "5812f667a47f7ad702e3a82a50f459d68577b5285317db45715c9360de123f8b"

@@ -14,7 +14,7 @@ import pytest
 
 import sweep
 from tests.commands import sweep as command
-from tests.stores_of_then import STORED, alike, columns_of, equal, long
+from tests.earlier_stores import STORED, alike, columns_of, equal, long
 
 COMMITS = {
     "0.13.0": "0de82458f89bffe356f5a71ff8ac1e92ed08f373",
