@@ -45,7 +45,10 @@ MOST_MEGABYTES = 400
 launch needs no larger machine than one more worker would. The libraries take 200 MB of
 it, and the compiled model 50.
 """
-MOST_SECONDS = 10.0
+LEAST_RATIO = 10
+"""A launch with nothing missing takes at most a tenth of the first. It takes a fiftieth
+on two idle cores: the rest is room for whatever else a machine does meanwhile.
+"""
 MOST_FILES = 300
 """What is promised of such a study."""
 
@@ -88,7 +91,7 @@ def test_a_million_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         )
     assert store.read("trials", columns=["trial_id"]).num_rows == 1_000_000
     assert max(peak, peak_again) < MOST_MEGABYTES
-    assert again < MOST_SECONDS
+    assert again * LEAST_RATIO < first
     assert files <= MOST_FILES
     recorded_otherwise(tmp_path, capsys)
 
