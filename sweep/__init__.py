@@ -14,6 +14,7 @@ A study flows down this list, and each package imports only what stands above it
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
     testing/     whether a model keeps the promises of the built-in ones
     tables/      what is stored: chosen, compared, exported; sensitivity
+    methods/     what may be asked of results: comparison, power, scaling and more
     campaigns/   which trials run: a fixed number, until an interval is narrow, a search
     figures/     tables -> pictures
     replays/     a stored trial again: bits, frames, film
@@ -39,12 +40,12 @@ if TYPE_CHECKING:
     from sweep.campaigns.search.plan import SearchPlan
     from sweep.design.plan import Plan
     from sweep.explorer.widget import Explored
+    from sweep.methods.comparison import Comparison, Method
     from sweep.sharing.citing import Citation
     from sweep.spec.recorded import Over
     from sweep.spec.settings import Value
     from sweep.spec.study import Study
     from sweep.store.locations import Location
-    from sweep.tables.comparison import Comparison, Method
     from sweep.tables.stored_study import StoredStudy
     from sweep.web.widget import View
 
@@ -180,10 +181,9 @@ def compare(
     verdict. Raises ChoiceError for what cannot be compared, and StoreError where
     nothing is stored.
     """
+    from sweep.methods.comparison import compare_sides, read_side
     from sweep.spec.recorded import is_half
     from sweep.store.locations import location
-    from sweep.tables.comparison import compare_sides
-    from sweep.tables.comparison_sides import read_side
 
     place = location(results)
     first, second = read_side(one, place), read_side(other, place)

@@ -23,8 +23,8 @@ from sweep.figures import (
     hysteresis_figure,
     note,
 )
+from sweep.methods.hysteresis import find_loops
 from sweep.published.definitions import as_defined
-from sweep.tables.hysteresis import hysteresis
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,7 @@ def loosely_parallel(
 
 def memory_area(studies: Studies) -> Floats:
     """The area between the order on the way down and on the way up, by chain."""
-    (one,) = hysteresis(studies["memory"], "polarization", half=True)
+    (one,) = find_loops(studies["memory"], "polarization", half=True)
     return np.trapezoid(one.down - one.up, one.values, axis=1)
 
 

@@ -34,10 +34,10 @@ from sweep.figures import (
     note,
     scaling_figure,
 )
+from sweep.methods.hysteresis import FoundLoop
+from sweep.methods.hysteresis import find_loops as loops
+from sweep.methods.scaling import finite_size_scaling
 from sweep.published.definitions import as_defined
-from sweep.tables.hysteresis import FoundLoop
-from sweep.tables.hysteresis import hysteresis as loops
-from sweep.tables.scaling import scaling
 from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
@@ -80,7 +80,9 @@ binder_scalar = partial(_binder, spec="scalar")
 
 def _counted(studies: Studies, spec: str, n: int, noise: float) -> Floats:
     """The frames (k, T) of the order at one point that `sweep scaling` counts."""
-    curves = {one.n: one for one in scaling(studies[spec], "polarization").curves}
+    curves = {
+        one.n: one for one in finite_size_scaling(studies[spec], "polarization").curves
+    }
     (place,) = np.flatnonzero(np.isclose(curves[n].x, noise))
     return curves[n].samples[place]
 

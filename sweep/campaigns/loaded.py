@@ -13,17 +13,17 @@ from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.analysis.replication import CHANCE
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
+from sweep.methods.power import NOTHING, needed_replicates
+from sweep.methods.refinement import Boundary, find_boundary
+from sweep.methods.robustness import Validity, check_conclusions
+from sweep.methods.scaling import Scaling, finite_size_scaling
 from sweep.spec.recorded import Over, column_over, is_half
 from sweep.spec.sampling import Analyses
 from sweep.tables.arrays import to_arrays
-from sweep.tables.boundary import Boundary, boundary
 from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
-from sweep.tables.power import NOTHING, power
-from sweep.tables.scaling import Scaling, scaling
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.validity import Validity, validity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +82,7 @@ class LoadedStudy(StoredStudy):
         """How many replicates each point needs for 95 % intervals of so narrow a
         `half_width`, a number or a share of the mean, {"speed": 0.05, "coverage":
         "5%"}, and for a comparison that notices so large a `difference`, with these
-        trials as the pilot: see `sweep.tables.power.power`.
+        trials as the pilot: see `sweep.methods.power.needed_replicates`.
 
         A difference is one of each point to the first one, or of `against` to these
         trials: `study.where(n=50).power({}, {"speed": "5%"},
@@ -92,7 +92,7 @@ class LoadedStudy(StoredStudy):
             [f"{name}={size}" for name, size in asked.items()]
             for asked in (half_width, difference)
         )
-        found = power(
+        found = needed_replicates(
             self,
             against,
             half_widths=widths,
@@ -104,9 +104,10 @@ class LoadedStudy(StoredStudy):
 
     def boundary(self) -> Boundary:
         """Where the mean of a metric crosses a level, of a study whose spec has
-        `refine`: see `sweep.tables.boundary.boundary`. Raises ChoiceError for another.
+        `refine`: see `sweep.methods.refinement.find_boundary`. Raises ChoiceError for
+        another.
         """
-        return boundary(self)
+        return find_boundary(self)
 
     def scaling(
         self,
@@ -116,9 +117,10 @@ class LoadedStudy(StoredStudy):
         confidence: float = CONFIDENCE,
     ) -> Scaling:
         """What flocks of several sizes tell of a transition: see
-        `sweep.tables.scaling.scaling`. Raises ChoiceError for a study that has none.
+        `sweep.methods.scaling.finite_size_scaling`. Raises ChoiceError for a study that
+        has none.
         """
-        return scaling(self, metric, by, burn_in, confidence)
+        return finite_size_scaling(self, metric, by, burn_in, confidence)
 
     def validity(
         self,
@@ -129,9 +131,11 @@ class LoadedStudy(StoredStudy):
         half: bool = False,
     ) -> Validity:
         """Whether the conclusions of a study whose spec has `validate` hold in each of
-        its variants: see `sweep.tables.validity.validity`.
+        its variants: see `sweep.methods.robustness.check_conclusions`.
         """
-        return validity(self, metrics, half=is_half(over, half), confidence=confidence)
+        return check_conclusions(
+            self, metrics, half=is_half(over, half), confidence=confidence
+        )
 
     def export(
         self,

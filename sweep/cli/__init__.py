@@ -10,12 +10,7 @@ themselves, so that `sweep --help` answers at once.
     running          launch, search, plan, reproduce
     reading          status, table, power, boundary, hysteresis, resilience,
                      scaling, plot, compare, validity
-    hysteresis_text  loops as text and as JSON
-    resilience_text  what failures do, as text and as JSON
-    boundary_text    a boundary as text and as JSON
-    scaling_text     finite-size scaling as text and as JSON
-    validity_text    conclusions with other numerics, as text and as JSON
-    power_text       needed replicates as text
+    reporting        commands whose answer is a report
     overview         list, columns: what there is
     measuring        measure: further metrics of what is stored
     maintenance      replay, verify, diff, gc, rename, rm, export,
@@ -36,7 +31,6 @@ themselves, so that `sweep --help` answers at once.
     progress_line    the progress of other work, on stderr
     search_report    the report of a search
     replay_files     the files that a replay writes
-    comparison_text  a comparison as text and as JSON
     completing       names that a shell completes
     spec_files       the file of a spec that a command names, or of a stored study
     topics           the guide by topics

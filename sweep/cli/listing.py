@@ -3,7 +3,7 @@
 import json
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.table import Table
 
@@ -13,8 +13,8 @@ from kernels.model import Model
 from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
-from sweep.cli.terminal import console
 from sweep.design.plan import about
+from sweep.methods.refinement import find_boundary
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import (
@@ -24,20 +24,13 @@ from sweep.spec.settings import (
     only_wrapping,
     settings_of,
 )
-from sweep.tables.boundary import boundary
 from sweep.tables.causes import Cause, causes_of
 from sweep.tables.chains import cut_off
-from sweep.tables.means_text import brief, caption, cell_text
-from sweep.tables.point_means import PointMeans
+from sweep.tables.means_text import brief
 from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
 from sweep.tables.stored_tables import command
 from sweep.text import so_many
 from sweep.workers.failures import MOST_CAUSES
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-MOST_ROWS = 200
 
 
 def model_table() -> Table:
@@ -160,43 +153,6 @@ def refusals(registry: Registry[Any]) -> list[str]:
     return [f"{name} cannot be used: {why}" for name, why in registry.refused.items()]
 
 
-def table_text(study: StoredStudy, table: PointMeans) -> None:
-    """Print a table of means; a half width is printed where the interval is Student's.
-
-    A row has the number of its trials, or, where it pools points, of the replicates.
-    """
-    units, names = study.units, table.metrics
-    headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
-    shown = [*table.headings, *(["points"] if table.pooled else [])]
-    counted = "replicates" if table.pooled else "trials"
-    printed = Table(
-        *shown, *headings, counted, title=study.name, caption=caption(study, table)
-    )
-    for _, row in table.rows.head(MOST_ROWS).iterrows():
-        cells = [cell_text(study, row, name, table) for name in names]
-        printed.add_row(
-            *(brief(row[name]) for name in shown), *cells, _count(row, names)
-        )
-    console().print(printed)
-    if len(table.rows) > MOST_ROWS:
-        what = "rows" if table.pooled else "points"
-        console().print(
-            f"{len(table.rows) - MOST_ROWS:,} more {what}: --csv and --json give all"
-        )
-    for trial in table.rows["trial_id"].head(1):
-        what = "row" if table.pooled else "point"
-        console().print(
-            f"a trial of the first {what}, and in --csv and --json of each:"
-            f" {command('view', study.name, trial)}",
-            soft_wrap=True,
-        )
-
-
-def _count(row: "pd.Series[Any]", names: list[str]) -> str:
-    n = max((int(row[f"{name}_n"]) for name in names), default=0)
-    return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
-
-
 def status_json(study: StoredStudy) -> str:
     """Counts by status, and why trials are not done, for programs: docs/json.md says
     what each key is.
@@ -228,7 +184,7 @@ def _refined(study: StoredStudy) -> str:
     """How many cells the boundary of a refined study goes through, and how many are
     not resolved.
     """
-    states = Counter(boundary(study).cells["state"])
+    states = Counter(find_boundary(study).cells["state"])
     crossed, left = states["boundary"], states["unresolved"]
     return f"in {crossed:,} of {states.total():,} cells, {left:,} unresolved"
 

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperArgument, TyperCommand
 
-from sweep.cli.app import Json, Quiet, Results, StudyName, app, one_format
+from sweep.cli.app import Json, Quiet, Results, StudyName, app
+from sweep.cli.reporting import report_command
 
 if TYPE_CHECKING:
     from sweep.store.locations import Location
+    from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
 
@@ -63,15 +65,10 @@ Correction = Annotated[
 ]
 
 
-def _chosen(
-    study: str, results: "Location", where: list[str] | None, **formats: bool
-) -> "StoredStudy":
-    """What is stored of a study, at the points that a command is asked for. It ends
-    where the command is asked for two formats.
-    """
+def _chosen(study: str, results: "Location", where: list[str] | None) -> "StoredStudy":
+    """Return what is stored of a study, at the points that a command is asked for."""
     from sweep.tables.stored_study import StoredStudy
 
-    one_format(**formats)
     return StoredStudy(study, results).where(*(where or ()))
 
 
@@ -90,7 +87,7 @@ def status(
     print(status_json(stored) if as_json else status_text(stored))
 
 
-@app.command()
+@report_command
 def table(
     study: StudyName,
     results: Results = Path("results"),
@@ -128,20 +125,14 @@ def table(
             help="A setting or metric to sort by, the least first. Repeatable.",
         ),
     ] = None,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """Means of the metrics with 95 % intervals over the replicates of each point."""
-    from sweep.cli.listing import table_text
     from sweep.tables.choosing import Refusals
-    from sweep.tables.json_rows import rows_as_json
-    from sweep.tables.means_text import point_rows
+    from sweep.tables.means_text import means_report
     from sweep.tables.point_means import point_means
-    from sweep.tables.safe_csv import as_csv
     from sweep.tables.search_phases import by_phase
     from sweep.tables.stored_study import StoredStudy
 
-    one_format(csv=csv, json=as_json)
     stored, refusals = by_phase(StoredStudy(study, results)), Refusals()
     chosen = stored
     with refusals.noted():
@@ -156,15 +147,10 @@ def table(
             interval=interval.value if interval else None,
         )
     refusals.check()
-    if csv:
-        print(as_csv(point_rows(chosen, found)), end="")
-    elif as_json:
-        print(rows_as_json(point_rows(chosen, found)))
-    else:
-        table_text(chosen, found)
+    return means_report(chosen, found)
 
 
-@app.command()
+@report_command
 def power(
     a: Annotated[
         str,
@@ -210,19 +196,14 @@ def power(
     over: Annotated[
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """How many replicates a half width, or a difference, needs, by the stored trials as
     a pilot.
     """
-    from sweep.cli.power_text import power_json, power_text
-    from sweep.tables.comparison_sides import read_side
-    from sweep.tables.power import power as needs
-    from sweep.tables.safe_csv import as_csv
+    from sweep.methods.comparison import read_side
+    from sweep.methods.power import needed_replicates, power_report
 
-    one_format(csv=csv, json=as_json)
-    found = needs(
+    found = needed_replicates(
         read_side(a, results),
         None if b is None else read_side(b, results),
         half_widths=half_width or [],
@@ -230,43 +211,29 @@ def power(
         half=over is Over.half,
         chance=chance,
     )
-    if csv:
-        print(as_csv(found.rows), end="")
-    elif as_json:
-        print(power_json(found))
-    else:
-        power_text(found)
+    return power_report(found)
 
 
-@app.command()
+@report_command
 def boundary(
     study: StudyName,
     results: Results = Path("results"),
     where: Where = None,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """Where the mean of a metric crosses a level, of a study whose spec has `refine`.
 
     With one refined axis each crossing is a row, between the nearest points that surely
     lie on either side. With several, each cell is one that the boundary goes through,
     or that is not resolved.
     """
-    from sweep.cli.boundary_text import boundary_json, boundary_text
-    from sweep.tables.boundary import boundary as find
-    from sweep.tables.safe_csv import as_csv
+    from sweep.methods.refinement import boundary_report, find_boundary
 
-    stored = _chosen(study, results, where, csv=csv, json=as_json)
-    found = find(stored)
-    if csv:
-        print(as_csv(found.rows), end="")
-    elif as_json:
-        print(boundary_json(stored, found))
-    else:
-        boundary_text(stored, found)
+    stored = _chosen(study, results, where)
+    found = find_boundary(stored)
+    return boundary_report(stored, found)
 
 
-@app.command()
+@report_command
 def scaling(
     study: StudyName,
     results: Results = Path("results"),
@@ -291,11 +258,7 @@ def scaling(
             help="Steps that do not count; by default the first half of each trial.",
         ),
     ] = None,
-    csv: Annotated[
-        bool, typer.Option("--csv", help="Print CSV, a row a point.")
-    ] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """What flocks of several sizes tell of a transition between disorder and order.
 
     Of each size the mean order, its susceptibility and Binder's cumulant; where
@@ -303,21 +266,14 @@ def scaling(
     collapse; whether the transition jumps; and whether the series are stationary. A
     spec has such sizes with `sizes`, and records the order parameter as a series.
     """
-    from sweep.cli.scaling_text import scaling_json, scaling_text
-    from sweep.tables.safe_csv import as_csv
-    from sweep.tables.scaling import scaling as find
+    from sweep.methods.scaling import finite_size_scaling, scaling_report
 
-    stored = _chosen(study, results, where, csv=csv, json=as_json)
-    found = find(stored, metric, by, burn_in)
-    if csv:
-        print(as_csv(found.points), end="")
-    elif as_json:
-        print(scaling_json(stored, found))
-    else:
-        scaling_text(stored, found)
+    stored = _chosen(study, results, where)
+    found = finite_size_scaling(stored, metric, by, burn_in)
+    return scaling_report(stored, found)
 
 
-@app.command()
+@report_command
 def hysteresis(
     study: StudyName,
     results: Results = Path("results"),
@@ -328,30 +284,20 @@ def hysteresis(
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
     where: Where = None,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """The loops between way up and way down, of a study with `continue: both`.
 
     Of each loop its area, and between which values of the continued axis both ways
     differ. Chains are independent, and links of one are not: intervals are over chains.
     """
-    from sweep.cli.hysteresis_text import hysteresis_json, hysteresis_text
-    from sweep.tables.hysteresis import hysteresis as find
-    from sweep.tables.hysteresis import loop_rows
-    from sweep.tables.safe_csv import as_csv
+    from sweep.methods.hysteresis import find_loops, hysteresis_report
 
-    stored = _chosen(study, results, where, csv=csv, json=as_json)
-    found = find(stored, metric or (), half=over is Over.half)
-    if csv:
-        print(as_csv(loop_rows(found)), end="")
-    elif as_json:
-        print(hysteresis_json(stored, found))
-    else:
-        hysteresis_text(stored, found)
+    stored = _chosen(study, results, where)
+    found = find_loops(stored, metric or (), half=over is Over.half)
+    return hysteresis_report(stored, found)
 
 
-@app.command()
+@report_command
 def resilience(
     study: StudyName,
     results: Results = Path("results"),
@@ -364,27 +310,18 @@ def resilience(
         typer.Option(help="The part of the level at which a metric has come back."),
     ] = 0.1,
     where: Where = None,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """What failures of boids do to recorded series: the part that is kept, how many
     trials come back to the level, and when.
 
     A trial with `failing_share` above 0 is compared with the one of the same seed and
     replicate in which nobody fails: sweep: {failing_share: [0, 0.2]}.
     """
-    from sweep.cli.resilience_text import resilience_json, resilience_text
-    from sweep.tables.resilience import resilience_rows
-    from sweep.tables.safe_csv import as_csv
+    from sweep.methods.resilience import resilience_report, resilience_rows
 
-    stored = _chosen(study, results, where, csv=csv, json=as_json)
+    stored = _chosen(study, results, where)
     rows = resilience_rows(stored, metric or (), within=within)
-    if csv:
-        print(as_csv(rows), end="")
-    elif as_json:
-        print(resilience_json(stored, rows, within))
-    else:
-        resilience_text(stored, rows, within)
+    return resilience_report(stored, rows, within)
 
 
 class Format(StrEnum):
@@ -491,7 +428,7 @@ def plot(
         print(path, flush=True)
 
 
-@app.command()
+@report_command
 def compare(
     a: Annotated[
         str,
@@ -514,35 +451,29 @@ def compare(
     margin: Margin = None,
     confidence: Confidence = 0.95,
     together: Correction = Together.holm,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """What B has more or less than A, point by point: differences with intervals, p and
     a verdict.
 
     Points that agree in all that varies are compared, their trials in pairs where they
     share random numbers.
     """
-    from sweep.cli.comparison_text import comparison_json, comparison_text
-    from sweep.tables.comparison import Method, compare_sides
-    from sweep.tables.comparison_sides import read_side
-    from sweep.tables.safe_csv import as_csv
+    from sweep.methods.comparison import (
+        Method,
+        compare_sides,
+        comparison_report,
+        read_side,
+    )
 
-    one_format(csv=csv, json=as_json)
     method = Method(confidence, together.value, margin)
     one, other = (read_side(text, results) for text in (a, b))
     found = compare_sides(
         one, other, metric or (), half=over is Over.half, method=method
     )
-    if csv:
-        print(as_csv(found.rows), end="")
-    elif as_json:
-        print(comparison_json(found))
-    else:
-        comparison_text(found)
+    return comparison_report(found)
 
 
-@app.command()
+@report_command
 def validity(
     study: StudyName,
     results: Results = Path("results"),
@@ -554,25 +485,16 @@ def validity(
     ] = Over.last,
     where: Where = None,
     confidence: Confidence = 0.95,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    as_json: Json = False,
-) -> None:
+) -> "Report":
     """Whether the conclusions of a study whose spec has `validate` hold with other time
     steps, another search for neighbours and another order of updates.
 
     The conclusions are the signs of the differences of each point to the first one
     along an axis. Each survives, turns, or is not decided.
     """
-    from sweep.cli.validity_text import validity_json, validity_text
-    from sweep.tables.safe_csv import as_csv
-    from sweep.tables.validity import validity as find
+    from sweep.methods.robustness import check_conclusions, validity_report
 
-    stored = _chosen(study, results, where, csv=csv, json=as_json)
+    stored = _chosen(study, results, where)
     half = over is Over.half
-    found = find(stored, metric or (), half=half, confidence=confidence)
-    if csv:
-        print(as_csv(found.rows), end="")
-    elif as_json:
-        print(validity_json(found))
-    else:
-        validity_text(found)
+    found = check_conclusions(stored, metric or (), half=half, confidence=confidence)
+    return validity_report(found)

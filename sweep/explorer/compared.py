@@ -8,18 +8,23 @@ from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskComparison
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
-from sweep.spec.recorded import Column
-from sweep.tables.comparison import (
+from sweep.methods.comparison import (
     Comparison,
     Method,
+    Side,
     Together,
+    cells,
     compare_sides,
+    comparison_facts,
+    heading,
+    notes,
     shared_metrics,
+    side_of,
+    study_named,
+    telling,
+    titles,
 )
-from sweep.tables.comparison_facts import comparison_facts
-from sweep.tables.comparison_sides import Side, side_of, study_named
-from sweep.tables.comparison_words import cells, heading, notes, titles
-from sweep.tables.matched_points import telling
+from sweep.spec.recorded import Column
 from sweep.tables.safe_csv import as_csv
 from sweep.text import unknown
 

@@ -12,7 +12,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scaling import chosen, looks
 from sweep.figures.selection import select
 from sweep.figures.style import STYLE
-from sweep.tables.scaling import LENGTHS, Scaling, scaling
+from sweep.methods.scaling import LENGTHS, Scaling, finite_size_scaling
 from sweep.tables.stored_study import StoredStudy
 
 
@@ -23,10 +23,12 @@ def collapse_figure(
     setting from its critical value, times L^(1/nu), with a mark for each size.
 
     The exponents, with their intervals, and the quality of the collapse stand below.
-    Raises ChoiceError as `sweep.tables.scaling.scaling`, and where the curves cannot be
-    collapsed.
+    Raises ChoiceError as `sweep.methods.scaling.finite_size_scaling`, and where the
+    curves cannot be collapsed.
     """
-    return draw_collapse(study, collapsed(study, scaling(study, metric, by)))
+    return draw_collapse(
+        study, collapsed(study, finite_size_scaling(study, metric, by))
+    )
 
 
 def collapsed(study: StoredStudy, found: Scaling) -> Scaling:

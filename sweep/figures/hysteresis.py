@@ -17,8 +17,8 @@ from sweep.figures.drawing import legend, named, note, quantity, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import MOST_PANELS, select
 from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
+from sweep.methods.hysteresis import FoundLoop, find_loops
 from sweep.spec.recorded import Column, Over, is_half
-from sweep.tables.hysteresis import FoundLoop, hysteresis
 from sweep.tables.stored_study import StoredStudy
 
 MOST_ACROSS = 3
@@ -42,7 +42,7 @@ def hysteresis_figure(
     Between the values where both ways differ for sure the ground is grey. Other
     settings that vary become panels. `over="half"` takes means over the last half of
     each link; `half=True` is its older form. Raises ChoiceError as
-    `sweep.tables.hysteresis.hysteresis`, and for more than twelve panels.
+    `sweep.methods.hysteresis.find_loops`, and for more than twelve panels.
     """
     (layout,) = hysteresis_layout(study, (metric,), half=is_half(over, half))
     return draw_hysteresis(layout)
@@ -52,7 +52,7 @@ def hysteresis_layout(
     study: StoredStudy, metrics: tuple[str, ...], *, half: bool = False
 ) -> list[Loops]:
     """What the figures of some metrics will show. Raises ChoiceError as above."""
-    found = hysteresis(study, metrics, half=half)
+    found = find_loops(study, metrics, half=half)
     names = dict.fromkeys(one.metric for one in found)
     layouts = [
         Loops(study, name, [one for one in found if one.metric == name])

@@ -20,7 +20,7 @@ from sweep.figures.drawing import legend_of, named, note, quantity, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import MOST_PANELS, select
 from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
-from sweep.tables.boundary import Boundary, boundary
+from sweep.methods.refinement import Boundary, find_boundary
 from sweep.tables.stored_study import StoredStudy
 
 MOST_AXES, MOST_ACROSS, MOST_TICKS = 2, 3, 9
@@ -60,7 +60,7 @@ def phase_figure(study: StoredStudy) -> Figure:
 
 def phase_layout(study: StoredStudy) -> Phase:
     """What `phase_figure` will show. Raises ChoiceError as it does."""
-    found = boundary(study)
+    found = find_boundary(study)
     if len(found.rule.scales) > MOST_AXES:
         raise ChoiceError(
             f"has {len(found.rule.scales)} refined axes; allowed: up to {MOST_AXES}",

@@ -13,7 +13,7 @@ from sweep.figures.drawing import legend, note, quantity
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import select
 from sweep.figures.style import COLOURS, GREY, LINE_STYLES, MARKERS, STYLE
-from sweep.tables.scaling import CURVES, Scaling, scaling
+from sweep.methods.scaling import CURVES, Scaling, finite_size_scaling
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
@@ -31,9 +31,10 @@ def scaling_figure(
     a setting, a line for each size with its intervals.
 
     Bands stand where cumulants of neighbouring sizes cross, and where the
-    susceptibility peaks. Raises ChoiceError as `sweep.tables.scaling.scaling`.
+    susceptibility peaks. Raises ChoiceError as
+    `sweep.methods.scaling.finite_size_scaling`.
     """
-    return draw_scaling(study, scaling(study, metric, by))
+    return draw_scaling(study, finite_size_scaling(study, metric, by))
 
 
 def draw_scaling(study: StoredStudy, found: Scaling) -> Figure:
@@ -124,7 +125,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 def chosen(study: StoredStudy, choices: Choices) -> Scaling:
     """What is known of the sizes by what was chosen: the metric, and `x`."""
     names = [name.rstrip("+-") for name in choices.metrics]
-    return scaling(study, names[0] if names else None, choices.x)
+    return finite_size_scaling(study, names[0] if names else None, choices.x)
 
 
 KIND = FigureKind(

@@ -23,9 +23,15 @@ from sweep.figures.drawing import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE, VERMILION
+from sweep.methods.robustness import (
+    AS_IT_IS,
+    TURNS,
+    UNJUDGED,
+    Validity,
+    check_conclusions,
+)
 from sweep.spec.recorded import Column, Over, is_half
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.validity import AS_IT_IS, TURNS, UNJUDGED, Validity, validity
 
 MOST_ROWS, MOST_COLUMNS = 60, 6
 ROW, MARK, FRAME, WIDTH = 0.16, 0.075, 1.5, 7.2
@@ -56,7 +62,7 @@ def validity_layout(
     study: StoredStudy, metric: str, *, half: bool = False
 ) -> Conclusions:
     """What `validity_figure` will show. Raises ChoiceError as it does."""
-    found = validity(study, metric, half=half)
+    found = check_conclusions(study, metric, half=half)
     if len(found.conclusions) > MOST_ROWS:
         raise ChoiceError(
             f"has {len(found.conclusions):,} differences; allowed: up to {MOST_ROWS};"

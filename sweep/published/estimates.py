@@ -19,6 +19,7 @@ from sweep.analysis import (
     units,
 )
 from sweep.errors import ChoiceError
+from sweep.methods.scaling import Scaling, finite_size_scaling
 from sweep.published.measures import (
     Call,
     Mean,
@@ -29,7 +30,6 @@ from sweep.published.measures import (
     columns_read,
 )
 from sweep.spec.recorded import Column
-from sweep.tables.scaling import Scaling, scaling
 from sweep.tables.stored_study import StoredStudy
 
 Studies = Mapping[str, StoredStudy]
@@ -151,7 +151,7 @@ def _rank_correlation(study: StoredStudy, what: RankCorrelation) -> Measured:
 
 def _transition(study: StoredStudy, what: Transition) -> Measured:
     try:
-        found = scaling(study.where(**what.settings), what.series)
+        found = finite_size_scaling(study.where(**what.settings), what.series)
     except ChoiceError as error:
         raise MeasureError(str(error)) from None
     used = int(found.states["trials"].sum())

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sweep.design.design import expand
+from sweep.methods.scaling import Scaling
 from sweep.published.claims import Claim
 from sweep.published.judging import Row, Stored, judged, stored_studies
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
 from sweep.published.verdicts import Foreseen, OfOrder, brief, foresee
 from sweep.spec.study import Study
-from sweep.tables.scaling import Scaling
 
 
 class Outlook(NamedTuple):

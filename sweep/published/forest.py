@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.figures import STYLE, name_rows, note
+from sweep.methods.scaling import Scaling
 from sweep.published.judging import Row
 from sweep.published.margins import (
     AXES,
@@ -24,7 +25,6 @@ from sweep.published.margins import (
     number_rows,
 )
 from sweep.published.verdicts import OfOrder, brief
-from sweep.tables.scaling import Scaling
 
 
 class Drawn(NamedTuple):

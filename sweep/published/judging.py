@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 from sweep.design.code import study_code
 from sweep.errors import StoreError
+from sweep.methods.refinement import find_boundary
+from sweep.methods.scaling import Scaling
 from sweep.published.claims import Claim
 from sweep.published.clocks import RetoldStudy
 from sweep.published.estimates import Measured, MeasureError, measure, metrics_left_out
@@ -23,8 +25,6 @@ from sweep.published.verdicts import (
     untestable,
 )
 from sweep.spec.study import Study
-from sweep.tables.boundary import boundary
-from sweep.tables.scaling import Scaling
 from sweep.tables.stored_study import StoredStudy
 
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
@@ -89,7 +89,10 @@ def _gap(study: StoredStudy) -> str:
         return f"{there:,} of {planned:,} trials of {study.name} are there"
     if study.about.until and (study.stopping["why"] == "not yet").any():
         return f"more trials of {study.name} follow by its rule"
-    if study.about.refine and (boundary(study).cells["state"] == "unresolved").any():
+    if (
+        study.about.refine
+        and (find_boundary(study).cells["state"] == "unresolved").any()
+    ):
         return f"cells of {study.name} are not resolved"
     return ""
 

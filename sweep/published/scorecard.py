@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sweep.analysis.notation import number, with_interval
+from sweep.methods.scaling import Scaling
 from sweep.published.judging import Row
 from sweep.published.program_mutants import PROGRAM_MUTANTS
 from sweep.published.publications import Publication
@@ -29,7 +30,6 @@ from sweep.published.verdicts import (
     brief,
 )
 from sweep.store.origin import device_said
-from sweep.tables.scaling import Scaling
 
 TITLE = "What of the published results could be reproduced"
 ORDER: tuple[Status, ...] = (

@@ -5,6 +5,7 @@ import math
 from collections import Counter
 from typing import Any
 
+from sweep.methods.scaling import Scaling
 from sweep.published.claims import Claim
 from sweep.published.estimates import Measured
 from sweep.published.judging import Row
@@ -13,7 +14,6 @@ from sweep.published.scorecard import ORDER, Page, Section
 from sweep.published.turned import DocumentVariants
 from sweep.published.variants import Kind
 from sweep.published.verdicts import Expectation, OfOrder, Status, Value, Within
-from sweep.tables.scaling import Scaling
 
 VERSION = 1
 

@@ -20,6 +20,7 @@ from kernels.identity import kernels_sha
 from sweep.campaigns.progress import Display, Progress
 from sweep.design.design import expand
 from sweep.errors import SpecError, WorkersError
+from sweep.methods.scaling import Scaling
 from sweep.published.bibliography import FILE
 from sweep.published.details import details
 from sweep.published.judging import Row, judged, stored_studies
@@ -46,7 +47,6 @@ from sweep.published.variants import (
 from sweep.published.verdicts import Status
 from sweep.spec.study import Study
 from sweep.store.locations import Location
-from sweep.tables.scaling import Scaling
 from sweep.text import unknown
 from sweep.workers.executors import ExecutorFactory, Loky, Serial
 

@@ -20,7 +20,7 @@ from typing import Literal, NamedTuple
 
 from sweep.analysis import CONFIDENCE, Estimate, simultaneous_confidence
 from sweep.analysis.coexistence import Order
-from sweep.tables.scaling import Scaling
+from sweep.methods.scaling import Scaling
 
 Status = Literal[
     "confirmed", "refuted", "undecided", "partial", "not run", "not testable"

@@ -11,21 +11,11 @@ overview          the studies in a folder
 choosing          points by their settings
 point_means       means, a row a point or several points
 means_text        the same in words
+reports           answers for a reader and a program
 causes            why trials are not done
 joined            several studies as one
 search_phases     a search with its phases apart
-comparison_sides  trials as a command names them
-matched_points    points that belong together
-comparison        what differs between sides
-comparison_facts  the same as plain data
-comparison_words  the same in words
-power             how many replicates a goal needs
 chains            links that cannot run
-hysteresis        loops between way up and way down
-resilience        what failures of boids do
-validity          conclusions with other numerics
-boundary          where a mean crosses a level, of a refined study
-scaling           what flocks of several sizes tell of a transition
 spec_difference   what a change of a spec does
 cleaning          room given back
 last_flocks       flocks from which another study starts

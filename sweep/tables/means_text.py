@@ -16,8 +16,10 @@ from sweep.analysis.notation import (
     plus_minus,
     with_interval,
 )
+from sweep.tables.json_rows import json_rows
 from sweep.tables.overview import constant, few_skewed, undeclared, untried
 from sweep.tables.point_means import PointMeans
+from sweep.tables.reports import MAX_ROWS, Report, TextTable
 from sweep.tables.search_phases import phases_said
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_tables import command
@@ -37,6 +39,44 @@ POOLED = (
     "a row pools its points, each with the same weight: a value is the mean over them"
     " in one replicate, and a replicate counts where all of them have a value"
 )
+
+
+def means_report(study: StoredStudy, table: PointMeans) -> Report:
+    """Return a table of means; a half width is shown where the interval is Student's.
+
+    A row has the number of its trials, or, where it pools points, of the replicates.
+    """
+    rows, units = point_rows(study, table), study.units
+    settings = [*table.headings, *(["points"] if table.pooled else [])]
+    metrics = [
+        f"{name}\n({units[name]})" if name in units else name for name in table.metrics
+    ]
+    row_name = "row" if table.pooled else "point"
+    shown = TextTable(
+        columns=[*settings, *metrics, "replicates" if table.pooled else "trials"],
+        rows=[
+            [
+                *(brief(row[name]) for name in settings),
+                *(cell_text(study, row, name, table) for name in table.metrics),
+                _count(row, table.metrics),
+            ]
+            for _, row in table.rows.head(MAX_ROWS).iterrows()
+        ],
+        title=study.name,
+        caption=caption(study, table),
+        hidden=max(len(table.rows) - MAX_ROWS, 0),
+        row_name=row_name,
+    )
+    views = [
+        f"a trial of the first {row_name}, and in --csv and --json of each: {view}"
+        for view in rows["view"].head(1)
+    ]
+    return Report(rows, json_rows(rows), [shown, *views])
+
+
+def _count(row: "pd.Series[Any]", names: list[str]) -> str:
+    n = max((int(row[f"{name}_n"]) for name in names), default=0)
+    return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
 
 
 def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:

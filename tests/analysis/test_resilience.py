@@ -10,7 +10,7 @@ import pytest
 from sweep.analysis.resilience import Recovery, recovery, resilience
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
-from sweep.tables.resilience import resilience_rows
+from sweep.methods.resilience import resilience_rows
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.trial.simulation import run

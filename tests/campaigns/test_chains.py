@@ -17,6 +17,7 @@ from sweep.cli.listing import status_text
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs, LastFlock, SomeJobs, stream
 from sweep.errors import ChoiceError, SpecError, StoreError
+from sweep.methods.comparison import Matching, match, side_of
 from sweep.replays.replay import replay
 from sweep.replays.verify import verify
 from sweep.sharing.content import content_hash
@@ -24,8 +25,6 @@ from sweep.store.last_flocks import chains, with_beginning
 from sweep.store.locations import ObjectPath, ObjectServer
 from sweep.store.shares import Share
 from sweep.tables.chains import cut_off
-from sweep.tables.comparison_sides import side_of
-from sweep.tables.matched_points import Matching, match
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.trial.simulation import Simulation

@@ -24,8 +24,9 @@ from sweep.analysis.sequential import (
 )
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
-from sweep.cli.listing import status_text, table_text
+from sweep.cli.listing import status_text
 from sweep.cli.progress import ProgressBar
+from sweep.cli.reporting import print_report
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
@@ -34,6 +35,7 @@ from sweep.spec.replication import read_replication
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
+from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
 from sweep.tables.sensitivity import morris
 from sweep.tables.stored_study import StoredStudy
@@ -274,7 +276,7 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
     )
     bootstrap = point_means(whole, names, interval="bootstrap").rows
     pd.testing.assert_series_equal(bootstrap["speed_high"], rows["speed_high"])
-    table_text(whole, found)
+    print_report(means_report(whole, found))
     text = " ".join(capsys.readouterr().out.split())
     assert (
         "speed: mean ± half width of the repeated 95 % interval, by which the number of"
@@ -327,10 +329,10 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
     for _, row in study.stopping.iterrows():
         assert row["half_width"] == pytest.approx(last[row["point"]][row["metric"]])
     assert "settled   4 of 4 points, 4 by half width" in status_text(study)
-    table_text(study, point_means(study))
+    print_report(means_report(study, point_means(study)))
     said = " ".join(capsys.readouterr().out.split())
     assert "flock_radius, speed: mean with the repeated 95 % interval" in said
-    table_text(study, point_means(study, by=[]))
+    print_report(means_report(study, point_means(study, by=[])))
     said = " ".join(capsys.readouterr().out.split())
     assert "which takes the numbers of trials as given" in said
     plan = make_plan(parse_spec(SEVERAL), 2)

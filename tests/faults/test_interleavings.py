@@ -359,7 +359,10 @@ FAST = [
 
 
 IN_EVERY_ORDER = [
-    named(place, case) for place in PLACES for case in CASES if case not in WITHIN_OTHERS
+    named(place, case)
+    for place in PLACES
+    for case in CASES
+    if case not in WITHIN_OTHERS
 ]
 
 

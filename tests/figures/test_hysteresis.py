@@ -7,7 +7,7 @@ import pytest
 
 from sweep.errors import ChoiceError
 from sweep.figures import KINDS, Choices, hysteresis_figure
-from sweep.tables.hysteresis import hysteresis, loop_rows
+from sweep.methods.hysteresis import find_loops, loop_rows
 from sweep.tables.stored_study import StoredStudy
 from tests.campaigns.test_chains import CHAINED
 from tests.studies import SMALL, launched
@@ -28,7 +28,7 @@ def values_of(study: StoredStudy, way: str, weight: float, cohesion: float) -> l
 
 
 def test_loops_have_the_links_of_their_chains(study: StoredStudy) -> None:
-    found = hysteresis(study, "speed")
+    found = find_loops(study, "speed")
     assert [one.settings for one in found] == [
         {"cohesion_weight": 0.01},
         {"cohesion_weight": 0.02},
@@ -49,7 +49,7 @@ def test_loops_have_the_links_of_their_chains(study: StoredStudy) -> None:
 def test_a_panel_has_both_ways(study: StoredStudy) -> None:
     figure = hysteresis_figure(study, "speed")
     assert len(figure.axes) == 2
-    (one, _) = hysteresis(study, "speed")
+    (one, _) = find_loops(study, "speed")
     up, down = figure.axes[0].lines
     assert [*up.get_xdata()] == [*down.get_xdata()] == [0.5, 1.0, 2.0]
     assert up.get_ydata() == pytest.approx(one.up.mean(axis=0), rel=1e-12)
@@ -71,11 +71,11 @@ def test_directions_are_never_averaged_together(study: StoredStudy) -> None:
 def test_a_study_without_both_ways_has_no_loop(tmp_path: Path) -> None:
     for text in (SMALL, CHAINED.replace("both", "up")):
         with pytest.raises(ChoiceError, match='no axis of it has "continue: both"'):
-            hysteresis(launched(text, tmp_path))
+            find_loops(launched(text, tmp_path))
 
 
 def test_a_loop_needs_two_values(study: StoredStudy) -> None:
     with pytest.raises(ChoiceError, match="needs 2 values of separation_weight"):
-        hysteresis(study.where(separation_weight=1), "speed")
+        find_loops(study.where(separation_weight=1), "speed")
     with pytest.raises(ChoiceError, match='did you mean "speed"'):
-        hysteresis(study, "sped")
+        find_loops(study, "sped")

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from sweep.campaigns.launch import launch
-from sweep.cli.listing import table_text
+from sweep.cli.reporting import print_report
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError
@@ -16,6 +16,7 @@ from sweep.figures.scatter import scatter_figure
 from sweep.figures.selection import select
 from sweep.store.shares import Share
 from sweep.tables.joined import JoinedStudies
+from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
@@ -114,10 +115,10 @@ def test_the_caption_of_a_table_says_what_is_missing(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     study = StoredStudy("grid", results)
-    table_text(study, point_means(study, ["speed"]))
+    print_report(means_report(study, point_means(study, ["speed"])))
     missing = f"{54 - len(study.trials)} of 54 trials missing{gap(study)}\n"
     assert missing in capsys.readouterr().out
     none = StoredStudy("small", results)
-    table_text(none, point_means(none, ["speed"]))
+    print_report(means_report(none, point_means(none, ["speed"])))
     wanted = "6 of 6 trials missing; 2 of 2 points have no trial yet\n"
     assert wanted in capsys.readouterr().out

@@ -20,16 +20,18 @@ MAY_IMPORT = {
     "workers": "kernels errors text surroundings spec design trial store",
     "testing": "kernels errors text spec own_code design trial workers",
     "tables": "kernels errors text analysis spec design trial store workers",
+    "methods": "errors text analysis spec store tables",
     "campaigns": (
         "kernels errors text analysis spec own_code design trial store workers testing"
-        " tables"
+        " tables methods"
     ),
     "figures": (
-        "kernels errors text analysis spec own_code trial store tables campaigns"
+        "kernels errors text analysis spec own_code trial store tables methods"
+        " campaigns"
     ),
     "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (
-        "kernels errors text analysis spec own_code design store workers tables"
+        "kernels errors text analysis spec own_code design store workers tables methods"
         " campaigns figures"
     ),
     "sharing": "kernels errors text spec design store tables published",
@@ -38,12 +40,13 @@ MAY_IMPORT = {
         " sharing"
     ),
     "explorer": (
-        "errors text analysis spec design trial store workers tables campaigns figures"
-        " replays sharing web"
+        "errors text analysis spec design trial store workers tables methods campaigns"
+        " figures replays sharing web"
     ),
     "cli": (
-        "kernels errors text surroundings analysis spec own_code design store workers"
-        " tables testing campaigns figures replays published sharing web explorer"
+        "kernels errors text surroundings spec own_code design store workers tables"
+        " testing methods campaigns figures replays published sharing web"
+        " explorer"
     ),
 }
 """The house: what each package imports. A study flows down this list, and every arrow

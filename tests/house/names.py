@@ -99,13 +99,13 @@ WORDS_OF_ENTRIES = {
         "kernels/models/cucker_smale2007.py",
         "sweep/analysis/intervals.py",
         "sweep/analysis/steady.py",
-        "sweep/cli/power_text.py",
+        "sweep/methods/power/report.py",
         "sweep/figures/curves.py",
         "sweep/figures/ablation_effects.py",
         "sweep/figures/phase.py",
         "sweep/published/measures.py",
-        "sweep/tables/boundary.py",
-        "sweep/tables/power.py",
+        "sweep/methods/refinement/analysis.py",
+        "sweep/methods/power/analysis.py",
         "sweep/web/claimed.py",
     },
     "normal": {  # how values of a metric are distributed
@@ -126,7 +126,7 @@ WORDS_OF_ENTRIES = {
         "sweep/tables/means_text.py",
     },
     "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
-    "collapse": {"sweep/cli/scaling_text.py"},  # a key of its JSON
+    "collapse": {"sweep/methods/scaling/report.py"},  # a key of its JSON
     "front": {
         "sweep/campaigns/search/report.py",  # a part of the report
         "sweep/figures/search_layout.py",  # in a legend

@@ -56,7 +56,7 @@ GUARDED = {
     "sweep/analysis/intervals.py rename": "of pandas",
     "sweep/analysis/pooling.py rename": "of pandas",
     "sweep/store/whole_studies.py rename": "to a name that is not there",
-    "sweep/tables/power.py rename": "of pandas",
+    "sweep/methods/power/analysis.py rename": "of pandas",
     "sweep/tables/safe_csv.py rename": "of pandas",
     "sweep/tables/outputs.py /proc": "on Linux alone",
     "sweep/trial/interrupts.py SIGHUP": "asked for",

@@ -10,9 +10,8 @@ from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.errors import CodeError, SpecError
 from sweep.figures.own_kinds import with_files
+from sweep.methods.comparison import compare_sides, read_side
 from sweep.own_code.reading import load_spec
-from sweep.tables.comparison import compare_sides
-from sweep.tables.comparison_sides import read_side
 from sweep.tables.means_text import caption, point_rows
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy

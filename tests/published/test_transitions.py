@@ -8,6 +8,7 @@ import pytest
 
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError
+from sweep.methods.scaling import Scaling
 from sweep.published.foresight import outlooks
 from sweep.published.judging import judged, stored_studies
 from sweep.published.measures import Transition
@@ -15,7 +16,6 @@ from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
 from sweep.published.scorecard import ours_text, published_text
 from sweep.published.verdicts import OfOrder, Status, judge_order
-from sweep.tables.scaling import Scaling
 from sweep.workers.executors import Serial
 from tests.analysis.test_coexistence import continuous, jumping
 from tests.publications import experiments

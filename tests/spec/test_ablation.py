@@ -9,14 +9,15 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
-from sweep.cli.listing import table_text
+from sweep.cli.reporting import print_report
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError, SpecError
+from sweep.methods.comparison import side_of
 from sweep.spec.ablation import WORLD, label
 from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import Study, parse_spec
-from sweep.tables.comparison_sides import side_of
+from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
 from tests.specs import SHORT, short, short_study
 from tests.studies import SMALL, launched
@@ -411,7 +412,7 @@ def test_a_table_has_one_column_for_the_detail_that_is_changed(
         (0.5, "displacement_factor"),
     ]
     assert set(rows["speed_n"]) == {3}
-    table_text(study, found)
+    print_report(means_report(study, found))
     shown = capsys.readouterr().out
     assert "displacement_factor" in shown
     assert "drag" in shown

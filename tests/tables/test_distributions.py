@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from sweep.analysis import contrast, mean_interval, undefined_shares
-from sweep.cli.comparison_text import comparison_text
-from sweep.cli.listing import metric_table, table_text
+from sweep.cli.listing import metric_table
+from sweep.cli.reporting import print_report
 from sweep.figures.selection import select
-from sweep.tables.comparison import compare_sides
-from sweep.tables.comparison_sides import read_side
+from sweep.methods.comparison import compare_sides, comparison_report, read_side
+from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from tests.studies import SMALL, launched
@@ -92,14 +92,14 @@ def test_a_table_has_no_zero_width_for_a_rare_event(
 ) -> None:
     study = StoredStudy("rare", results)
     assert (study.trials["escapes"] == 0).all()
-    table_text(study, point_means(study, ["speed", "escapes", "hits"]))
+    print_report(means_report(study, point_means(study, ["speed", "escapes", "hits"])))
     printed = capsys.readouterr().out
     assert "(0.00 to 1.00)" in printed
     assert "± 0 " not in printed
     assert "±" in printed
     found = point_means(study, ["escapes"], interval="t")
     assert found.rows["escapes_high"].isna().all()
-    table_text(study, found)
+    print_report(means_report(study, found))
     assert "0 (no interval)" in capsys.readouterr().out
 
 
@@ -127,7 +127,7 @@ def test_undefined_values_are_told_beside_a_mean(
     rows = found.rows
     assert list(rows["flock_radius_undefined"]) == pytest.approx([1 / 3, 0.0])
     assert list(rows["flock_radius_n"]) == [2, 3]
-    table_text(half_known, found)
+    print_report(means_report(half_known, found))
     assert capsys.readouterr().out.count("33 % undefined") == 1
     note = select(half_known).about("{n} trials", [2, 3], "", ["flock_radius"])
     assert note.splitlines()[0].endswith("; flock_radius undefined in 17 % of trials")
@@ -143,7 +143,7 @@ def test_a_comparison_tells_undefined_values(
     compared = compare_sides(*sides, ["flock_radius"])
     row = compared.rows.iloc[0]
     assert (row["undefined_a"], row["undefined_b"]) == pytest.approx((1 / 3, 0.0))
-    comparison_text(compared)
+    print_report(comparison_report(compared))
     said = "flock_radius is undefined in 33 % of the done trials of A and 0 % of B"
     assert said in capsys.readouterr().out
 
@@ -158,10 +158,10 @@ def test_few_skewed_values_are_said(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     study = StoredStudy("rare", results)
-    table_text(study, point_means(study, ["speed", "flock_radius"]))
+    print_report(means_report(study, point_means(study, ["speed", "flock_radius"])))
     printed = capsys.readouterr().out
     assert printed.splitlines()[-2:-1] == [FEW]
-    table_text(study, point_means(study, ["speed", "escapes"]))
+    print_report(means_report(study, point_means(study, ["speed", "escapes"])))
     assert "skewed" not in capsys.readouterr().out
     drawn = "mean with 95 % interval"
     note = select(study).about("{n} trials", [3], drawn, ["flock_radius"])
@@ -170,7 +170,7 @@ def test_few_skewed_values_are_said(
         note = select(study).about("{n} trials", counts, kind, ["flock_radius"])
         assert "skewed" not in note
     sides = [read_side(f"rare:separation_weight={w}", results) for w in (0.5, 1)]
-    comparison_text(compare_sides(*sides, ["flock_radius", "speed"]))
+    print_report(comparison_report(compare_sides(*sides, ["flock_radius", "speed"])))
     assert FEW in capsys.readouterr().out.splitlines()
 
 
@@ -185,7 +185,7 @@ def test_a_table_has_no_value_that_cannot_be(
     study.trials.loc[first, "speed"] = [0.1, 0.2, 1.6]
     row = study.means(["speed"]).iloc[0]
     assert (row["speed_low"], row["speed_high"] > 2.0) == (0.0, True)
-    table_text(study, point_means(study, ["speed"]))
+    print_report(means_report(study, point_means(study, ["speed"])))
     assert "0.6 (0.0 to 2.7)" in capsys.readouterr().out
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from sweep.analysis import mean_interval
-from sweep.cli.listing import table_text
+from sweep.cli.reporting import print_report
 from sweep.errors import ChoiceError, StoreError
 from sweep.figures import heatmap_figure, pareto_figure, scatter_figure
-from sweep.tables.comparison import compare_sides
-from sweep.tables.comparison_sides import read_side
+from sweep.methods.comparison import compare_sides, read_side
+from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
 from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
@@ -55,14 +55,14 @@ def test_a_table_says_which_trials_it_shows(
     searched: StoredStudy, capsys: pytest.CaptureFixture[str]
 ) -> None:
     apart = by_phase(searched)
-    table_text(apart, point_means(apart, "speed"))
+    print_report(means_report(apart, point_means(apart, "speed")))
     printed = capsys.readouterr().out
     assert SEARCH in printed
     assert HELD_OUT in printed
     chosen = apart.where(phase="held_out")
     rows = point_means(chosen, "speed")
     assert rows.headings == ["separation_weight", "cohesion_weight"]
-    table_text(chosen, rows)
+    print_report(means_report(chosen, rows))
     printed = capsys.readouterr().out
     assert SEARCH not in printed
     assert HELD_OUT in printed

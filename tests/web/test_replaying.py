@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import sweep.web.track as track
-from sweep.cli.listing import table_text
+from sweep.cli.reporting import print_report
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.study import RecordSpec
-from sweep.tables.means_text import point_rows
+from sweep.tables.means_text import means_report, point_rows
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
@@ -329,7 +329,7 @@ def test_a_table_says_how_to_see_a_trial_of_each_point(
     assert rows["view"][0].startswith("sweep view small ")
     assert seen["separation_weight"].tolist() == rows["separation_weight"].tolist()
     assert seen["replicate"].tolist() == [1, 1]
-    table_text(study, found)
+    print_report(means_report(study, found))
     assert rows["view"][0] in capsys.readouterr().out
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from sweep.analysis import binder_cumulant, order_samples, susceptibility
 from sweep.campaigns.loaded import LoadedStudy
-from sweep.cli.scaling_text import scaling_text
+from sweep.cli.reporting import print_report
 from sweep.errors import ChoiceError
-from sweep.tables.scaling import DRIFTS, scaling
+from sweep.methods.scaling import DRIFTS, finite_size_scaling, scaling_report
 from tests.commands import sweep as command
 from tests.studies import launched
 
@@ -112,7 +112,7 @@ def test_what_has_no_sizes_is_said(
 ) -> None:
     chosen = study.where(where) if where else study
     with pytest.raises(ChoiceError, match=message):
-        scaling(chosen, **asked)  # type: ignore[arg-type]
+        finite_size_scaling(chosen, **asked)  # type: ignore[arg-type]
 
 
 def test_a_study_without_series_or_with_more_axes(tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_a_study_without_series_or_with_more_axes(tmp_path: Path) -> None:
 def test_trials_that_do_not_count_are_said(
     study: LoadedStudy, left_out: int, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scaling_text(study, replace(study.scaling(), left_out=left_out))
+    print_report(scaling_report(study, replace(study.scaling(), left_out=left_out)))
     lines = [line for line in capsys.readouterr().out.splitlines() if "left" in line]
     assert [line.strip() for line in lines] == ([said] if said else [])
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sweep.analysis import replicates
 from sweep.errors import ChoiceError
+from sweep.methods.comparison.sides import Side
 from sweep.store.origin import same_code
-from sweep.tables.comparison_sides import Side
 
 DIGITS = 9
 """Numbers that agree in so many figures are the same, so that 0.3 finds 3 * 0.1."""

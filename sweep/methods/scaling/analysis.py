@@ -139,7 +139,7 @@ class Scaling:
         return TransitionOrder("not decided", "not all series are stationary")
 
 
-def scaling(
+def finite_size_scaling(
     study: StoredStudy,
     metric: str | None = None,
     by: str | None = None,

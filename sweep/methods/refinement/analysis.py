@@ -87,7 +87,7 @@ class Boundary(NamedTuple):
         return self.cells[~known].drop(columns="group").reset_index(drop=True)
 
 
-def boundary(study: StoredStudy) -> Boundary:
+def find_boundary(study: StoredStudy) -> Boundary:
     """The boundary of a study whose spec has `refine`. Raises ChoiceError for another.
 
     A crossing of one axis lies within `low` and `high` with the confidence of the rule,

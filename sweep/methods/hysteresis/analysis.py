@@ -38,7 +38,7 @@ class FoundLoop(NamedTuple):
     incomplete: int
 
 
-def hysteresis(
+def find_loops(
     study: StoredStudy,
     metrics: str | Sequence[str] = (),
     *,

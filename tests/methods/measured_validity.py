@@ -1,4 +1,4 @@
-"""How often a word on a conclusion is wrong: `python -m tests.tables.measured_validity
+"""How often a word on a conclusion is wrong: `python -m tests.methods.measured_validity
 [STUDIES]` prints the table of docs/decisions/a-conclusion-is-a-sign.md.
 """
 
@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sweep.analysis import independent_contrast
-from sweep.tables.comparison import Method, judge
-from sweep.tables.validity import OPEN, SURVIVES, TURNS, outcome_of
+from sweep.methods.comparison import Method, judge
+from sweep.methods.robustness import OPEN, SURVIVES, TURNS, outcome_of
 
 TRIALS = 12
 METHOD = Method(0.95, "bonferroni")

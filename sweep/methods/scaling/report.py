@@ -1,44 +1,48 @@
-"""Finite-size scaling of a study, for a reader in a terminal or for a program."""
+"""The report of finite-size scaling: what flocks of several sizes tell of a
+transition.
+"""
 
-import json
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from rich.table import Table
-
 from sweep.analysis.notation import with_interval
-from sweep.cli.terminal import console
+from sweep.methods.scaling.analysis import LENGTHS, Scaling
 from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
-from sweep.tables.scaling import LENGTHS, Scaling
+from sweep.tables.reports import Report, TextTable
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
 
-def scaling_json(study: StoredStudy, found: Scaling) -> str:
-    """All that is known of the transition; docs/json.md says what each key is."""
-    return json.dumps(
-        {
-            "study": study.name,
-            "metric": found.metric,
-            "control": found.control,
-            "length": found.length,
-            "burn_in": found.burn_in,
-            "confidence": found.confidence,
-            "left_out": found.left_out,
-            "stationary": found.stationary,
-            "points": json_rows(found.points),
-            "crossings": [_plain(one._asdict()) for one in found.crossings],
-            "peaks": [_plain(one._asdict()) for one in found.peaks],
-            "minima": [_plain(one._asdict()) for one in found.minima],
-            "two_peaks": [_plain(one._asdict()) for one in found.two_peaks],
-            "collapse": _plain(found.collapse._asdict()),
-            "order": found.order._asdict(),
-        },
-        indent=2,
-        allow_nan=False,
-    )
+def scaling_report(study: StoredStudy, found: Scaling) -> Report:
+    """Return what each size tells, where cumulants cross, the collapse, and what speaks
+    against all of it; docs/json.md says what each key is.
+    """
+    title = f"{study.name}: {found.metric} against {found.control}"
+    crossings = [_crossings(found)] if found.crossings else []
+    parts: list[TextTable | str] = [_sizes(found, title), *crossings, *_notes(found)]
+    return Report(found.points, _facts(study, found), parts)
+
+
+def _facts(study: StoredStudy, found: Scaling) -> dict[str, Any]:
+    return {
+        "study": study.name,
+        "metric": found.metric,
+        "control": found.control,
+        "length": found.length,
+        "burn_in": found.burn_in,
+        "confidence": found.confidence,
+        "left_out": found.left_out,
+        "stationary": found.stationary,
+        "points": json_rows(found.points),
+        "crossings": [_plain(one._asdict()) for one in found.crossings],
+        "peaks": [_plain(one._asdict()) for one in found.peaks],
+        "minima": [_plain(one._asdict()) for one in found.minima],
+        "two_peaks": [_plain(one._asdict()) for one in found.two_peaks],
+        "collapse": _plain(found.collapse._asdict()),
+        "order": found.order._asdict(),
+    }
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
@@ -52,24 +56,10 @@ def _known(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def scaling_text(study: StoredStudy, found: Scaling) -> None:
-    """Print what each size tells, where cumulants cross, the collapse, and what speaks
-    against all of it.
-    """
-    out = console()
-    title = f"{study.name}: {found.metric} against {found.control}"
-    out.print(_sizes(found, title))
-    if found.crossings:
-        out.print(_crossings(found))
-    for line in _notes(found):
-        out.print(line)
-
-
-def _sizes(found: Scaling, title: str) -> Table:
-    at = found.control
-    heads = ["n", "L", f"peak of susceptibility at {at}", "its height"]
+def _sizes(found: Scaling, title: str) -> TextTable:
+    heads = ["n", "L", f"peak of susceptibility at {found.control}", "its height"]
     heads += ["least Binder cumulant", "its sign", "two peaks of the order"]
-    table = Table(*heads, title=title)
+    cells = list[list[str]]()
     rows = zip(found.curves, found.peaks, found.minima, found.two_peaks, strict=True)
     for curve, peak, least, two in rows:
         height = with_interval(peak.height, peak.height_low, peak.height_high)
@@ -79,27 +69,33 @@ def _sizes(found: Scaling, title: str) -> Table:
             shown = f"yes, at {brief(two.x)}: {two.low:.2g} and {two.high:.2g}"
         else:
             shown = f"not told (p = {two.p:.2g})"
-        table.add_row(
-            f"{curve.n:,}",
-            brief(curve.length),
-            peak.why or with_interval(*peak[1:4]),
-            "-" if peak.why else height,
-            f"{with_interval(least.value, least.low, least.high)} at {brief(least.x)}",
-            least.sign,
-            shown,
+        cumulant = with_interval(least.value, least.low, least.high)
+        cells.append(
+            [
+                f"{curve.n:,}",
+                brief(curve.length),
+                peak.why or with_interval(*peak[1:4]),
+                "-" if peak.why else height,
+                f"{cumulant} at {brief(least.x)}",
+                least.sign,
+                shown,
+            ]
         )
-    return table
+    return TextTable(columns=heads, rows=cells, title=title)
 
 
-def _crossings(found: Scaling) -> Table:
-    table = Table("sizes", f"cumulants cross at {found.control}", "cumulant there")
-    for one in found.crossings:
-        table.add_row(
-            f"{one.n:,} and {one.other_n:,}",
-            with_interval(one.x, one.low, one.high),
-            with_interval(one.value, one.value_low, one.value_high),
-        )
-    return table
+def _crossings(found: Scaling) -> TextTable:
+    return TextTable(
+        columns=["sizes", f"cumulants cross at {found.control}", "cumulant there"],
+        rows=[
+            [
+                f"{crossing.n:,} and {crossing.other_n:,}",
+                with_interval(crossing.x, crossing.low, crossing.high),
+                with_interval(crossing.value, crossing.value_low, crossing.value_high),
+            ]
+            for crossing in found.crossings
+        ],
+    )
 
 
 def _notes(found: Scaling) -> Iterator[str]:

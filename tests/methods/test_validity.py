@@ -13,13 +13,13 @@ from sweep.campaigns.launch import launch
 from sweep.campaigns.loaded import LoadedStudy
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, StoreError
+from sweep.methods.robustness import AS_IT_IS, outcome_of
 from sweep.own_code.reading import with_variants
 from sweep.spec.study import parse_spec
-from sweep.tables.validity import AS_IT_IS, outcome_of
 from sweep.trial.result import Result
 from sweep.workers.executors import Serial
+from tests.methods.measured_validity import said_of, wrong_words
 from tests.searches import done, replace_trials
-from tests.tables.measured_validity import said_of, wrong_words
 
 STIFF = """
 study: stiff

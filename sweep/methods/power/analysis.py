@@ -30,17 +30,17 @@ from sweep.analysis.replication import (
 )
 from sweep.analysis.sequential import Width
 from sweep.errors import ChoiceError
-from sweep.spec.contents import share
-from sweep.spec.recorded import Column
-from sweep.tables.choosing import Refusals
-from sweep.tables.comparison import (
+from sweep.methods.comparison import (
+    Side,
     contrasts_of,
+    match,
     places_of,
     shared_metrics,
     streams_in_common,
 )
-from sweep.tables.comparison_sides import Side
-from sweep.tables.matched_points import match
+from sweep.spec.contents import share
+from sweep.spec.recorded import Column
+from sweep.tables.choosing import Refusals
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
@@ -81,7 +81,7 @@ class Power:
                 yield known.iloc[int(known["replicates"].argmax())]
 
 
-def power(
+def needed_replicates(
     one: Side | StoredStudy,
     other: Side | StoredStudy | None = None,
     *,
@@ -93,7 +93,7 @@ def power(
     """How many replicates each point needs for intervals that are so narrow, and each
     pair of points for a comparison that notices so large a difference.
 
-        one, other   the pilot, A and B of `sweep.tables.comparison`; without B the
+        one, other   the pilot, A and B of `sweep.methods.comparison`; without B the
                      first point of A is compared with each of its others
         half_widths  texts as "speed=0.05", and "speed=5%" for a share of the mean
         differences  the same, of the mean of A

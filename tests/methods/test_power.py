@@ -13,7 +13,7 @@ from sweep.analysis.replication import values_for_difference, values_for_width
 from sweep.analysis.sequential import Width
 from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError
-from sweep.tables.power import power
+from sweep.methods.power import needed_replicates
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep
 from tests.plotted import study
@@ -111,8 +111,8 @@ def test_a_difference_is_between_pairs_where_compare_pairs(
 
 def test_differences_are_judged_together_as_compare_judges_them(folder: Path) -> None:
     stored = StoredStudy("apart", folder / "results")
-    alone = power(stored, differences=["speed=0.1"]).rows
-    both = power(stored, differences=["speed=0.1", "dispersion=10"])
+    alone = needed_replicates(stored, differences=["speed=0.1"]).rows
+    both = needed_replicates(stored, differences=["speed=0.1", "dispersion=10"])
     assert both.tests == 2
     first, second = speeds(folder, "apart")
     wanted = values_for_difference(
@@ -160,29 +160,29 @@ def test_what_cannot_be_asked_for(folder: Path, words: list[str], said: str) -> 
 def test_what_is_no_size(folder: Path, size: str) -> None:
     stored = StoredStudy("small", folder / "results")
     with pytest.raises(ChoiceError, match="is no half width"):
-        power(stored, half_widths=[f"speed={size}"])
+        needed_replicates(stored, half_widths=[f"speed={size}"])
     with pytest.raises(ChoiceError, match="is no difference"):
-        power(stored, differences=[f"speed={size}"])
+        needed_replicates(stored, differences=[f"speed={size}"])
 
 
 def test_a_share_cannot_differ_by_the_whole(folder: Path) -> None:
     stored = StoredStudy("small", folder / "results")
     stored.distributions["speed"] = "proportion"
     with pytest.raises(ChoiceError, match="values from 0 to 1; allowed: a difference"):
-        power(stored, differences=["speed=1"])
+        needed_replicates(stored, differences=["speed=1"])
 
 
 def test_a_pilot_that_is_too_small_is_refused_with_the_way_out() -> None:
     for asked in ("half_widths", "differences"):
         with pytest.raises(ChoiceError, match=r"at most 3 values.*replicates: 10"):
-            power(study("small"), **{asked: ["speed=5%"]})
+            needed_replicates(study("small"), **{asked: ["speed=5%"]})
 
 
 def test_trials_without_a_value_are_replaced_by_more(folder: Path) -> None:
     """Half of the trials define the metric, so twice as many are needed."""
     stored = StoredStudy("apart", folder / "results")
     asked = {"half_widths": ["speed=0.2"], "differences": ["speed=0.2"]}
-    whole = power(stored, **asked).rows
+    whole = needed_replicates(stored, **asked).rows
     trials = stored.trials
     gaps = trials.assign(
         speed=np.nan,
@@ -190,7 +190,7 @@ def test_trials_without_a_value_are_replaced_by_more(folder: Path) -> None:
         replicate=trials["replicate"] + 100,
     )
     stored.trials = pd.concat([trials, gaps], ignore_index=True)
-    rows = power(stored, **asked).rows
+    rows = needed_replicates(stored, **asked).rows
     assert rows["values"].tolist() == whole["values"].tolist() == [6, 6, 6]
     for name in NUMBERS:
         assert rows[name].tolist() == (2.0 * whole[name]).tolist()

@@ -31,11 +31,11 @@ from sweep.analysis import (
     undefined_shares,
 )
 from sweep.errors import ChoiceError
+from sweep.methods.comparison.matching import Matching, match
+from sweep.methods.comparison.sides import Side
 from sweep.spec.recorded import Column
 from sweep.store.origin import stamps
 from sweep.tables.choosing import as_names
-from sweep.tables.comparison_sides import Side
-from sweep.tables.matched_points import Matching, match
 
 Together = Literal["holm", "bonferroni", "max_t"]
 Floats = NDArray[np.float64]

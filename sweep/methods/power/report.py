@@ -1,19 +1,17 @@
-"""The replicates that a study needs, for a reader in a terminal or for a program."""
+"""The report of a pilot: how many replicates a study needs."""
 
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from rich.table import Table
 
 from sweep.analysis.notation import number
 from sweep.analysis.replication import CAVEATS, FEWEST, MOST, SMALL
-from sweep.cli.listing import MOST_ROWS
-from sweep.cli.terminal import console
-from sweep.tables.json_rows import rows_as_json
+from sweep.methods.power.analysis import Power
+from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
-from sweep.tables.power import Power
+from sweep.tables.reports import MAX_ROWS, Report, TextTable
 from sweep.text import so_many
 
 MARKS = dict(zip(CAVEATS, ("?", "=", "*", "!"), strict=True))
@@ -39,30 +37,25 @@ GOALS = {
 RANGE = "range: what the pilot leaves open (95 %)"
 
 
-def power_json(power: Power) -> str:
-    """The rows as JSON. What is not known, and what is over a million, is null."""
-    return rows_as_json(power.rows)
-
-
-def power_text(power: Power) -> None:
-    """Print a table of the replicates of each row, those of the row that needs most,
-    and how to read it.
+def power_report(power: Power) -> Report:
+    """Return the replicates of each row, those of the row that needs most, and how to
+    read the table. In JSON, what is not known, and what is over a million, is null.
     """
-    table = Table(
-        *power.headings,
-        *("metric", "goal", "asked", "mean", "values\nof pilot", "half width\nnow"),
-        *("replicates", "range"),
+    table = TextTable(
+        columns=[
+            *power.headings,
+            *("metric", "goal", "asked", "mean", "values\nof pilot", "half width\nnow"),
+            *("replicates", "range"),
+        ],
+        rows=[
+            [*(brief(row[name]) for name in power.headings), *_cells(row)]
+            for _, row in power.rows.head(MAX_ROWS).iterrows()
+        ],
         title=power.title,
         caption="\n".join(_read(power)),
+        hidden=max(len(power.rows) - MAX_ROWS, 0),
     )
-    for _, row in power.rows.head(MOST_ROWS).iterrows():
-        table.add_row(*(brief(row[name]) for name in power.headings), *_cells(row))
-    out = console()
-    out.print(table)
-    if (more := len(power.rows) - MOST_ROWS) > 0:
-        out.print(f"{more:,} more rows: --csv and --json give all")
-    for line in _notes(power):
-        out.print(line, soft_wrap=True)
+    return Report(power.rows, json_rows(power.rows), [table, *_notes(power)])
 
 
 def _read(power: Power) -> Iterable[str]:

@@ -23,14 +23,21 @@ from sweep.analysis import (
 )
 from sweep.campaigns.design_plan import plan_table
 from sweep.cli import main
-from sweep.cli.comparison_text import comparison_json, comparison_text
+from sweep.cli.reporting import print_report
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.figures import paired_effects
+from sweep.methods.comparison import (
+    Comparison,
+    Method,
+    Side,
+    compare_sides,
+    comparison_report,
+    judge,
+    match,
+    read_side,
+)
 from sweep.spec.study import parse_spec
-from sweep.tables.comparison import Comparison, Method, compare_sides, judge
-from sweep.tables.comparison_sides import Side, read_side
-from sweep.tables.matched_points import match
 from sweep.tables.stored_study import StoredStudy
 from tests.cases import slow_but
 from tests.sampled import MadeUp
@@ -369,7 +376,7 @@ def test_equal_values_of_a_side_are_no_test(capsys: pytest.CaptureFixture[str]) 
     found = compare_sides(one, with_speeds(other, values), ["speed"])
     assert list(found.rows["verdict"]) == ["too few distinct values"] * 2
     assert found.tests == 0
-    comparison_text(found)
+    print_report(comparison_report(found))
     assert "no test in 2 rows" in " ".join(capsys.readouterr().out.split())
 
 
@@ -450,7 +457,7 @@ def test_what_is_not_known_is_a_dash(capsys: pytest.CaptureFixture[str]) -> None
         with_speeds(sides[0], np.full((2, 4), np.nan)),
         with_speeds(sides[1], np.full((2, 4), np.nan)),
     )
-    comparison_text(compare_sides(one, other, ["speed"]))
+    print_report(comparison_report(compare_sides(one, other, ["speed"])))
     printed = capsys.readouterr().out
     assert "nan" not in printed
     assert "too few" in printed
@@ -459,7 +466,7 @@ def test_what_is_not_known_is_a_dash(capsys: pytest.CaptureFixture[str]) -> None
 def test_the_number_of_boids_is_another_column_than_that_of_trials(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    comparison_text(compared(results, "sizes", "others", "speed"))
+    print_report(comparison_report(compared(results, "sizes", "others", "speed")))
     lines = capsys.readouterr().out.splitlines()
     (heading,) = (line.split() for line in lines if "reduction " in line[:100])
     assert (heading[0], heading.count("n"), heading.count("trials")) == ("n", 1, 1)
@@ -536,7 +543,8 @@ def test_text_csv_and_json_have_the_same_numbers(
 def test_json_has_no_number_that_json_lacks() -> None:
     sides = seeded([4, 2, 9]), seeded([9, 4, 2, 5], "fixed: {obstacle_range: .inf}")
     found = json.loads(
-        comparison_json(compare_sides(*sides, ["speed"])), parse_constant=pytest.fail
+        comparison_report(compare_sides(*sides, ["speed"])).to_json(),
+        parse_constant=pytest.fail,
     )
     assert (
         found["rows"][0]["variance_reduction"],

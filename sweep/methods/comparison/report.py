@@ -1,13 +1,66 @@
-"""A comparison as plain data: what `sweep compare --json` prints."""
+"""The report of a comparison: what B has more or less than A."""
 
 import math
 from typing import Any
 
 import numpy as np
 
-from sweep.tables.comparison import Comparison
-from sweep.tables.comparison_sides import Side
-from sweep.tables.comparison_words import summary, together
+from sweep.methods.comparison.analysis import Comparison
+from sweep.methods.comparison.matching import telling
+from sweep.methods.comparison.sides import Side
+from sweep.methods.comparison.words import (
+    VERDICT,
+    cells,
+    heading,
+    metric_named,
+    notes,
+    summary,
+    titles,
+    together,
+)
+from sweep.tables.reports import MAX_ROWS, Report, TextTable
+
+
+def comparison_report(comparison: Comparison) -> Report:
+    """Return what is compared, a row for each point and metric, how to read the table,
+    and a summary.
+    """
+    parts: list[TextTable | str] = [
+        *heading(comparison),
+        _table(comparison),
+        *notes(comparison),
+        "",
+        *summary(comparison),
+    ]
+    return Report(comparison.rows, comparison_facts(comparison), parts)
+
+
+def _table(comparison: Comparison) -> TextTable:
+    """The metric stands once above its rows, as the title where there is one only."""
+    rows = comparison.rows
+    several = rows["metric"].nunique() > 1
+    left = ("metric", *telling(comparison.matching.settings), VERDICT)
+    columns = titles(comparison)[0 if several else 1 :]
+    shown = list[list[str]]()
+    sections = set[int]()
+    last = ""
+    for metric, *others in cells(comparison, rows.head(MAX_ROWS)):
+        if several:
+            if metric != last:
+                sections.add(len(shown))
+            shown.append([metric if metric != last else "", *others])
+        else:
+            shown.append(others)
+        last = metric
+    return TextTable(
+        columns=columns,
+        rows=shown,
+        title="" if several else metric_named(rows.iloc[0]),
+        right=[name for name in columns if name not in left],
+        sections=sections,
+        ruled=False,
+        hidden=max(len(rows) - MAX_ROWS, 0),
+    )
 
 
 def comparison_facts(comparison: Comparison) -> dict[str, Any]:

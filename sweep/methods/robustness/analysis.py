@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, Contrast
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.recorded import Column, columns_of
-from sweep.tables.choosing import as_names
-from sweep.tables.comparison import (
+from sweep.methods.comparison import (
     Method,
+    Side,
     contrasts_of,
     judge,
     places_of,
     streams_in_common,
 )
-from sweep.tables.comparison_sides import Side
+from sweep.spec.recorded import Column, columns_of
+from sweep.tables.choosing import as_names
 from sweep.tables.stored_study import StoredStudy
 
 SURVIVES, TURNS, OPEN, UNJUDGED = "survives", "turns", "not decided", "not judged"
@@ -85,7 +85,7 @@ class Validity:
         return found
 
 
-def validity(
+def check_conclusions(
     study: StoredStudy,
     metrics: str | Sequence[str] = (),
     *,

@@ -1,62 +1,63 @@
-"""The boundary of a refined study, for a reader in a terminal or for a program."""
+"""The report of a refined study: where a mean crosses a level."""
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
-from rich.table import Table
 
 from sweep.analysis.refinement import ABOVE, BELOW, UNKNOWN, Refinement
-from sweep.cli.listing import MOST_ROWS
-from sweep.cli.terminal import console
-from sweep.tables.boundary import Boundary
+from sweep.methods.refinement.analysis import Boundary
 from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
+from sweep.tables.reports import MAX_ROWS, Report, TextTable
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
 WORDS = {ABOVE: "above it", BELOW: "below it", UNKNOWN: "on a side that is not known"}
 
 
-def boundary_json(study: StoredStudy, found: Boundary) -> str:
-    """All that is known of the boundary; docs/json.md says what each key is."""
-    rule, tables = found.rule, {}
+def boundary_report(study: StoredStudy, found: Boundary) -> Report:
+    """Return the crossings, or the cells of several axes, what is not resolved, and
+    where no crossing is known; docs/json.md says what each key is.
+    """
+    rows = found.rows
+    title = f"{study.name}: mean {found.rule.metric} {_sought(found.rule)}"
+    notes = list(_notes(study, found))
+    parts: list[TextTable | str] = [title, *notes]
+    if not rows.empty:
+        table = TextTable(
+            columns=[str(name) for name in rows],
+            rows=[[_cell(value) for value in row] for row in _first(rows)],
+            title=title,
+            caption="\n".join(notes),
+            hidden=max(len(rows) - MAX_ROWS, 0),
+        )
+        parts = [table]
+    return Report(rows, _facts(study, found), parts)
+
+
+def _first(rows: pd.DataFrame) -> list[list[Any]]:
+    """The rows that a reader sees."""
+    return [list(row) for _, row in rows.head(MAX_ROWS).iterrows()]
+
+
+def _facts(study: StoredStudy, found: Boundary) -> dict[str, Any]:
+    rule = found.rule
+    tables = dict[str, Any]()
     for name in ("points", "cells", "crossings"):
         table = getattr(found, name)
         tables[name] = None if table is None else json_rows(table.reset_index())
-    return json.dumps(
-        {
-            "study": study.name,
-            "metric": rule.metric,
-            "at": rule.at,
-            "axes": list(rule.scales),
-            "until": rule.until,
-            "confidence": rule.confidence,
-            "budget": rule.budget,
-            "trials": study.plan.num_rows,
-            **tables,
-        },
-        indent=2,
-    )
-
-
-def boundary_text(study: StoredStudy, found: Boundary) -> None:
-    """Print the crossings, or the cells of several axes, what is not resolved, and
-    where no crossing is known.
-    """
-    rule, rows, out = found.rule, found.rows, console()
-    title = f"{study.name}: mean {rule.metric} {_sought(rule)}"
-    notes = "\n".join(_notes(study, found))
-    if rows.empty:
-        out.print(f"{title}\n{notes}", soft_wrap=True)
-    else:
-        table = Table(*rows, title=title, caption=notes)
-        for _, row in rows.head(MOST_ROWS).iterrows():
-            table.add_row(*map(_cell, row))
-        out.print(table)
-    if (more := len(rows) - MOST_ROWS) > 0:
-        out.print(f"{more:,} more rows: --csv and --json give all")
+    return {
+        "study": study.name,
+        "metric": rule.metric,
+        "at": rule.at,
+        "axes": list(rule.scales),
+        "until": rule.until,
+        "confidence": rule.confidence,
+        "budget": rule.budget,
+        "trials": study.plan.num_rows,
+        **tables,
+    }
 
 
 def _sought(rule: Refinement) -> str:
@@ -86,14 +87,14 @@ def _nowhere(found: Boundary) -> Iterator[str]:
     """Of each group in which no crossing is known, on which side its points lie."""
     points = found.points[~found.points["group"].isin(found.crossed)]
     groups = [part for _, part in points.groupby("group")]
-    for part in groups[:MOST_ROWS]:
+    for part in groups[:MAX_ROWS]:
         at = [f"{name} = {brief(part[name].iloc[0])}" for name in found.settings]
         where = f"where {', '.join(at)}, " if at else ""
         yield (
             f"{where}the mean crosses {found.rule.level:g} nowhere, as far as the grid"
             f" can tell: {_sides(part)}"
         )
-    if (more := len(groups) - MOST_ROWS) > 0:
+    if (more := len(groups) - MAX_ROWS) > 0:
         yield f"so it is in {so_many(more, 'other group')}: --json has all"
 
 

@@ -15,8 +15,8 @@ from sweep.analysis.notation import (
     plus_minus,
     with_interval,
 )
-from sweep.tables.comparison import Comparison
-from sweep.tables.matched_points import telling
+from sweep.methods.comparison.analysis import Comparison
+from sweep.methods.comparison.matching import telling
 from sweep.tables.means_text import brief
 from sweep.tables.overview import few_skewed
 from sweep.text import so_many

@@ -1,0 +1,10 @@
+"""Methods: what may be asked of the results of a study, a folder each.
+
+refinement/  where the mean of a metric crosses a level
+hysteresis/  loops between the way up and the way down of chains
+scaling/     what flocks of several sizes tell of a transition
+robustness/  conclusions with other time steps, orders and searches
+resilience/  what failures of boids do to recorded series
+power/       how many replicates a goal needs
+comparison/  what one selection of trials has more or less than another
+"""

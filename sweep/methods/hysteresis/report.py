@@ -1,0 +1,57 @@
+"""The report of chains: the loops between way up and way down."""
+
+from collections.abc import Sequence
+
+from sweep.analysis.notation import with_interval
+from sweep.methods.hysteresis.analysis import FoundLoop, loop_rows
+from sweep.tables.json_rows import json_rows
+from sweep.tables.means_text import brief
+from sweep.tables.reports import Report, TextTable
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import so_many
+
+
+def hysteresis_report(study: StoredStudy, loops: Sequence[FoundLoop]) -> Report:
+    """Return the area of each loop, and where both directions differ; docs/json.md says
+    what each key is.
+    """
+    axis = _axis_of(study)
+    rows = loop_rows(loops)
+    facts = {"study": study.name, "axis": axis, "confidence": 0.95}
+    notes = [
+        f"area: integral of down less up over {axis}, mean with its 95 % interval"
+        " over whole chains (Student)",
+        "differ: between these values the intervals of the differences exclude 0, all"
+        " of them together with 95 %",
+    ]
+    if most := max(loop.incomplete for loop in loops):
+        notes.append(f"up to {so_many(most, 'chain')} left out, which lack a link")
+    table = TextTable(
+        columns=[*loops[0].settings, "metric", "area", "differ", "width", "chains"],
+        rows=[_cells(loop) for loop in loops],
+        title=f"{study.name}: loops over {axis}",
+        caption="\n".join(notes),
+    )
+    return Report(rows, facts | {"loops": json_rows(rows)}, [table])
+
+
+def _axis_of(study: StoredStudy) -> str:
+    """The axis that is continued."""
+    assert study.about.continued
+    return str(study.about.continued["axis"])
+
+
+def _cells(loop: FoundLoop) -> list[str]:
+    area = loop.found.area
+    apart = loop.values[loop.found.apart]
+    differ = "nowhere"
+    if len(apart):
+        differ = f"{brief(float(apart.min()))} to {brief(float(apart.max()))}"
+    return [
+        *map(brief, loop.settings.values()),
+        loop.metric,
+        with_interval(area.value, area.low, area.high),
+        differ,
+        brief(loop.found.width),
+        str(loop.found.chains),
+    ]

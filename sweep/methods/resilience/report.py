@@ -1,0 +1,67 @@
+"""The report of failures: what they do to recorded series."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import pandas as pd
+
+from sweep.analysis.notation import with_interval
+from sweep.methods.resilience.analysis import PARTS, TIME
+from sweep.tables.json_rows import json_rows
+from sweep.tables.means_text import brief
+from sweep.tables.reports import Report, TextTable
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import so_many
+
+
+def resilience_report(study: StoredStudy, rows: pd.DataFrame, within: float) -> Report:
+    """Return what is kept, how many come back, and when; docs/json.md says what each
+    key is.
+
+    Parameters
+    ----------
+    study
+        The study.
+    rows
+        What `resilience_rows` found: a row a point and metric.
+    within
+        The part of the level at which a metric has come back.
+    """
+    unit_of_time = study.units.get(TIME, "")
+    measured = {"metric", "pairs", "lack"}
+    measured |= {part + end for part in PARTS for end in ("", "_low", "_high")}
+    settings = [str(name) for name in rows.columns if name not in measured]
+    *shares, time = PARTS
+    table = TextTable(
+        columns=[*settings, "metric", *shares, f"{time} ({unit_of_time})", "pairs"],
+        rows=[_cells(row, settings) for _, row in rows.iterrows()],
+        title=f"{study.name}: resilience",
+        caption="\n".join(_notes(rows, within)),
+    )
+    facts = {
+        "study": study.name,
+        "within": within,
+        "confidence": 0.95,
+        "unit_of_time": unit_of_time,
+        "rows": json_rows(rows),
+    }
+    return Report(rows, facts, [table])
+
+
+def _cells(row: "pd.Series[Any]", settings: Sequence[str]) -> list[str]:
+    parts = [
+        with_interval(row[part], row[f"{part}_low"], row[f"{part}_high"])
+        for part in PARTS
+    ]
+    places = [brief(row[name]) for name in settings]
+    return [*places, str(row["metric"]), *parts, str(row["pairs"])]
+
+
+def _notes(rows: pd.DataFrame, within: float) -> Iterator[str]:
+    yield "kept: mean after the failure, divided by that of the same trial without"
+    yield (
+        f"recovered: share of pairs that are within {within:.0%} of that level at the"
+        " end; time: from the failure until they stay there, of those"
+    )
+    if lack := int(rows["lack"].max()):
+        yield f"up to {so_many(lack, 'trial')} left out, without partner or value"

@@ -1,0 +1,142 @@
+"""A report: the answer to one question about a study, for a reader and for a program.
+
+A report is made once. Its CSV, JSON and LaTeX follow from it here, its text in a
+terminal in `sweep.cli.reporting`, and the explorer shows its tables: so all of them say
+the same.
+"""
+
+import json
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from sweep.tables.safe_csv import as_csv
+
+MAX_ROWS = 200
+"""No reader wants more rows than these; CSV and JSON have all."""
+LATEX_SIGNS = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+} | {sign: f"\\{sign}" for sign in "&%$#_{}"}
+"""ASCII characters that LaTeX would obey, or print as others."""
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table of texts, as a reader sees it.
+
+    Attributes
+    ----------
+    columns
+        The headings. A line break in a heading is kept in a terminal.
+    rows
+        The cells: of each row a text for each column.
+    title
+        What stands above the table.
+    caption
+        How to read the table: lines that stand below it.
+    right
+        Headings of the columns that are set flush right.
+    sections
+        Numbers of the rows that begin a new section.
+    ruled
+        Whether lines stand between columns. A table without them is narrower.
+    hidden
+        How many more rows there are.
+    row_name
+        What a row is, as the line about hidden rows calls it.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+    caption: str = ""
+    right: Collection[str] = ()
+    sections: Collection[int] = ()
+    ruled: bool = True
+    hidden: int = 0
+    row_name: str = "row"
+
+    @property
+    def about_hidden(self) -> str:
+        """Where the hidden rows are, or "" where all are shown."""
+        if not self.hidden:
+            return ""
+        return f"{self.hidden:,} more {self.row_name}s: --csv and --json give all"
+
+
+@dataclass(frozen=True)
+class Report:
+    """The answer to one question about a study.
+
+    Attributes
+    ----------
+    rows
+        One row a finding, with all digits: the CSV.
+    facts
+        All that is known, as values that JSON has.
+    parts
+        What a reader sees: tables, and lines of text between them.
+    """
+
+    rows: pd.DataFrame
+    facts: Any
+    parts: Sequence[TextTable | str]
+
+    def to_csv(self) -> str:
+        """Return the rows as CSV, of which no spreadsheet computes a text."""
+        return as_csv(self.rows)
+
+    def to_json(self) -> str:
+        """Return the facts as JSON. A float that is read from it is the same float."""
+        return json.dumps(self.facts, indent=2, allow_nan=False) + "\n"
+
+    def to_latex(self) -> str:
+        """Return the tables as LaTeX, which needs the package booktabs. Lines of text
+        and captions are comments.
+        """
+        lines = list[str]()
+        for part in self.parts:
+            if isinstance(part, TextTable):
+                lines += _latex_table(part)
+            else:
+                lines += _latex_comment(part)
+        return "\n".join(lines) + "\n"
+
+
+def _latex_table(table: TextTable) -> list[str]:
+    alignment = "".join("r" if name in table.right else "l" for name in table.columns)
+    heads = [_latex(name.replace("\n", " ")) for name in table.columns]
+    lines = [r"\begin{table}", r"\centering"]
+    if table.title:
+        lines.append(rf"\caption{{{_latex(table.title)}}}")
+    lines += [rf"\begin{{tabular}}{{{alignment}}}", r"\toprule", _latex_row(heads)]
+    lines.append(r"\midrule")
+    for number, row in enumerate(table.rows):
+        if number and number in table.sections:
+            lines.append(r"\midrule")
+        lines.append(_latex_row([_latex(cell) for cell in row]))
+    lines += [r"\bottomrule", r"\end{tabular}", r"\end{table}"]
+    lines += _latex_comment(table.caption)
+    lines += _latex_comment(table.about_hidden)
+    return lines
+
+
+def _latex_row(cells: Sequence[str]) -> str:
+    return rf"{' & '.join(cells)} \\"
+
+
+def _latex_comment(text: str) -> list[str]:
+    return [f"% {line}" for line in text.splitlines() if line]
+
+
+def _latex(text: str) -> str:
+    """Return a text whose signs LaTeX prints and does not obey."""
+    shown = " ".join(text.split())
+    return re.sub(r"[\\~^<>&%$#_{}]", lambda sign: LATEX_SIGNS[sign[0]], shown)

@@ -1,0 +1,1 @@
+"""Methods: reports, and what they are about."""
