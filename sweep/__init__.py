@@ -5,6 +5,7 @@ A study flows down this list, and each package imports only what stands above it
     errors       every error that a user can mend
     text         words for people
     surroundings what lies in the current folder neither runs nor counts as settings
+    method       what a method is, and which there are
     analysis/    arrays and tables -> estimates with intervals
     spec/        YAML -> Study, and its schema
     own_code/    models and more from files beside a spec
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from sweep.campaigns.search.plan import SearchPlan
     from sweep.design.plan import Plan
     from sweep.explorer.widget import Explored
-    from sweep.methods.comparison import Comparison, Method
+    from sweep.methods.comparison import Comparison, Inference
     from sweep.sharing.citing import Citation
     from sweep.spec.recorded import Over
     from sweep.spec.settings import Value
@@ -169,7 +170,7 @@ def compare(
     *,
     results: "str | Location" = "results",
     over: "Over" = "last",
-    method: "Method | None" = None,
+    method: "Inference | None" = None,
     half: bool = False,
 ) -> "Comparison":
     """What `other` has more or less than `one`, as `sweep compare` says it.

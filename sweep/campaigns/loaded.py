@@ -5,7 +5,7 @@ and which settings matter.
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -13,6 +13,8 @@ from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.analysis.replication import CHANCE
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
+from sweep.errors import ChoiceError
+from sweep.method import methods
 from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
@@ -22,8 +24,10 @@ from sweep.spec.sampling import Analyses
 from sweep.tables.arrays import to_arrays
 from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
+from sweep.tables.reports import Report
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import unknown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -136,6 +140,36 @@ class LoadedStudy(StoredStudy):
         return check_conclusions(
             self, metrics, half=is_half(over, half), confidence=confidence
         )
+
+    def report(self, name: str, **options: Any) -> Report:
+        """Return the report that a command prints of this study.
+
+        Parameters
+        ----------
+        name
+            The command, such as "hysteresis" or "resilience".
+        options
+            Its options, such as `metric=["speed"], over="half"`.
+
+        Returns
+        -------
+        Report
+            With `rows`, `to_csv()`, `to_json()` and `to_latex()`.
+
+        Raises
+        ------
+        ChoiceError
+            There is no such report, or the study has nothing of it.
+        """
+        known = {
+            make.__name__: make
+            for method in methods().values()
+            for make in method.reports
+        }
+        if name not in known:
+            raise ChoiceError(unknown("report", name, known), self.name)
+        report: Report = known[name](self, **options)
+        return report
 
     def export(
         self,

@@ -58,6 +58,7 @@ from sweep.cli import catalogue as catalogue
 # ruff: isort: on
 from sweep.cli.app import app, stop
 from sweep.cli.output import check_output_stream, flush_output
+from sweep.cli.reporting import enter_reports_of_packages
 from sweep.errors import UserError
 from sweep.surroundings import SETTINGS, ignore_settings
 from sweep.text import guard_streams
@@ -74,6 +75,7 @@ def main() -> None:
     guard_streams()
     try:
         try:
+            enter_reports_of_packages()
             app()
         finally:
             flush_output()

@@ -22,7 +22,7 @@ from sweep.cli.app import (
     stop,
 )
 from sweep.cli.engines import Again, engine_again
-from sweep.cli.reading import Where
+from sweep.cli.reporting import Where
 from sweep.text import so_many
 
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]

@@ -1,19 +1,25 @@
 """Commands whose answer is a report: printed for a reader, or as CSV, JSON or LaTeX."""
 
 import inspect
-from collections.abc import Callable
-from functools import wraps
+import logging
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, wraps
+from inspect import Parameter
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sweep.cli.app import Json, app, one_format
+from sweep.cli.app import Json, Results, StudyName, app, one_format
+from sweep.method import Method, methods
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from sweep.store.locations import Location
     from sweep.tables.reports import Report, TextTable
 
+log = logging.getLogger(__name__)
 Csv = Annotated[bool, typer.Option("--csv", help="Print CSV.")]
 Latex = Annotated[
     bool, typer.Option("--latex", help="Print the table for LaTeX, with booktabs.")
@@ -21,36 +27,98 @@ Latex = Annotated[
 FORMATS = {"csv": Csv, "json": Json, "latex": Latex}
 
 
-def report_command(make: "Callable[..., Report]") -> "Callable[..., Report]":
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="CONDITION",
+        help=(
+            "Only these points: settings, as n=50,map=empty, or a condition, as"
+            " \"n >= 50 and map != 'empty'\". Repeatable, and all hold."
+        ),
+    ),
+]
+Make = Callable[..., "Report"]
+
+
+def _option(name: str, kind: Any, default: Any = Parameter.empty) -> Parameter:
+    keyword = Parameter.POSITIONAL_OR_KEYWORD
+    return Parameter(name, keyword, default=default, annotation=kind)
+
+
+STUDY = _option("study", StudyName)
+RESULTS = _option("results", Results, default=Path("results"))
+WHERE = _option("where", Where, default=None)
+
+
+def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     """Enter a command that prints the report which a function returns.
 
-    The command has the options of the function, and those of `FORMATS`. Two formats at
-    once are refused before the function is called.
+    The command has the options of `FORMATS` too. Two formats at once are refused before
+    the function is called.
+
+    Parameters
+    ----------
+    make
+        The function. Its name is that of the command, its docstring the help.
+    parameters
+        Arguments and options of the command; by default those of the function.
     """
-    signature = inspect.signature(make)
-    formats = [
-        inspect.Parameter(
-            name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option
-        )
-        for name, option in FORMATS.items()
-    ]
+    formats = [_option(name, kind, default=False) for name, kind in FORMATS.items()]
 
     @wraps(make)
-    def command(**options: Any) -> None:
-        asked = {name: options.pop(name) for name in FORMATS}
+    def command(**given: Any) -> None:
+        asked = {name: given.pop(name) for name in FORMATS}
         one_format(**asked)
-        report = make(**options)
+        report = make(**given)
         chosen = [name for name, is_asked in asked.items() if is_asked]
         if chosen:
             print(getattr(report, f"to_{chosen[0]}")(), end="")
         else:
             print_report(report)
 
-    parameters = [*signature.parameters.values(), *formats]
-    vars(command)["__signature__"] = signature.replace(parameters=parameters)
-    command.__annotations__ = make.__annotations__ | FORMATS | {"return": None}
+    shown = [*(parameters or inspect.signature(make).parameters.values()), *formats]
+    # typer reads both, and cannot know a type that is not imported.
+    vars(command)["__signature__"] = inspect.Signature(shown)
+    command.__annotations__ = {one.name: one.annotation for one in shown}
     app.command()(command)
     return make
+
+
+def enter_reports(asked: Iterable[Method]) -> None:
+    """Enter a command for each report of some methods."""
+    for method in asked:
+        for make in method.reports:
+            _of_study(make)
+        for make in method.reports_of_results:
+            parameters = inspect.signature(make).parameters
+            results = {RESULTS.name: RESULTS}
+            report_command(make, list((parameters | results).values()))
+
+
+@cache
+def enter_reports_of_packages() -> None:
+    """Enter the commands of methods of installed packages, and warn of those that
+    cannot be used. It imports them, so the app itself is complete without them.
+    """
+    known = methods()
+    enter_reports(known[name] for name in known if name in known.origins)
+    for name, why in known.refused.items():
+        log.warning("%s cannot be used: %s", name, why)
+
+
+def _of_study(make: Make) -> None:
+    """Enter the command of a report of a stored study, which its name says."""
+
+    @wraps(make)
+    def of_name(
+        study: str, results: "Location", where: list[str] | None, **given: Any
+    ) -> "Report":
+        from sweep.tables.stored_study import StoredStudy
+
+        return make(StoredStudy(study, results).where(*(where or ())), **given)
+
+    _stored_study, *options = inspect.signature(make).parameters.values()
+    report_command(of_name, [STUDY, RESULTS, *options, WHERE])
 
 
 def print_report(report: "Report") -> None:

@@ -22,7 +22,7 @@ from sweep.cli.app import (
     stop,
 )
 from sweep.cli.completing import study_names
-from sweep.cli.reading import Confidence, Correction, Margin, Over, Together, Where
+from sweep.cli.reporting import Where
 from sweep.cli.supplementing import (
     FRAMES,
     About,
@@ -42,6 +42,7 @@ from sweep.cli.supplementing import (
     write_supplement,
 )
 from sweep.cli.viewing import open_page
+from sweep.methods.options import Confidence, Correction, Margin, Over, Together
 from sweep.text import installing
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
 from sweep.methods.comparison import (
     Comparison,
-    Method,
+    Inference,
     Side,
     Together,
     cells,
@@ -87,13 +87,13 @@ def _compared(one: Side, other: Side, asked: AskComparison) -> Comparison:
     if asked.together not in corrections:
         raise ChoiceError(unknown("correction", asked.together, corrections))
     together = cast(Together, asked.together)
-    method = Method(asked.confidence, together, asked.margin)
+    method = Inference(asked.confidence, together, asked.margin)
     return compare_sides(one, other, asked.metric, half=asked.half, method=method)
 
 
 def comparison_command(watched: Watched, asked: AskComparison) -> str:
     """The command that prints the comparison."""
-    usual = Method()
+    usual = Inference()
     options = {
         "--metric": asked.metric,
         "--over": ["half"] if asked.half else [],

@@ -11,6 +11,7 @@ MAY_IMPORT = {
     "errors": "",
     "text": "",
     "surroundings": "",
+    "method": "kernels",
     "analysis": "text",
     "spec": "kernels errors text analysis",
     "own_code": "kernels errors text spec",
@@ -20,10 +21,10 @@ MAY_IMPORT = {
     "workers": "kernels errors text surroundings spec design trial store",
     "testing": "kernels errors text spec own_code design trial workers",
     "tables": "kernels errors text analysis spec design trial store workers",
-    "methods": "errors text analysis spec store tables",
+    "methods": "errors text method analysis spec store tables",
     "campaigns": (
-        "kernels errors text analysis spec own_code design trial store workers testing"
-        " tables methods"
+        "kernels errors text method analysis spec own_code design trial store workers"
+        " testing tables methods"
     ),
     "figures": (
         "kernels errors text analysis spec own_code trial store tables methods"
@@ -44,7 +45,8 @@ MAY_IMPORT = {
         " figures replays sharing web"
     ),
     "cli": (
-        "kernels errors text surroundings spec own_code design store workers tables"
+        "kernels errors text surroundings method spec own_code design store workers"
+        " tables"
         " testing methods campaigns figures replays published sharing web"
         " explorer"
     ),

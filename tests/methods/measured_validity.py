@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sweep.analysis import independent_contrast
-from sweep.methods.comparison import Method, judge
+from sweep.methods.comparison import Inference, judge
 from sweep.methods.robustness import OPEN, SURVIVES, TURNS, outcome_of
 
 TRIALS = 12
-METHOD = Method(0.95, "bonferroni")
+METHOD = Inference(0.95, "bonferroni")
 
 
 def said_of(effects: Sequence[float], studies: int) -> list[list[str]]:

@@ -29,7 +29,7 @@ from sweep.design.jobs import Jobs
 from sweep.figures import paired_effects
 from sweep.methods.comparison import (
     Comparison,
-    Method,
+    Inference,
     Side,
     compare_sides,
     comparison_report,
@@ -75,7 +75,10 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def compared(results: Path, a: str, b: str, *metrics: str, **method: Any) -> Comparison:
     return compare_sides(
-        read_side(a, results), read_side(b, results), metrics, method=Method(**method)
+        read_side(a, results),
+        read_side(b, results),
+        metrics,
+        method=Inference(**method),
     )
 
 
@@ -276,7 +279,7 @@ def judged(values: np.ndarray, *, common: bool) -> pd.DataFrame:
         independent_contrast(before, after)
         for before, after in zip(*values, strict=True)
     ]
-    return judge(pairs if common else apart, Method())
+    return judge(pairs if common else apart, Inference())
 
 
 def bounds(chance: float, number: int) -> tuple[float, float]:
@@ -429,7 +432,7 @@ def test_verdicts_with_a_margin() -> None:
         with_speeds(sides[0], np.zeros((4, 12))),
         with_speeds(sides[1], differences),
     )
-    found = compare_sides(one, other, ["speed"], method=Method(margin=1.0))
+    found = compare_sides(one, other, ["speed"], method=Inference(margin=1.0))
     assert list(found.rows["verdict"]) == [
         "higher",
         "lower, equivalent",
@@ -442,7 +445,7 @@ def test_verdicts_with_a_margin() -> None:
         ["higher", "lower, equivalent", "equivalent", "no difference shown"], 1
     )
     together = compare_sides(
-        one, other, ["speed"], method=Method(together="max_t", confidence=0.9)
+        one, other, ["speed"], method=Inference(together="max_t", confidence=0.9)
     ).rows
     assert list(together["high"]) == pytest.approx(list(max_t(differences.T, 0.9).high))
     one_each = compare_sides(

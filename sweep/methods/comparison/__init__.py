@@ -5,62 +5,9 @@ matching  points that belong together
 analysis  what differs between sides
 words     the same in words
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.comparison.analysis import (
-    Comparison,
-    Method,
-    Together,
-    compare_sides,
-    contrasts_of,
-    judge,
-    places_of,
-    shared_metrics,
-    streams_in_common,
-)
-from sweep.methods.comparison.matching import (
-    Matching,
-    match,
-    telling,
-)
-from sweep.methods.comparison.report import (
-    comparison_facts,
-    comparison_report,
-)
-from sweep.methods.comparison.sides import (
-    Side,
-    read_side,
-    side_of,
-    study_named,
-)
-from sweep.methods.comparison.words import (
-    cells,
-    heading,
-    notes,
-    titles,
-)
+import lazy_loader
 
-__all__ = [
-    "Comparison",
-    "Matching",
-    "Method",
-    "Side",
-    "Together",
-    "cells",
-    "compare_sides",
-    "comparison_facts",
-    "comparison_report",
-    "contrasts_of",
-    "heading",
-    "judge",
-    "match",
-    "notes",
-    "places_of",
-    "read_side",
-    "shared_metrics",
-    "side_of",
-    "streams_in_common",
-    "study_named",
-    "telling",
-    "titles",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

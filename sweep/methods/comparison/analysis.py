@@ -54,7 +54,7 @@ VERDICTS = (
 )
 
 
-class Method(NamedTuple):
+class Inference(NamedTuple):
     """How contrasts are judged; `margin` is half the range within which a difference
     does not matter, or None.
     """
@@ -81,7 +81,7 @@ class Comparison:
     one: Side
     other: Side
     matching: Matching
-    method: Method
+    method: Inference
     half: bool
     streams: tuple[str, ...]
     rows: pd.DataFrame
@@ -115,7 +115,7 @@ def compare_sides(
     metrics: str | Sequence[str] = (),
     *,
     half: bool = False,
-    method: Method | None = None,
+    method: Inference | None = None,
 ) -> Comparison:
     """`other` against `one` at the points that `match` finds; `half` takes means over
     the last half of a trial.
@@ -142,7 +142,7 @@ def compare_sides(
     most 1 - `confidence` for differences and for equivalence each, and with
     "bonferroni" for both. Raises ChoiceError for what cannot be compared.
     """
-    method = method or Method()
+    method = method or Inference()
     names = shared_metrics(one, other, as_names(metrics))
     _check(method, names)
     matching = match(one, other)
@@ -229,7 +229,7 @@ def _unit(side: Side, metric: str) -> str:
     return side.study.units.get(metric, "")
 
 
-def _check(method: Method, metrics: Sequence[str]) -> None:
+def _check(method: Inference, metrics: Sequence[str]) -> None:
     """Raise ChoiceError for a confidence or a margin that cannot be."""
     if not 0.5 <= method.confidence < 1.0:
         raise ChoiceError(
@@ -360,7 +360,7 @@ def contrasts_of(
             )
 
 
-def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
+def _family(contrasts: Sequence[Contrast], method: Inference) -> Family:
     """The contrasts with simultaneous intervals. ChoiceError if max_t has none."""
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
@@ -379,7 +379,7 @@ def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
         raise ChoiceError(f"{error}; use holm") from None
 
 
-def judge(contrasts: Sequence[Contrast], method: Method) -> pd.DataFrame:
+def judge(contrasts: Sequence[Contrast], method: Inference) -> pd.DataFrame:
     """The columns of a comparison from a to the verdict, of contrasts that are one
     family.
 

@@ -2,15 +2,9 @@
 
 analysis  loops, and their area
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.hysteresis.analysis import (
-    FoundLoop,
-    find_loops,
-    loop_rows,
-)
-from sweep.methods.hysteresis.report import (
-    hysteresis_report,
-)
+import lazy_loader
 
-__all__ = ["FoundLoop", "find_loops", "hysteresis_report", "loop_rows"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

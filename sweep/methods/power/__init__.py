@@ -2,14 +2,9 @@
 
 analysis  the replicates of each point
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.power.analysis import (
-    NOTHING,
-    needed_replicates,
-)
-from sweep.methods.power.report import (
-    power_report,
-)
+import lazy_loader
 
-__all__ = ["NOTHING", "needed_replicates", "power_report"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

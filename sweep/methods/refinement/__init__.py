@@ -2,14 +2,9 @@
 
 analysis  where the mean crosses a level
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.refinement.analysis import (
-    Boundary,
-    find_boundary,
-)
-from sweep.methods.refinement.report import (
-    boundary_report,
-)
+import lazy_loader
 
-__all__ = ["Boundary", "boundary_report", "find_boundary"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

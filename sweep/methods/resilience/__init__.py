@@ -2,13 +2,9 @@
 
 analysis  what is kept, and who comes back
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.resilience.analysis import (
-    resilience_rows,
-)
-from sweep.methods.resilience.report import (
-    resilience_report,
-)
+import lazy_loader
 
-__all__ = ["resilience_report", "resilience_rows"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

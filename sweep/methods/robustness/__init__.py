@@ -2,30 +2,9 @@
 
 analysis  each conclusion in each variant
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.robustness.analysis import (
-    AS_IT_IS,
-    OPEN,
-    SURVIVES,
-    TURNS,
-    UNJUDGED,
-    Validity,
-    check_conclusions,
-    outcome_of,
-)
-from sweep.methods.robustness.report import (
-    validity_report,
-)
+import lazy_loader
 
-__all__ = [
-    "AS_IT_IS",
-    "OPEN",
-    "SURVIVES",
-    "TURNS",
-    "UNJUDGED",
-    "Validity",
-    "check_conclusions",
-    "outcome_of",
-    "validity_report",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sweep.analysis import CONFIDENCE, Contrast
 from sweep.errors import ChoiceError, StoreError
 from sweep.methods.comparison import (
-    Method,
+    Inference,
     Side,
     contrasts_of,
     judge,
@@ -248,7 +248,7 @@ def _judged(
         if name not in bits or bits[name].differ:
             found[name] = [*_contrasts(one, points, columns, pairs)]
     contrasts = [one for part in found.values() for one in part]
-    table = judge(contrasts, Method(confidence, "bonferroni"))[list(ESTIMATED)]
+    table = judge(contrasts, Inference(confidence, "bonferroni"))[list(ESTIMATED)]
     each = len(columns) * len(pairs.points)
     first = {name: number * each for number, name in enumerate(found)}
     names = [AS_IT_IS, *others]

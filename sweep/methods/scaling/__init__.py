@@ -2,24 +2,9 @@
 
 analysis  what each size tells, crossings, collapse
 report    the same as a report
+method    its entry, and its command
 """
 
-from sweep.methods.scaling.analysis import (
-    CURVES,
-    DRIFTS,
-    LENGTHS,
-    Scaling,
-    finite_size_scaling,
-)
-from sweep.methods.scaling.report import (
-    scaling_report,
-)
+import lazy_loader
 
-__all__ = [
-    "CURVES",
-    "DRIFTS",
-    "LENGTHS",
-    "Scaling",
-    "finite_size_scaling",
-    "scaling_report",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,57 @@
+"""What a method is, and which methods there are.
+
+A method is something that may be asked of the results of a study, such as where a mean
+crosses a level. It is a folder below `sweep/methods`, whose module `method` has its
+entry, METHOD. No other file names it. A package offers a method as an entry point of
+the group `boidsweep.methods`.
+
+Methods import much of what stands below them, and are found by their folders, when they
+are first asked for. So everything may loop over them and nothing depends on one.
+"""
+
+import pkgutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from kernels.registry import Registry
+
+FOLDER = "methods"
+
+
+@dataclass(frozen=True)
+class Method:
+    """Something that may be asked of the results of a study.
+
+    Attributes
+    ----------
+    reports
+        Functions that return a `Report` of a stored study, their first argument. Each
+        becomes a command of its name, with its options and its docstring as the help.
+    reports_of_results
+        Functions that return a `Report` of a folder of results, their argument
+        `results`. They choose studies and trials themselves.
+    """
+
+    reports: Sequence[Callable[..., Any]] = ()
+    reports_of_results: Sequence[Callable[..., Any]] = ()
+
+
+@cache
+def own_methods() -> Mapping[str, Method]:
+    """Return our methods by their names, and ask no package of others."""
+    found = pkgutil.iter_modules([str(Path(__file__).with_name(FOLDER))])
+    names = sorted(module.name for module in found if module.ispkg)
+    return {
+        name: import_module(f"{__package__}.{FOLDER}.{name}.method").METHOD
+        for name in names
+    }
+
+
+@cache
+def methods() -> Registry[Method]:
+    """Return all methods by their names: ours, and those of installed packages."""
+    return Registry("boidsweep.methods", Method, own_methods())

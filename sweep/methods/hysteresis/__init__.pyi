@@ -1,0 +1,4 @@
+from .analysis import FoundLoop as FoundLoop
+from .analysis import find_loops as find_loops
+from .analysis import loop_rows as loop_rows
+from .report import hysteresis_report as hysteresis_report

@@ -1,0 +1,30 @@
+"""Loops of chains: its entry, and its command."""
+
+from typing import TYPE_CHECKING
+
+from sweep.method import Method
+from sweep.methods.options import Metrics, Over, OverOption
+
+if TYPE_CHECKING:
+    from sweep.tables.reports import Report
+    from sweep.tables.stored_study import StoredStudy
+
+
+def hysteresis(
+    study: "StoredStudy",
+    metric: Metrics = None,
+    over: OverOption = Over.last,
+) -> "Report":
+    """The loops between way up and way down, of a study with `continue: both`.
+
+    Of each loop its area, and between which values of the continued axis both ways
+    differ. Chains are independent, and links of one are not: intervals are over chains.
+    """
+    from sweep.methods.hysteresis.analysis import find_loops
+    from sweep.methods.hysteresis.report import hysteresis_report
+
+    found = find_loops(study, metric or (), half=over == Over.half)
+    return hysteresis_report(study, found)
+
+
+METHOD = Method(reports=(hysteresis,))

@@ -1,0 +1,78 @@
+"""Replicates that a goal needs: its entry, and its command."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.method import Method
+from sweep.methods.options import Over, OverOption
+
+if TYPE_CHECKING:
+    from sweep.store.locations import Location
+    from sweep.tables.reports import Report
+
+
+def power(
+    a: Annotated[
+        str,
+        typer.Argument(
+            metavar="A",
+            help="The pilot: STUDY, STUDY:setting=value[,...], or STUDY:PRESET.",
+        ),
+    ],
+    b: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="B",
+            help=(
+                "What A is to differ from, written alike. Without it the first point of"
+                " A is compared with each of the others."
+            ),
+        ),
+    ] = None,
+    results: "Location" = Path("results"),
+    half_width: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=SIZE",
+            help=(
+                "Half the width that the 95 % interval may have: speed=0.05 in the unit"
+                " of the metric, speed=5% as a share of the mean. Repeatable."
+            ),
+        ),
+    ] = None,
+    difference: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=SIZE",
+            help=(
+                "A true difference that sweep compare is to notice, written alike; a"
+                " share is that of the mean of A. Repeatable."
+            ),
+        ),
+    ] = None,
+    chance: Annotated[
+        float, typer.Option(help="With which that is to happen, from 0.5 to 0.99.")
+    ] = 0.8,
+    over: OverOption = Over.last,
+) -> "Report":
+    """How many replicates a half width, or a difference, needs, by the stored trials as
+    a pilot.
+    """
+    from sweep.methods.comparison import read_side
+    from sweep.methods.power.analysis import needed_replicates
+    from sweep.methods.power.report import power_report
+
+    found = needed_replicates(
+        read_side(a, results),
+        None if b is None else read_side(b, results),
+        half_widths=half_width or [],
+        differences=difference or [],
+        half=over == Over.half,
+        chance=chance,
+    )
+    return power_report(found)
+
+
+METHOD = Method(reports_of_results=(power,))

@@ -1,0 +1,3 @@
+from .analysis import Boundary as Boundary
+from .analysis import find_boundary as find_boundary
+from .report import boundary_report as boundary_report

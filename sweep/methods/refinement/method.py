@@ -1,0 +1,28 @@
+"""Where the mean of a metric crosses a level: its entry, and its command."""
+
+from typing import TYPE_CHECKING
+
+from sweep.method import Method
+
+if TYPE_CHECKING:
+    from sweep.tables.reports import Report
+    from sweep.tables.stored_study import StoredStudy
+
+
+def boundary(
+    study: "StoredStudy",
+) -> "Report":
+    """Where the mean of a metric crosses a level, of a study whose spec has `refine`.
+
+    With one refined axis each crossing is a row, between the nearest points that surely
+    lie on either side. With several, each cell is one that the boundary goes through,
+    or that is not resolved.
+    """
+    from sweep.methods.refinement.analysis import find_boundary
+    from sweep.methods.refinement.report import boundary_report
+
+    found = find_boundary(study)
+    return boundary_report(study, found)
+
+
+METHOD = Method(reports=(boundary,))

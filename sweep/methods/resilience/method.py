@@ -1,0 +1,38 @@
+"""What failures of boids do: its entry, and its command."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.method import Method
+
+if TYPE_CHECKING:
+    from sweep.tables.reports import Report
+    from sweep.tables.stored_study import StoredStudy
+
+
+def resilience(
+    study: "StoredStudy",
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(help="A recorded series to show; may be repeated."),
+    ] = None,
+    within: Annotated[
+        float,
+        typer.Option(help="The part of the level at which a metric has come back."),
+    ] = 0.1,
+) -> "Report":
+    """What failures of boids do to recorded series: the part that is kept, how many
+    trials come back to the level, and when.
+
+    A trial with `failing_share` above 0 is compared with the one of the same seed and
+    replicate in which nobody fails: sweep: {failing_share: [0, 0.2]}.
+    """
+    from sweep.methods.resilience.analysis import resilience_rows
+    from sweep.methods.resilience.report import resilience_report
+
+    rows = resilience_rows(study, metric or (), within=within)
+    return resilience_report(study, rows, within)
+
+
+METHOD = Method(reports=(resilience,))

@@ -1,0 +1,9 @@
+from .analysis import AS_IT_IS as AS_IT_IS
+from .analysis import OPEN as OPEN
+from .analysis import SURVIVES as SURVIVES
+from .analysis import TURNS as TURNS
+from .analysis import UNJUDGED as UNJUDGED
+from .analysis import Validity as Validity
+from .analysis import check_conclusions as check_conclusions
+from .analysis import outcome_of as outcome_of
+from .report import validity_report as validity_report

@@ -1,0 +1,37 @@
+"""Conclusions with other numerics: its entry, and its command."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.method import Method
+from sweep.methods.options import Confidence, Over, OverOption
+
+if TYPE_CHECKING:
+    from sweep.tables.reports import Report
+    from sweep.tables.stored_study import StoredStudy
+
+
+def validity(
+    study: "StoredStudy",
+    metric: Annotated[
+        list[str] | None, typer.Option(help="A metric to look at; may be repeated.")
+    ] = None,
+    over: OverOption = Over.last,
+    confidence: Confidence = 0.95,
+) -> "Report":
+    """Whether the conclusions of a study whose spec has `validate` hold with other time
+    steps, another search for neighbours and another order of updates.
+
+    The conclusions are the signs of the differences of each point to the first one
+    along an axis. Each survives, turns, or is not decided.
+    """
+    from sweep.methods.robustness.analysis import check_conclusions
+    from sweep.methods.robustness.report import validity_report
+
+    half = over == Over.half
+    found = check_conclusions(study, metric or (), half=half, confidence=confidence)
+    return validity_report(found)
+
+
+METHOD = Method(reports=(validity,))

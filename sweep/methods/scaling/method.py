@@ -1,0 +1,51 @@
+"""Finite-size scaling: its entry, and its command."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.method import Method
+
+if TYPE_CHECKING:
+    from sweep.tables.reports import Report
+    from sweep.tables.stored_study import StoredStudy
+
+
+def scaling(
+    study: "StoredStudy",
+    metric: Annotated[
+        str | None,
+        typer.Option(
+            "--metric", help="Order parameter: a recorded series; by default the first."
+        ),
+    ] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            "--by",
+            help="Setting against which it is seen; by default the only one left.",
+        ),
+    ] = None,
+    burn_in: Annotated[
+        int | None,
+        typer.Option(
+            "--burn-in",
+            help="Steps that do not count; by default the first half of each trial.",
+        ),
+    ] = None,
+) -> "Report":
+    """What flocks of several sizes tell of a transition between disorder and order.
+
+    Of each size the mean order, its susceptibility and Binder's cumulant; where
+    cumulants cross and the susceptibility peaks; the exponents with which the curves
+    collapse; whether the transition jumps; and whether the series are stationary. A
+    spec has such sizes with `sizes`, and records the order parameter as a series.
+    """
+    from sweep.methods.scaling.analysis import finite_size_scaling
+    from sweep.methods.scaling.report import scaling_report
+
+    found = finite_size_scaling(study, metric, by, burn_in)
+    return scaling_report(study, found)
+
+
+METHOD = Method(reports=(scaling,))
