@@ -14,12 +14,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kernels.registry import Registry
+if TYPE_CHECKING:
+    from kernels.registry import Registry
 
 FOLDER = "methods"
+GROUP = "boidsweep.methods"
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,13 @@ def own_methods() -> Mapping[str, Method]:
 
 
 @cache
-def methods() -> Registry[Method]:
+def methods() -> "Registry[Method]":
     """Return all methods by their names: ours, and those of installed packages."""
-    return Registry("boidsweep.methods", Method, own_methods())
+    from kernels.registry import Registry
+
+    return Registry(GROUP, Method, own_methods())
+
+
+def may_have_others() -> bool:
+    """Whether a package may offer methods. To ask that imports no kernels."""
+    return bool(entry_points(group=GROUP))

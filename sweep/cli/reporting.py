@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sweep.cli.app import Json, Results, StudyName, app, one_format
-from sweep.method import Method, methods
+from sweep.method import Method, may_have_others, methods
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -100,6 +100,8 @@ def enter_reports_of_packages() -> None:
     """Enter the commands of methods of installed packages, and warn of those that
     cannot be used. It imports them, so the app itself is complete without them.
     """
+    if not may_have_others():
+        return
     known = methods()
     enter_reports(known[name] for name in known if name in known.origins)
     for name, why in known.refused.items():

@@ -57,7 +57,7 @@ try:
     main()
 except SystemExit as done:
     assert done.code == 0
-heavy = "numpy numba pandas pyarrow scipy matplotlib joblib kernels.models".split()
+heavy = "numpy numba pandas pyarrow scipy matplotlib joblib kernels".split()
 assert sys.modules.keys().isdisjoint(heavy), sys.modules.keys() & heavy
 """
     done = subprocess.run(
