@@ -36,8 +36,7 @@ notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes
 	$(BIN)/sweep warm
 	$(BIN)/python notebooks/execute.py
 
-documents: $(STAMP)  ## write what follows from the code and the scorecard: schema, keys, the headline of the readme
-	$(BIN)/sweep schema > sweep/spec/spec.schema.json
+documents: $(STAMP)  ## write what follows from the code and the scorecard: keys, the headline of the readme
 	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
 	$(BIN)/python -m sweep.published.headline README.md experiments results
 

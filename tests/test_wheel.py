@@ -1,5 +1,6 @@
 """The package as a wheel, in an empty folder."""
 
+import json
 import os
 import re
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import sysconfig
 from pathlib import Path
 from tarfile import TarFile
+from urllib.parse import unquote, urlsplit
 from zipfile import ZipFile
 
 import pytest
@@ -14,6 +16,7 @@ import pytest
 from kernels.identity import kernels_sha
 from sweep.cli.topics import all_topics, readable
 from sweep.published.starting import built_in_specs
+from sweep.spec.schema import json_schema
 from sweep.store.repository import built_from, git_state
 from tests import ROOT
 from tests.commands import SWEEP
@@ -140,9 +143,9 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
     assert listed == list(built_in_specs())
     first, *_ = (tmp_path / "quickstart.yaml").read_text().splitlines()
     assert "version" in (installed / "sweep" / "CITATION.cff").read_text()
-    schema = installed / "sweep" / "spec" / "spec.schema.json"
-    assert first == f"# yaml-language-server: $schema={schema.as_uri()}"
-    assert schema.is_file()
+    schema = urlsplit(first.removeprefix("# yaml-language-server: $schema="))
+    found = json.loads(Path(unquote(schema.path)).read_text(encoding="utf-8"))
+    assert found == json_schema()
 
 
 @pytest.mark.slow

@@ -4,15 +4,14 @@ It must answer at once, and a folder may be anyone's: so files are looked for an
 small part of one is read, but neither kernels nor stored tables.
 """
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 
 import typer
 
 from sweep.cli.topics import all_topics
-from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.study_folder import STUDY_NAME, launched_studies
+from sweep.trial.compiled import beside_kernels
 
 
 def guide_topics(beginning: str) -> list[str]:
@@ -21,10 +20,9 @@ def guide_topics(beginning: str) -> list[str]:
 
 
 def model_names(beginning: str) -> list[str]:
-    """The built-in models."""
-    schema = json.loads(FILE_FOR_EDITORS.read_text(encoding="utf-8"))
-    named = schema["properties"]["model"]["oneOf"]
-    return _beginning(beginning, [one["const"] for one in named if "const" in one])
+    """The built-in models, each of which has a file of its name."""
+    files = (beside_kernels() / "kernels" / "models").glob("[!_]*.py")
+    return _beginning(beginning, sorted(file.stem for file in files))
 
 
 def study_names(context: typer.Context, beginning: str) -> list[str]:

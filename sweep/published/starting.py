@@ -1,5 +1,6 @@
 """A study of one's own, begun as a copy of a built-in one."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,12 +8,14 @@ from typing import Any
 
 from sweep.campaigns.plan import plan_of
 from sweep.campaigns.search.plan import SearchPlan
+from sweep.campaigns.warming import cache_folder
 from sweep.design.plan import Plan
-from sweep.errors import SpecError
+from sweep.errors import CacheError, OutputError, SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.bibliography import FILE
-from sweep.spec.built_in import EXPERIMENTS, FILE_FOR_EDITORS
+from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.document import FOR_EDITORS, Document
+from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, parse_spec
 from sweep.spec.study_folder import SPEC_ENDINGS, why_no_name
@@ -113,8 +116,18 @@ def check_new_spec(path: Path, *, force: bool) -> None:
 
 
 def for_editors(spec: str) -> str:
-    """The text of a spec below a line that leads editors to the schema."""
-    return f"{FOR_EDITORS} $schema={FILE_FOR_EDITORS.as_uri()}\n{spec}"
+    """Return the text of a spec below a line that leads editors to the schema.
+
+    The schema is written into the cache, with what installed packages bring. Where the
+    cache cannot be written, the line is left out.
+    """
+    try:
+        schema = cache_folder() / "spec.schema.json"
+        with unfinished(schema, schema.parents[1]) as file:
+            file.write(json.dumps(json_schema(), indent=1).encode())
+    except (CacheError, OutputError):
+        return spec
+    return f"{FOR_EDITORS} $schema={schema.as_uri()}\n{spec}"
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:

@@ -1,6 +1,5 @@
 """Where the built-in studies, the examples and the guide lie: specs, tables, published
-numbers, figures, files of code of one's own, and pages. And the schema for editors, and
-how the program is cited.
+numbers, figures, files of code of one's own, and pages. And how the program is cited.
 
 A wheel has them within the package. In a checkout they lie beside it, and the folders
 have the same files and more.
@@ -24,5 +23,3 @@ CITATION = _place("CITATION.cff")
 """How the program is cited."""
 GUIDE, DOCS = _place("GUIDE.md"), _place("docs")
 """The guide, and a folder with the pages that it leads to."""
-FILE_FOR_EDITORS = _PACKAGE / "spec" / "spec.schema.json"
-"""The schema of a spec; `make documents` writes it."""

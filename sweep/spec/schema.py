@@ -37,7 +37,7 @@ from sweep.spec.study import SPEC, study_rules
 from sweep.spec.validating import validate_dependencies
 
 NO_FILES: Mapping[str, str | None] = {}
-"""The schema as `make documents` has written it."""
+"""No file of a spec is known."""
 
 
 def json_schema(

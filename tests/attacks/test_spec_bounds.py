@@ -2,7 +2,6 @@
 one sentence, with its line.
 """
 
-import json
 import tracemalloc
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,8 +18,8 @@ from kernels.metrics import METRICS
 from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
-from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.sampling import UnitCube, generator, latin_hypercube
+from sweep.spec.schema import json_schema
 from sweep.spec.study import Study, parse_spec
 from sweep.workers.executors import Serial
 from tests.specs import SHORT, short
@@ -269,7 +268,7 @@ def test_repetitions_are_bounded(tmp_path: Path) -> None:
 
 
 def test_the_schema_has_the_same_limits() -> None:
-    schema = json.loads(FILE_FOR_EDITORS.read_text())
+    schema = json_schema()
     fixed, until = schema["properties"]["replicates"]["anyOf"]
     assert (
         fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS

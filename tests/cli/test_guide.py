@@ -8,6 +8,7 @@ import pytest
 from rich.console import Console
 
 import sweep.cli.guide as guide
+from kernels.models import MODELS
 from sweep.cli.app import FIRST
 from sweep.cli.topics import Topic, all_topics, chapters, readable, search
 from sweep.design.design import expand
@@ -179,6 +180,7 @@ def test_a_shell_completes_studies_models_and_topics(tmp_path: Path) -> None:
     assert completed(tmp_path, "status", "s") == ["small"]
     assert completed(tmp_path, "table", "--results", "other", "") == ["my/slow"]
     assert completed(tmp_path, "models", "na") == ["nanobot"]
+    assert completed(tmp_path, "models", "") == sorted(MODELS)
     assert completed(tmp_path, "view", "--model", "ngu") == ["nguyen2024"]
     topics = ["search", "searching", "see-the-swarm", "seeds"]
     assert sorted(completed(tmp_path, "guide", "se")) == topics

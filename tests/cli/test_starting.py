@@ -77,6 +77,16 @@ def test_each_is_planned_from_an_empty_folder_as_the_built_in_one(
     Draft7Validator(found).validate(read_document(tmp_path / path).value)
 
 
+def test_where_the_cache_cannot_be_written_a_spec_leads_to_no_schema(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    with chdir(tmp_path):
+        first, *_ = begin("nguyen2024/quickstart").path.read_text().splitlines()
+    assert "$schema" not in first
+
+
 def test_no_study_of_ones_own_is_called_as_a_built_in_one() -> None:
     used = {load_spec(path).name for path in built_in_specs().values()}
     assert not {name for name in used if name.startswith("my/")}

@@ -45,8 +45,8 @@ MAY_IMPORT = {
         " figures replays sharing web"
     ),
     "cli": (
-        "kernels errors text surroundings method spec own_code design store workers"
-        " tables"
+        "kernels errors text surroundings method spec own_code design trial store"
+        " workers tables"
         " testing methods campaigns figures replays published sharing web"
         " explorer"
     ),
