@@ -15,9 +15,10 @@ A study flows down this list, and each package imports only what stands above it
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
     testing/     whether a model keeps the promises of the built-in ones
     tables/      what is stored: chosen, compared, exported; sensitivity
-    methods/     what may be asked of results: comparison, power, scaling and more
     campaigns/   which trials run: a fixed number, until an interval is narrow, a search
     figures/     tables -> pictures
+    methods/     what may be asked of results: comparison, power, scaling and more
+    loaded       a stored study, as notebooks and programs have it
     replays/     a stored trial again: bits, frames, film
     published/   claims, verdicts, scorecard
     sharing/     a study for others: one file, citation, description
@@ -37,10 +38,10 @@ from sweep.text import harmless, make_harmless, so_many
 from sweep.trial.compiled import OurKernels, check_kernels
 
 if TYPE_CHECKING:
-    from sweep.campaigns.loaded import LoadedStudy
     from sweep.campaigns.search.plan import SearchPlan
     from sweep.design.plan import Plan
     from sweep.explorer.widget import Explored
+    from sweep.loaded import LoadedStudy
     from sweep.methods.comparison import Comparison, Inference
     from sweep.sharing.citing import Citation
     from sweep.spec.recorded import Over
@@ -82,7 +83,7 @@ def load(
     has launched runs only with `trust`, where a trial is run again: tables need none.
     Raises StoreError where nothing of it is stored there.
     """
-    from sweep.campaigns.loaded import LoadedStudy
+    from sweep.loaded import LoadedStudy
 
     return LoadedStudy(study, results, trust=trust)
 

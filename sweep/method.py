@@ -37,10 +37,14 @@ class Method:
     reports_of_results
         Functions that return a `Report` of a folder of results, their argument
         `results`. They choose studies and trials themselves.
+    figures
+        A function that returns kinds of figures by their names. It imports them. A
+        package offers kinds as entry points of the group `boidsweep.figures`.
     """
 
     reports: Sequence[Callable[..., Any]] = ()
     reports_of_results: Sequence[Callable[..., Any]] = ()
+    figures: Callable[[], Mapping[str, Any]] = dict
 
 
 @cache

@@ -549,7 +549,7 @@ def test_a_new_kind_of_figure_goes_through_sweep_plot(tmp_path: Path) -> None:
     kinds = "scatter, heatmap, scaling, collapse, count"
     assert f"x is for {kinds}, not for parallel" in taken.stderr
     assert (
-        "sensitivity, narrowing, coverage, trajectories, count; of a search"
+        "trajectories, hysteresis, phase, validity, scaling, collapse, count; of a search"
         in " ".join(
             re.sub("[^a-z,;]", " ", commanded(tmp_path, "plot", "--help")).split()
         )

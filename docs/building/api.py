@@ -11,7 +11,7 @@ import sweep.analysis
 import sweep.errors
 import sweep.figures
 import sweep.testing
-from sweep.campaigns.loaded import LoadedStudy
+from sweep.loaded import LoadedStudy
 
 MODULES = {
     sweep: "The functions that do what the commands do.",

@@ -14,7 +14,6 @@ search asks for.
     twins          trials that run again, compared with what is stored of them
     measure        further metrics of what is stored: `sweep measure`
     further_metrics  the metrics that it is asked for
-    loaded         a stored study, with its search and its sensitivities
     warming        what is compiled ahead
     progress       how far a campaign is, and what shows it
 """

@@ -22,109 +22,27 @@ published studies.
     trajectories        the ways of boids
     ablation_effects    what each changed detail does
     sensitivity         which settings matter
-    hysteresis          way up, way down, and the loop between
-    phase               where a mean crosses a level
-    validity            what other numerics make of conclusions
-    scaling             curves of several sizes
-    collapse            the same, scaled to become one
     search              history and front of a search
     search_layout       what these show, drawn or as marks
     search_marks        these as marks
     search_repetitions  its repetitions
 """
 
-from sweep.figures.ablation_effects import effects_figure, paired_effects
-from sweep.figures.collapse import collapse_figure
-from sweep.figures.coverage import coverage_figure
-from sweep.figures.curves import metric_curves
-from sweep.figures.drawing import (
-    draw_flock,
-    draw_map,
-    draw_values,
-    draw_visits,
-    legend,
-    name_rows,
-    note,
-    quantity,
-    words,
-)
-from sweep.figures.heatmap import heatmap_figure
-from sweep.figures.hysteresis import hysteresis_figure
-from sweep.figures.kinds import KINDS
-from sweep.figures.narrowing import narrowing_figure
-from sweep.figures.parallel import parallel_figure
-from sweep.figures.pareto import pareto_figure
-from sweep.figures.phase import phase_figure
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.saving import save, saved_about
-from sweep.figures.scaling import scaling_figure
-from sweep.figures.scatter import scatter_figure
-from sweep.figures.search import front_figure, history_figure
-from sweep.figures.search_repetitions import comparison_figure, hypervolume_figure
-from sweep.figures.sensitivity import sensitivity_figure
-from sweep.figures.style import (
-    BLUE,
-    COLOURS,
-    GREEN,
-    GREY,
-    LINE_STYLES,
-    NAME,
-    ORANGE,
-    PURPLE,
-    SKY,
-    STYLE,
-    VERMILION,
-    Drawing,
-)
-from sweep.figures.trajectories import trajectories_figure
-from sweep.figures.validity import validity_figure
+from importlib import import_module
+from typing import Any
 
-__all__ = [
-    "BLUE",
-    "COLOURS",
-    "GREEN",
-    "GREY",
-    "KINDS",
-    "LINE_STYLES",
-    "NAME",
-    "ORANGE",
-    "PURPLE",
-    "SKY",
-    "STYLE",
-    "VERMILION",
-    "Choices",
-    "Drawing",
-    "FigureKind",
-    "Planned",
-    "collapse_figure",
-    "comparison_figure",
-    "coverage_figure",
-    "draw_flock",
-    "draw_map",
-    "draw_values",
-    "draw_visits",
-    "effects_figure",
-    "front_figure",
-    "heatmap_figure",
-    "history_figure",
-    "hypervolume_figure",
-    "hysteresis_figure",
-    "legend",
-    "metric_curves",
-    "name_rows",
-    "narrowing_figure",
-    "note",
-    "paired_effects",
-    "parallel_figure",
-    "pareto_figure",
-    "phase_figure",
-    "quantity",
-    "save",
-    "saved_about",
-    "scaling_figure",
-    "scatter_figure",
-    "sensitivity_figure",
-    "trajectories_figure",
-    "validity_figure",
-    "words",
-]
+import lazy_loader
+
+from sweep.method import own_methods
+
+_own, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    """Return a name of this package, or a function that draws a figure of a method."""
+    if name.endswith("_figure") and name not in __all__:
+        for method in own_methods():
+            face = import_module(f"sweep.methods.{method}")
+            if name in face.__all__:
+                return getattr(face, name)
+    return _own(name)

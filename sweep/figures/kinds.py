@@ -13,42 +13,33 @@ from kernels.registry import Registry
 from sweep.errors import ChoiceError
 from sweep.figures import (
     ablation_effects,
-    collapse,
     coverage,
     curves,
     heatmap,
-    hysteresis,
     narrowing,
     parallel,
     pareto,
-    phase,
-    scaling,
     scatter,
     search,
     search_repetitions,
     sensitivity,
     trajectories,
-    validity,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import about_study, save
 from sweep.figures.selection import select
+from sweep.method import own_methods
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
-KINDS = Registry(
+KINDS: Registry[FigureKind] = Registry(
     "boidsweep.figures",
     FigureKind,
     {
         "curves": curves.KIND,
         "scatter": scatter.KIND,
         "heatmap": heatmap.KIND,
-        "phase": phase.KIND,
-        "hysteresis": hysteresis.KIND,
-        "validity": validity.KIND,
         "effects": ablation_effects.KIND,
-        "scaling": scaling.KIND,
-        "collapse": collapse.KIND,
         "parallel": parallel.KIND,
         "pareto": pareto.KIND,
         "sensitivity": sensitivity.KIND,
@@ -59,9 +50,14 @@ KINDS = Registry(
         "front": search.FRONT,
         "comparison": search_repetitions.COMPARISON,
         "hypervolume": search_repetitions.HYPERVOLUME,
+    }
+    | {
+        name: kind
+        for method in own_methods().values()
+        for name, kind in method.figures().items()
     },
 )
-"""By the names that `sweep plot` takes."""
+"""By the names that `sweep plot` takes: those of methods too."""
 
 
 class Plot(NamedTuple):

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import sweep
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.held_out import front, winners
 from sweep.campaigns.search.outcome import candidates
@@ -23,6 +22,7 @@ from sweep.figures import (
     pareto_figure,
     scatter_figure,
 )
+from sweep.loaded import LoadedStudy
 from sweep.tables.sensitivity import morris, rank_correlations, sensitivity, sobol
 from tests.plotted import study
 from tests.sampled import axis, study_of

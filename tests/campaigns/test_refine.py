@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from sweep.campaigns.launch import check_launches, launch
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.campaigns.plan import plan_of
 from sweep.campaigns.progress import Progress
 from sweep.design.design import expand
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError
+from sweep.loaded import LoadedStudy
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
 from sweep.tables.spec_difference import compare

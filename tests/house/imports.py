@@ -21,15 +21,15 @@ MAY_IMPORT = {
     "workers": "kernels errors text surroundings spec design trial store",
     "testing": "kernels errors text spec own_code design trial workers",
     "tables": "kernels errors text analysis spec design trial store workers",
-    "methods": "errors text method analysis spec store tables",
     "campaigns": (
-        "kernels errors text method analysis spec own_code design trial store workers"
-        " testing tables methods"
+        "kernels errors text analysis spec own_code design trial store workers testing"
+        " tables"
     ),
     "figures": (
-        "kernels errors text analysis spec own_code trial store tables methods"
-        " campaigns"
+        "kernels errors text method analysis spec own_code trial store tables campaigns"
     ),
+    "methods": "errors text method analysis spec store tables figures",
+    "loaded": "errors text method analysis spec tables campaigns methods",
     "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (
         "kernels errors text analysis spec own_code design store workers tables methods"
@@ -46,9 +46,8 @@ MAY_IMPORT = {
     ),
     "cli": (
         "kernels errors text surroundings method spec own_code design trial store"
-        " workers tables"
-        " testing methods campaigns figures replays published sharing web"
-        " explorer"
+        " workers tables testing methods campaigns figures replays published sharing"
+        " web explorer"
     ),
 }
 """The house: what each package imports. A study flows down this list, and every arrow

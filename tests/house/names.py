@@ -7,6 +7,7 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.starts import STARTS
 from sweep.figures.kinds import KINDS
+from sweep.method import own_methods
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.search_samplers import SEARCH_SAMPLERS
@@ -57,6 +58,11 @@ PLACES_OF_ENTRIES: dict[str, Collection[str]] = {
     "sweep/figures/kinds.py": KINDS,
 } | {f"sweep/figures/{name}.py": {name} for name in KINDS}
 PLACES_OF_ENTRIES |= {
+    f"sweep/methods/{name}/{file}.py": method.figures()
+    for name, method in own_methods().items()
+    for file in ("analysis", "collapse", "figure", "method")
+}
+PLACES_OF_ENTRIES |= {
     "sweep/figures/search.py": {"history", "front"},
     "sweep/figures/ablation_effects.py": {"effects"},
     "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
@@ -102,7 +108,7 @@ WORDS_OF_ENTRIES = {
         "sweep/methods/power/report.py",
         "sweep/figures/curves.py",
         "sweep/figures/ablation_effects.py",
-        "sweep/figures/phase.py",
+        "sweep/methods/refinement/figure.py",
         "sweep/published/measures.py",
         "sweep/methods/refinement/analysis.py",
         "sweep/methods/power/analysis.py",

@@ -11,8 +11,8 @@ import pytest
 from sweep.analysis import independent_contrast, paired_contrast
 from sweep.analysis.replication import values_for_difference, values_for_width
 from sweep.analysis.sequential import Width
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError
+from sweep.loaded import LoadedStudy
 from sweep.methods.power import needed_replicates
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep

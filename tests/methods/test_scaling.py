@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from sweep.analysis import binder_cumulant, order_samples, susceptibility
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.cli.reporting import print_report
 from sweep.errors import ChoiceError
+from sweep.loaded import LoadedStudy
 from sweep.methods.scaling import DRIFTS, finite_size_scaling, scaling_report
 from tests.commands import sweep as command
 from tests.studies import launched

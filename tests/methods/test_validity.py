@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from sweep.campaigns.launch import launch
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, StoreError
+from sweep.loaded import LoadedStudy
 from sweep.methods.robustness import AS_IT_IS, outcome_of
 from sweep.own_code.reading import with_variants
 from sweep.spec.study import parse_spec

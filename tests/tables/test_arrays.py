@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError
+from sweep.loaded import LoadedStudy
 from sweep.tables import netcdf
 from sweep.tables.arrays import to_arrays
 from sweep.tables.stored_study import StoredStudy

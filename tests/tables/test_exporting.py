@@ -23,8 +23,8 @@ from pyarrow import csv
 import sweep.tables.exporting as exporting
 import sweep.tables.netcdf as netcdf
 from kernels.model import BODY_COLUMNS, flaw
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError, OutputError
+from sweep.loaded import LoadedStudy
 from sweep.spec.recorded import columns_of
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from sweep.analysis import by_point, mean_interval, pooled
-from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves
+from sweep.loaded import LoadedStudy
 from sweep.tables.json_rows import rows_as_json
 from sweep.tables.point_means import point_means
 from tests.commands import sweep

@@ -2,6 +2,7 @@
 
 analysis  loops, and their area
 report    the same as a report
+figure    the same drawn
 method    its entry, and its command
 """
 

@@ -6,6 +6,7 @@ from sweep.method import Method
 from sweep.methods.options import Metrics, Over, OverOption
 
 if TYPE_CHECKING:
+    from sweep.figures.planning import FigureKind
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -27,4 +28,11 @@ def hysteresis(
     return hysteresis_report(study, found)
 
 
-METHOD = Method(reports=(hysteresis,))
+def figures() -> "dict[str, FigureKind]":
+    """Return the kinds of figures by their names."""
+    from sweep.methods.hysteresis.figure import KIND as HYSTERESIS
+
+    return {"hysteresis": HYSTERESIS}
+
+
+METHOD = Method(reports=(hysteresis,), figures=figures)

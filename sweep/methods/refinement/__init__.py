@@ -2,6 +2,7 @@
 
 analysis  where the mean crosses a level
 report    the same as a report
+figure    the same drawn
 method    its entry, and its command
 """
 

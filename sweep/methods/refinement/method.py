@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from sweep.method import Method
 
 if TYPE_CHECKING:
+    from sweep.figures.planning import FigureKind
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -25,4 +26,11 @@ def boundary(
     return boundary_report(study, found)
 
 
-METHOD = Method(reports=(boundary,))
+def figures() -> "dict[str, FigureKind]":
+    """Return the kinds of figures by their names."""
+    from sweep.methods.refinement.figure import KIND as PHASE
+
+    return {"phase": PHASE}
+
+
+METHOD = Method(reports=(boundary,), figures=figures)

@@ -2,6 +2,7 @@
 
 analysis  each conclusion in each variant
 report    the same as a report
+figure    the same drawn
 method    its entry, and its command
 """
 

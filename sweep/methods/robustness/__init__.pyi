@@ -6,4 +6,5 @@ from .analysis import UNJUDGED as UNJUDGED
 from .analysis import Validity as Validity
 from .analysis import check_conclusions as check_conclusions
 from .analysis import outcome_of as outcome_of
+from .figure import validity_figure as validity_figure
 from .report import validity_report as validity_report

@@ -8,6 +8,7 @@ from sweep.method import Method
 from sweep.methods.options import Confidence, Over, OverOption
 
 if TYPE_CHECKING:
+    from sweep.figures.planning import FigureKind
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -34,4 +35,11 @@ def validity(
     return validity_report(found)
 
 
-METHOD = Method(reports=(validity,))
+def figures() -> "dict[str, FigureKind]":
+    """Return the kinds of figures by their names."""
+    from sweep.methods.robustness.figure import KIND as VALIDITY
+
+    return {"validity": VALIDITY}
+
+
+METHOD = Method(reports=(validity,), figures=figures)

@@ -2,6 +2,8 @@
 
 analysis  what each size tells, crossings, collapse
 report    the same as a report
+figure    curves of several sizes
+collapse  the same, scaled to become one
 method    its entry, and its command
 """
 

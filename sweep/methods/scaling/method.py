@@ -7,6 +7,7 @@ import typer
 from sweep.method import Method
 
 if TYPE_CHECKING:
+    from sweep.figures.planning import FigureKind
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -48,4 +49,12 @@ def scaling(
     return scaling_report(study, found)
 
 
-METHOD = Method(reports=(scaling,))
+def figures() -> "dict[str, FigureKind]":
+    """Return the kinds of figures by their names."""
+    from sweep.methods.scaling.collapse import KIND as COLLAPSE
+    from sweep.methods.scaling.figure import KIND as SCALING
+
+    return {"scaling": SCALING, "collapse": COLLAPSE}
+
+
+METHOD = Method(reports=(scaling,), figures=figures)

@@ -13,7 +13,7 @@ from sweep.figures.drawing import legend, note, quantity
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import select
 from sweep.figures.style import COLOURS, GREY, LINE_STYLES, MARKERS, STYLE
-from sweep.methods.scaling import CURVES, Scaling, finite_size_scaling
+from sweep.methods.scaling.analysis import CURVES, Scaling, finite_size_scaling
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 

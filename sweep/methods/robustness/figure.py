@@ -23,7 +23,7 @@ from sweep.figures.drawing import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE, VERMILION
-from sweep.methods.robustness import (
+from sweep.methods.robustness.analysis import (
     AS_IT_IS,
     TURNS,
     UNJUDGED,

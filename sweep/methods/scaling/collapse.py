@@ -9,10 +9,10 @@ from sweep.analysis.notation import with_interval
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend, note, quantity
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.scaling import chosen, looks
 from sweep.figures.selection import select
 from sweep.figures.style import STYLE
-from sweep.methods.scaling import LENGTHS, Scaling, finite_size_scaling
+from sweep.methods.scaling.analysis import LENGTHS, Scaling, finite_size_scaling
+from sweep.methods.scaling.figure import chosen, looks
 from sweep.tables.stored_study import StoredStudy
 
 

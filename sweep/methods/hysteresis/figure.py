@@ -17,7 +17,7 @@ from sweep.figures.drawing import legend, named, note, quantity, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import MOST_PANELS, select
 from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
-from sweep.methods.hysteresis import FoundLoop, find_loops
+from sweep.methods.hysteresis.analysis import FoundLoop, find_loops
 from sweep.spec.recorded import Column, Over, is_half
 from sweep.tables.stored_study import StoredStudy
 
