@@ -24,14 +24,14 @@ def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("spec", [SPEC, OWN], ids=["ours", "own code"])
-def test_many_studies_survive_hundreds_of_kills_and_truncations(
+def test_many_studies_survive_dozens_of_kills_and_truncations(
     spec: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """At least 200 kills of the coordinator, 200 of workers and 100 truncations, and
-    what was done is printed.
+    """At least 50 kills of the coordinator, 50 of workers and 25 truncations, and what
+    was done is printed. Each study takes a minute, mostly of waiting.
     """
     campaign = Campaign(tmp_path, seed=1, spec=spec)
-    wanted = {"coordinator kills": 200, "worker kills": 200, "truncations": 100}
+    wanted = {"coordinator kills": 50, "worker kills": 50, "truncations": 25}
     while any(campaign.counts[what] < number for what, number in wanted.items()):
         campaign.study(launches=8)
         with capsys.disabled():
