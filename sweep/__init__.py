@@ -14,7 +14,7 @@ A study flows down this list, and each package imports only what stands above it
     store/       parts, whole or absent; locks; origin
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
     testing/     whether a model keeps the promises of the built-in ones
-    tables/      what is stored: chosen, compared, exported; sensitivity
+    tables/      what is stored: chosen, reported, exported
     campaigns/   which trials run: a fixed number, until an interval is narrow, a search
     figures/     tables -> pictures
     methods/     what may be asked of results: comparison, power, scaling and more

@@ -19,13 +19,13 @@ from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
 from sweep.methods.scaling import Scaling, finite_size_scaling
+from sweep.methods.sensitivity import RESAMPLES, sensitivity
 from sweep.spec.recorded import Over, column_over, is_half
 from sweep.spec.sampling import Analyses
 from sweep.tables.arrays import to_arrays
 from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
 from sweep.tables.reports import Report
-from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -205,7 +205,7 @@ class LoadedStudy(StoredStudy):
         seed: int = 0,
     ) -> pd.DataFrame:
         """Which settings of a sampled axis `metric` depends on, as
-        `sweep.tables.sensitivity.sensitivity` has it.
+        `sweep.methods.sensitivity.sensitivity` has it.
         """
         return sensitivity(
             self,

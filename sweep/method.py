@@ -40,11 +40,14 @@ class Method:
     figures
         A function that returns kinds of figures by their names. It imports them. A
         package offers kinds as entry points of the group `boidsweep.figures`.
+    in_figures
+        Names of the face of the method that `sweep.figures` hands on to notebooks.
     """
 
     reports: Sequence[Callable[..., Any]] = ()
     reports_of_results: Sequence[Callable[..., Any]] = ()
     figures: Callable[[], Mapping[str, Any]] = dict
+    in_figures: Sequence[str] = ()
 
 
 @cache

@@ -32,6 +32,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.search import history_figure
 from sweep.figures.selection import select
+from sweep.methods.sensitivity import sensitivity
 from sweep.spec.contents import Whole
 from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.keys import Key
@@ -44,7 +45,6 @@ from sweep.spec.statistics import STATISTICS, Floats, StatisticKind
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
 from sweep.spec.whole_samples import TRAJECTORY, morris
-from sweep.tables.sensitivity import sensitivity
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.live import Live
 from sweep.web.state import begin
@@ -548,11 +548,8 @@ def test_a_new_kind_of_figure_goes_through_sweep_plot(tmp_path: Path) -> None:
     taken = sweep(tmp_path, "plot", "short", "parallel", "--x", "separation_weight")
     kinds = "scatter, heatmap, scaling, collapse, count"
     assert f"x is for {kinds}, not for parallel" in taken.stderr
-    assert (
-        "trajectories, hysteresis, phase, validity, scaling, collapse, count; of a search"
-        in " ".join(
-            re.sub("[^a-z,;]", " ", commanded(tmp_path, "plot", "--help")).split()
-        )
+    assert "validity, scaling, collapse, sensitivity, count; of a search" in " ".join(
+        re.sub("[^a-z,;]", " ", commanded(tmp_path, "plot", "--help")).split()
     )
 
 

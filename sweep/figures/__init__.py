@@ -20,8 +20,6 @@ published studies.
     narrowing           half widths of intervals
     coverage            where boids were
     trajectories        the ways of boids
-    ablation_effects    what each changed detail does
-    sensitivity         which settings matter
     search              history and front of a search
     search_layout       what these show, drawn or as marks
     search_marks        these as marks
@@ -39,10 +37,8 @@ _own, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name of this package, or a function that draws a figure of a method."""
-    if name.endswith("_figure") and name not in __all__:
-        for method in own_methods():
-            face = import_module(f"sweep.methods.{method}")
-            if name in face.__all__:
-                return getattr(face, name)
+    """Return a name of this package, or one that a method hands on to notebooks."""
+    for package, method in own_methods().items():
+        if name in method.in_figures:
+            return getattr(import_module(f"sweep.methods.{package}"), name)
     return _own(name)

@@ -1,7 +1,5 @@
 import typing
 
-from .ablation_effects import effects_figure as effects_figure
-from .ablation_effects import paired_effects as paired_effects
 from .coverage import coverage_figure as coverage_figure
 from .curves import metric_curves as metric_curves
 from .drawing import draw_flock as draw_flock
@@ -28,7 +26,6 @@ from .search import front_figure as front_figure
 from .search import history_figure as history_figure
 from .search_repetitions import comparison_figure as comparison_figure
 from .search_repetitions import hypervolume_figure as hypervolume_figure
-from .sensitivity import sensitivity_figure as sensitivity_figure
 from .style import BLUE as BLUE
 from .style import COLOURS as COLOURS
 from .style import GREEN as GREEN

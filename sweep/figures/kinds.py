@@ -12,7 +12,6 @@ from typing import NamedTuple
 from kernels.registry import Registry
 from sweep.errors import ChoiceError
 from sweep.figures import (
-    ablation_effects,
     coverage,
     curves,
     heatmap,
@@ -22,7 +21,6 @@ from sweep.figures import (
     scatter,
     search,
     search_repetitions,
-    sensitivity,
     trajectories,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -39,10 +37,8 @@ KINDS: Registry[FigureKind] = Registry(
         "curves": curves.KIND,
         "scatter": scatter.KIND,
         "heatmap": heatmap.KIND,
-        "effects": ablation_effects.KIND,
         "parallel": parallel.KIND,
         "pareto": pareto.KIND,
-        "sensitivity": sensitivity.KIND,
         "narrowing": narrowing.KIND,
         "coverage": coverage.KIND,
         "trajectories": trajectories.KIND,

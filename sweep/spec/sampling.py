@@ -18,7 +18,7 @@ from sweep.spec.keys import Key
 from sweep.spec.seeds import address, hashed
 
 Analyses = Literal["sobol", "morris", "ranks"]
-"""What `sweep.tables.sensitivity` can make of a sample: Sobol indices, elementary
+"""What `sweep.methods.sensitivity` can make of a sample: Sobol indices, elementary
 effects, or rank correlations.
 """
 
@@ -104,7 +104,7 @@ class Sampler:
     numbers between 0 and 1. `text` says what it does. `remark(points)` is what a user
     should know of such a number of points, "" for nothing. `blocks` are the rules of a
     sample whose points come in blocks. `analysis` names the one of
-    `sweep.tables.sensitivity` that the sample is made for. `package` is what it needs.
+    `sweep.methods.sensitivity` that the sample is made for. `package` is what it needs.
     """
 
     draw: Callable[[UnitCube], Sequence[Unit]]

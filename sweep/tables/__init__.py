@@ -26,5 +26,4 @@ arrays            arrays by axis and replicate, for xarray
 safe_csv          CSV that starts no formula
 json_rows         JSON with all digits
 outputs           files for the user, whole or not
-sensitivity/      which settings a metric depends on
 """

@@ -6,8 +6,8 @@ from statistics import median
 import numpy as np
 from numpy.random import default_rng
 
-from sweep.tables.sensitivity.resampled_ranks import rank_analysis
-from sweep.tables.sensitivity.sampled import samples
+from sweep.methods.sensitivity.resampled_ranks import rank_analysis
+from sweep.methods.sensitivity.sampled import samples
 from tests.bench.scale import FULL, Scale
 from tests.naive.rank_correlations import resampled
 from tests.sampled import axis, study_of

@@ -23,7 +23,7 @@ from sweep.figures import (
     scatter_figure,
 )
 from sweep.loaded import LoadedStudy
-from sweep.tables.sensitivity import morris, rank_correlations, sensitivity, sobol
+from sweep.methods.sensitivity import morris, rank_correlations, sensitivity, sobol
 from tests.plotted import study
 from tests.sampled import axis, study_of
 from tests.searches import TINY, asked_by

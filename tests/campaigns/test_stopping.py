@@ -31,13 +31,13 @@ from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import ChoiceError, SpecError
+from sweep.methods.sensitivity import morris
 from sweep.spec.replication import read_replication
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
 from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
-from sweep.tables.sensitivity import morris
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.trial.simulation import run

@@ -9,9 +9,9 @@ from sweep.design.design import Design, expand
 from sweep.design.jobs import Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import ChoiceError, SpecError
+from sweep.methods.sensitivity import sensitivity
 from sweep.spec.settings import Value
 from sweep.spec.study import parse_spec
-from sweep.tables.sensitivity import sensitivity
 from tests.spec.test_schema import VALIDATOR, content
 from tests.specs import short, short_study
 from tests.studies import SMALL, launched

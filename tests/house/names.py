@@ -64,7 +64,6 @@ PLACES_OF_ENTRIES |= {
 }
 PLACES_OF_ENTRIES |= {
     "sweep/figures/search.py": {"history", "front"},
-    "sweep/figures/ablation_effects.py": {"effects"},
     "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
 }
 """The registries, and what they gather."""
@@ -93,13 +92,13 @@ WORDS_OF_ENTRIES = {
         "sweep/spec/axis_keys.py",  # an example for the guide
         "sweep/spec/search_samplers.py",  # an option of optuna
         "sweep/spec/sampling.py",
-        "sweep/tables/sensitivity/__init__.py",  # an analysis
+        "sweep/methods/sensitivity/analysis.py",  # an analysis
     },
     "nsga3": {"sweep/spec/search.py"},  # an example for the guide
-    "morris": {"sweep/spec/sampling.py", "sweep/tables/sensitivity/__init__.py"},
+    "morris": {"sweep/spec/sampling.py", "sweep/methods/sensitivity/analysis.py"},
     "sensitivity": {
         "sweep/spec/whole_samples.py",  # an extra
-        "sweep/tables/sensitivity/sampled.py",  # in an error
+        "sweep/methods/sensitivity/sampled.py",  # in an error
     },
     "mean": {  # of columns, claims, intervals and weights
         "kernels/models/cucker_smale2007.py",
@@ -107,7 +106,7 @@ WORDS_OF_ENTRIES = {
         "sweep/analysis/steady.py",
         "sweep/methods/power/report.py",
         "sweep/figures/curves.py",
-        "sweep/figures/ablation_effects.py",
+        "sweep/methods/ablation/figure.py",
         "sweep/methods/refinement/figure.py",
         "sweep/published/measures.py",
         "sweep/methods/refinement/analysis.py",
@@ -126,7 +125,7 @@ WORDS_OF_ENTRIES = {
         "sweep/analysis/sequential.py",
         "sweep/campaigns/search/repetitions.py",
         "sweep/campaigns/search/report.py",
-        "sweep/figures/ablation_effects.py",
+        "sweep/methods/ablation/analysis.py",
         "sweep/spec/objectives.py",
         "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",

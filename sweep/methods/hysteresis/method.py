@@ -35,4 +35,6 @@ def figures() -> "dict[str, FigureKind]":
     return {"hysteresis": HYSTERESIS}
 
 
-METHOD = Method(reports=(hysteresis,), figures=figures)
+METHOD = Method(
+    reports=(hysteresis,), figures=figures, in_figures=("hysteresis_figure",)
+)

@@ -33,4 +33,4 @@ def figures() -> "dict[str, FigureKind]":
     return {"phase": PHASE}
 
 
-METHOD = Method(reports=(boundary,), figures=figures)
+METHOD = Method(reports=(boundary,), figures=figures, in_figures=("phase_figure",))

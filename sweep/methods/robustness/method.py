@@ -42,4 +42,4 @@ def figures() -> "dict[str, FigureKind]":
     return {"validity": VALIDITY}
 
 
-METHOD = Method(reports=(validity,), figures=figures)
+METHOD = Method(reports=(validity,), figures=figures, in_figures=("validity_figure",))

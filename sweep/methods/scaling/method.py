@@ -57,4 +57,8 @@ def figures() -> "dict[str, FigureKind]":
     return {"scaling": SCALING, "collapse": COLLAPSE}
 
 
-METHOD = Method(reports=(scaling,), figures=figures)
+METHOD = Method(
+    reports=(scaling,),
+    figures=figures,
+    in_figures=("scaling_figure", "collapse_figure"),
+)

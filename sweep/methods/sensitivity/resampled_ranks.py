@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.tables.sensitivity.sampled import (
+from sweep.methods.sensitivity.sampled import (
     Analysis,
     Blocks,
     Floats,

@@ -1,4 +1,4 @@
-"""The figure of a table of `sweep.tables.sensitivity`: bars with intervals, a row a
+"""The figure of a table of `sweep.methods.sensitivity`: bars with intervals, a row a
 setting, and a panel for each combination of the other axes.
 """
 
@@ -17,8 +17,8 @@ from sweep.figures.drawing import draw_values, legend, name_rows, note, span
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import select
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
-from sweep.tables.sensitivity import every_sampler, sensitivity
-from sweep.tables.sensitivity.sampled import sampled_axis
+from sweep.methods.sensitivity.analysis import every_sampler, sensitivity
+from sweep.methods.sensitivity.sampled import sampled_axis
 from sweep.tables.stored_study import StoredStudy
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))

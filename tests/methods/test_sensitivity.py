@@ -14,8 +14,8 @@ from SALib.analyze import sobol as salib_sobol
 from scipy.stats import spearmanr
 
 from sweep.errors import ChoiceError, StoreError
-from sweep.tables.sensitivity import morris, rank_correlations, sobol
-from sweep.tables.sensitivity.sampled import samples
+from sweep.methods.sensitivity import morris, rank_correlations, sobol
+from sweep.methods.sensitivity.sampled import samples
 from tests.sampled import (
     FIRST,
     PAIR,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sweep.figures import sensitivity_figure
-from sweep.tables.sensitivity import morris, rank_correlations, sobol
+from sweep.methods.sensitivity import morris, rank_correlations, sobol
 from tests.sampled import axis, study_of
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweep.tables.sensitivity.sampled import Analysis, Blocks, Floats, SampledAxis
+from sweep.methods.sensitivity.sampled import Analysis, Blocks, Floats, SampledAxis
 
 NAMES = ("raw", "corrected", "noise_share")
 ROUNDING = 1e-12

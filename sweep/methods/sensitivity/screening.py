@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sweep.tables.sensitivity.sampled import (
+from sweep.methods.sensitivity.sampled import (
     Analysis,
     Blocks,
     Floats,

@@ -13,11 +13,6 @@ A table has one row a setting, or index, at each combination of the other axes, 
 settings stand first. Its last columns count: blocks, blocks_left_out, trials,
 trials_without_value. `attrs` names the study, metric, unit and confidence, and how
 many blocks are the `fewest` that say something.
-
-    sampled          means of the points of a sample
-    screening        Morris
-    resampled_ranks  rank correlations
-    sobol_indices    shares of variance
 """
 
 from collections.abc import Callable, Mapping
@@ -29,21 +24,21 @@ import pandas as pd
 
 from sweep.analysis import CONFIDENCE
 from sweep.errors import ChoiceError
-from sweep.spec.point_tables import TABLE
-from sweep.spec.samplers import SAMPLERS, made_for
-from sweep.spec.sampling import Analyses
-from sweep.spec.search_samplers import SEARCH_SAMPLERS
-from sweep.spec.whole_samples import SALIB
-from sweep.tables.sensitivity.resampled_ranks import rank_analysis
-from sweep.tables.sensitivity.sampled import (
+from sweep.methods.sensitivity.resampled_ranks import rank_analysis
+from sweep.methods.sensitivity.sampled import (
     Analysis,
     Floats,
     SampledAxis,
     sampled_axis,
     samples,
 )
-from sweep.tables.sensitivity.screening import effect_analysis
-from sweep.tables.sensitivity.sobol_indices import index_analysis
+from sweep.methods.sensitivity.screening import effect_analysis
+from sweep.methods.sensitivity.sobol_indices import index_analysis
+from sweep.spec.point_tables import TABLE
+from sweep.spec.samplers import SAMPLERS, made_for
+from sweep.spec.sampling import Analyses
+from sweep.spec.search_samplers import SEARCH_SAMPLERS
+from sweep.spec.whole_samples import SALIB
 from sweep.tables.stored_study import StoredStudy
 
 RESAMPLES = 1000

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from numpy.random import default_rng
 
-from sweep.tables.sensitivity.resampled_ranks import AT_ONCE, rank_analysis
-from sweep.tables.sensitivity.sampled import SampledAxis
+from sweep.methods.sensitivity.resampled_ranks import AT_ONCE, rank_analysis
+from sweep.methods.sensitivity.sampled import SampledAxis
 from tests.naive.rank_correlations import resampled
 
 RNG = default_rng(5)

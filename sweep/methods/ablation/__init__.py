@@ -1,0 +1,10 @@
+"""Ablation: what each detail does in which two presets differ.
+
+analysis  paired effects of the details
+figure    the same drawn
+method    its entry
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

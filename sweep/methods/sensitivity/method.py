@@ -1,0 +1,18 @@
+"""Which settings matter: its entry."""
+
+from typing import TYPE_CHECKING
+
+from sweep.method import Method
+
+if TYPE_CHECKING:
+    from sweep.figures.planning import FigureKind
+
+
+def figures() -> "dict[str, FigureKind]":
+    """Return the kinds of figures by their names."""
+    from sweep.methods.sensitivity.figure import KIND
+
+    return {"sensitivity": KIND}
+
+
+METHOD = Method(figures=figures, in_figures=("sensitivity_figure",))
