@@ -92,9 +92,11 @@ def watchers(tmp_path: Path) -> Iterator[Watchers]:
 def test_explorers_that_are_killed_change_no_bit(
     watchers: Watchers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kills: int
 ) -> None:
-    spec = SMALL.replace("replicates: 3", f"replicates: {5 * kills}")
+    spec = SMALL.replace("replicates: 3", f"replicates: {kills}")
     alone = launched(spec, tmp_path / "alone")
+    # A chunk is one trial, however fast the machine is, and each has its report.
     monkeypatch.setitem(Chunks.__init__.__kwdefaults__, "seconds", 1e-9)
+    monkeypatch.setattr("sweep.workers.chunks.MOST_A_SECOND", 1e12)
     monkeypatch.setitem(Writer.__init__.__kwdefaults__, "rows", 2)
 
     def report(_progress: Progress) -> None:
