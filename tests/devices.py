@@ -163,6 +163,6 @@ def there(
     with patch.context() as patched:
         patched.setitem(sys.modules, module.__name__, module)
         patched.setattr("sweep.workers.gpu.this_gpu", lambda: ABOUT)
-        patched.setattr("sweep.cli.engines.find_spec", lambda name: name)
+        patched.setattr("sweep.workers.engines.find_spec", lambda name: name)
         patched.delenv("CUDA_VISIBLE_DEVICES", raising=False)
         yield

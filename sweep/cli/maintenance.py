@@ -21,7 +21,7 @@ from sweep.cli.app import (
     app,
     stop,
 )
-from sweep.cli.engines import Again, engine_again
+from sweep.cli.engines import LOCAL, Again, engine
 from sweep.cli.reporting import Where
 from sweep.text import so_many
 
@@ -139,10 +139,10 @@ def verify(
     from sweep.replays.verify import verify as check
     from sweep.tables.stored_study import StoredStudy
 
-    with engine_again(executor, workers) as engine:
+    with engine("cuda" if executor is Again.cuda else LOCAL, workers) as made:
         found = check(
             StoredStudy(study, results, trust=trust),
-            engine,
+            made,
             fraction=fraction,
             most=most,
             seed=seed,

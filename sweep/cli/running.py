@@ -19,7 +19,13 @@ from sweep.cli.app import (
     app,
     stop,
 )
-from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
+from sweep.cli.engines import (
+    LOCAL,
+    Address,
+    Engine,
+    SchedulerFile,
+    engine,
+)
 from sweep.cli.page_beside import check_installed, page_beside
 from sweep.errors import ChoiceError
 
@@ -54,7 +60,7 @@ def launch(
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
-    executor: Engine = EngineKind.local,
+    executor: Engine = LOCAL,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
     no_code: NoCode = False,
@@ -98,7 +104,8 @@ def launch(
     page: AbstractContextManager[None] = nullcontext()
     if show:
         words = ["--results", str(results), *(["--no-open"] if no_open else [])]
-        if len(studies) == 1 and executor is EngineKind.local:
+        # A page launches one study, with the usual engine.
+        if len(studies) == 1 and executor == LOCAL:
             words += ["--launch", str(spec), "--workers", str(workers)]
             words += ["--no-code"] if no_code else []
             words += ["--code-from", str(code_from)] if code_from else []
@@ -151,7 +158,7 @@ def search(
     ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
-    executor: Engine = EngineKind.local,
+    executor: Engine = LOCAL,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
     no_code: NoCode = False,

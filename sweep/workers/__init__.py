@@ -4,6 +4,7 @@ none is stored twice.
     attempts           runs trials and stores them; failed ones are tried again
     runner             the loop that hands jobs out and takes results back
     chunks             divides jobs into portions of about equal work or number
+    engines            what runs trials, by names
     executors          engines on this machine: a pool of processes, or none
     flying             how the workers of an engine fly trials; on processors
     gpu                the engine of a GPU, which a pool of processes shares

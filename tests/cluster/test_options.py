@@ -65,7 +65,7 @@ def test_a_missing_package_is_named(
 ) -> None:
     find = importlib.util.find_spec
     monkeypatch.setattr(
-        "sweep.cli.engines.find_spec",
+        "sweep.workers.engines.find_spec",
         lambda name: None if name == "distributed" else find(name),
     )
     words = '--executor dask: needs dask.distributed: pip install "boidsweep[dask]"'

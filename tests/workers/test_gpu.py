@@ -296,7 +296,7 @@ def test_without_a_gpu_the_command_ends_before_any_work(
         assert done.stderr == (
             "--address: only a dask cluster has one; give --executor dask\n"
         )
-        monkeypatch.setattr("sweep.cli.engines.find_spec", lambda _name: None)
+        monkeypatch.setattr("sweep.workers.engines.find_spec", lambda _name: None)
         missing = '--executor cuda: needs numba-cuda: pip install "boidsweep[gpu]"\n'
         assert started(tmp_path).stderr == missing
     assert not (tmp_path / "results").exists()

@@ -1,0 +1,131 @@
+"""Engines: what runs the trials of a launch, by the names that `--executor` takes.
+
+An engine is one entry of ENGINES. A package offers one as an entry point of the group
+`boidsweep.engines`.
+"""
+
+import os
+import re
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+from kernels.registry import Registry
+from sweep.errors import WorkersError
+from sweep.text import installing
+from sweep.workers.executors import ExecutorFactory, Loky, worker_count
+
+ADDRESS = re.compile(r"[a-z]+://.+:\d+")
+
+
+class EngineOptions(NamedTuple):
+    """What a user asks of an engine.
+
+    Attributes
+    ----------
+    workers
+        Worker processes; 0 for as many as suit the engine.
+    address
+        Where the scheduler of a cluster answers.
+    scheduler_file
+        The file in which the scheduler has written its address.
+    """
+
+    workers: int = 0
+    address: str | None = None
+    scheduler_file: Path | None = None
+
+
+class Engine(NamedTuple):
+    """One entry of ENGINES.
+
+    Attributes
+    ----------
+    text
+        Where its workers are, in a few words.
+    make
+        Returns the engine that the options ask for. Raises WorkersError where they do
+        not go together, or where something is missing: before any work.
+    """
+
+    text: str
+    make: Callable[[EngineOptions], ExecutorFactory]
+
+
+def _local(options: EngineOptions) -> ExecutorFactory:
+    _check_no_cluster(options, "add")
+    return Loky(worker_count(options.workers))
+
+
+def _cuda(options: EngineOptions) -> ExecutorFactory:
+    _check_no_cluster(options, "give")
+    if find_spec("numba_cuda") is None:
+        raise WorkersError(f"--executor cuda: needs numba-cuda: {installing('gpu')}")
+    if os.environ.get("CUDA_VISIBLE_DEVICES") == "":
+        raise WorkersError(
+            "--executor cuda: CUDA_VISIBLE_DEVICES is empty, which hides every GPU;"
+            " give it the number of one, as CUDA_VISIBLE_DEVICES=0, or unset it"
+        )
+    from sweep.workers.gpu import Cuda, gpu_problem, gpu_workers
+
+    if problem := gpu_problem():
+        raise WorkersError(f"--executor cuda: {problem}")
+    return Cuda(gpu_workers(options.workers))
+
+
+def _dask(options: EngineOptions) -> ExecutorFactory:
+    address, scheduler_file = options.address, options.scheduler_file
+    if options.workers:
+        raise WorkersError(
+            "--workers: a dask cluster has the workers that were started for it;"
+            " leave the option out"
+        )
+    if (address is None) == (scheduler_file is None):
+        raise WorkersError(
+            "--executor dask: give either --address tcp://HOST:PORT or --scheduler-file"
+            " FILE"
+        )
+    if address is not None and not ADDRESS.fullmatch(address):
+        raise WorkersError(
+            f"--address {address}: give it as the scheduler prints it, e.g."
+            " tcp://10.0.0.1:8786"
+        )
+    if scheduler_file is not None and not scheduler_file.is_file():
+        raise WorkersError(
+            f"{scheduler_file}: no such file; `dask scheduler --scheduler-file"
+            f" {scheduler_file}` writes it"
+        )
+    if find_spec("distributed") is None:
+        raise WorkersError(
+            f"--executor dask: needs dask.distributed: {installing('dask')}"
+        )
+    from sweep.workers.cluster import Dask
+
+    made = Dask(address, None if scheduler_file is None else str(scheduler_file))
+    made.connect()
+    return made
+
+
+def _check_no_cluster(options: EngineOptions, way: str) -> None:
+    """Raise WorkersError where options are given that only a cluster has."""
+    for option, value in (
+        ("--address", options.address),
+        ("--scheduler-file", options.scheduler_file),
+    ):
+        if value is not None:
+            raise WorkersError(
+                f"{option}: only a dask cluster has one; {way} --executor dask"
+            )
+
+
+ENGINES: Registry[Engine] = Registry(
+    "boidsweep.engines",
+    Engine,
+    {
+        "local": Engine("processes on this machine", _local),
+        "dask": Engine("a dask cluster", _dask),
+        "cuda": Engine("processes that share the GPU of this machine", _cuda),
+    },
+)
+"""By the names that `--executor` takes."""
