@@ -34,8 +34,7 @@ from sweep.figures import (
     note,
     scaling_figure,
 )
-from sweep.methods.hysteresis import FoundLoop
-from sweep.methods.hysteresis import find_loops as loops
+from sweep.methods.hysteresis import FoundLoop, find_loops
 from sweep.methods.scaling import finite_size_scaling
 from sweep.published.definitions import as_defined
 from sweep.tables.stored_study import StoredStudy
@@ -137,7 +136,7 @@ def fall_growth(studies: Studies, n: int) -> tuple[Floats, Floats]:
 
 def _loop(studies: Studies) -> FoundLoop:
     """The order of each chain with slowly changed vectorial noise."""
-    (one,) = loops(studies["hysteresis"], "polarization", half=True)
+    (one,) = find_loops(studies["hysteresis"], "polarization", half=True)
     return one
 
 

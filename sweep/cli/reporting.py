@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sweep.store.locations import Location
     from sweep.tables.reports import Report, TextTable
 
-log = logging.getLogger(__name__)
+log = logging.getLogger("sweep")
 Csv = Annotated[bool, typer.Option("--csv", help="Print CSV.")]
 Latex = Annotated[
     bool, typer.Option("--latex", help="Print the table for LaTeX, with booktabs.")

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from kernels.registry import Registry
 from sweep.errors import WorkersError
 from sweep.text import installing
-from sweep.workers.executors import ExecutorFactory, Loky, worker_count
+from sweep.workers.executors import ExecutorFactory
 
 ADDRESS = re.compile(r"[a-z]+://.+:\d+")
 
@@ -55,6 +55,8 @@ class Engine(NamedTuple):
 
 def _local(options: EngineOptions) -> ExecutorFactory:
     _check_no_cluster(options, "add")
+    from sweep.workers.executors import Loky, worker_count
+
     return Loky(worker_count(options.workers))
 
 

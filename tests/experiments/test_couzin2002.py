@@ -113,6 +113,6 @@ def test_measures_are_of_the_last_fifth() -> None:
 def test_the_memory_is_down_less_up_by_chain(monkeypatch: pytest.MonkeyPatch) -> None:
     up, down = np.zeros((2, 3)), np.array([[1.0, 1.0, 1.0], [0.0, 2.0, 0.0]])
     loop = SimpleNamespace(values=np.array([2.0, 3.0, 5.0]), up=up, down=down)
-    monkeypatch.setattr(figures, "hysteresis", lambda *_, **__: [loop])
+    monkeypatch.setattr(figures, "find_loops", lambda *_, **__: [loop])
     made: Any = {"memory": None}
     assert memory_area(made).tolist() == [3.0, 3.0]
