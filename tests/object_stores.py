@@ -102,8 +102,8 @@ class Memory:
         self.allowed = sys.maxsize
         self.requests = 0
 
-    def _ask(self, _key: str) -> None:
-        """A request begins, for an object, or for those below a prefix that ends in a
+    def _ask(self, *_keys: str, writes: bool = False) -> None:  # noqa: ARG002  for subclasses
+        """Begin a request for objects, or for those below a prefix that ends in a
         slash.
         """
         if self.requests >= self.allowed:
@@ -141,24 +141,25 @@ class Memory:
 
     @contextmanager
     def open_output_stream(self, key: str) -> Iterator[io.BytesIO]:
-        self._ask(key)
+        self._ask(key, writes=True)
         content = io.BytesIO()
         yield content
         self.objects[key] = content.getvalue()
 
     def copy_file(self, key: str, target: str) -> None:
-        self._ask(key)
+        self._ask(key, target, writes=True)
         if key not in self.objects:
             raise FileNotFoundError(key)
         self.objects[target] = self.objects[key]
 
     def delete_file(self, key: str) -> None:
-        self._ask(key)
+        self._ask(key, writes=True)
         if self.objects.pop(key, None) is None:
             raise FileNotFoundError(key)
 
     def delete_dir(self, key: str) -> None:
+        self._ask(f"{key}/")
         for one in sorted(self.objects, reverse=True):
             if one.startswith(f"{key}/"):
-                self._ask(one)
+                self._ask(one, writes=True)
                 self.objects.pop(one, None)
