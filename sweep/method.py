@@ -40,6 +40,9 @@ class Method:
     figures
         A function that returns kinds of figures by their names. It imports them. A
         package offers kinds as entry points of the group `boidsweep.figures`.
+    sections
+        A function that returns sections that a spec may have, each a
+        `sweep.spec.sections.Section`. It imports them.
     in_figures
         Names of the face of the method that `sweep.figures` hands on to notebooks.
     """
@@ -48,6 +51,7 @@ class Method:
     reports_of_results: Sequence[Callable[..., Any]] = ()
     figures: Callable[[], Mapping[str, Any]] = dict
     in_figures: Sequence[str] = ()
+    sections: Callable[[], Sequence[Any]] = tuple
 
 
 @cache

@@ -32,8 +32,7 @@ from sweep.spec.copied_maps import Obstacles
 from sweep.spec.maps import OwnMap
 from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value, usual_settings
-from sweep.spec.study import RecordSpec, Stream, Streams, Study
-from sweep.spec.validating import ALL_PAIRS
+from sweep.spec.study import ALL_PAIRS, RecordSpec, Stream, Streams, Study
 
 if TYPE_CHECKING:
     import pyarrow as pa

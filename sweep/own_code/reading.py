@@ -21,6 +21,7 @@ from sweep.spec.document import Document, Entry
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema import json_schema
 from sweep.spec.schema_parts import Schema
+from sweep.spec.sections import variants_of
 from sweep.spec.strict_yaml import (
     as_document,
     dump,
@@ -29,7 +30,6 @@ from sweep.spec.strict_yaml import (
     read_documents,
 )
 from sweep.spec.study import Study, read_study
-from sweep.spec.study_variants import study_variants
 
 
 def load_specs(
@@ -87,13 +87,13 @@ def check_spec(spec: Mapping[str, Any], path: Path) -> None:
 
 
 def with_variants(study: Study) -> list[Study]:
-    """The study, and after it the variants that `validate` asks for. No code runs.
+    """The study, and after it the variants that its sections ask for. No code runs.
 
     Raises SpecError, with the line of the key that asks for it, for a variant that
     cannot be.
     """
     found = [study]
-    for variant in study_variants(study):
+    for variant in variants_of(study.sections, study):
         try:
             text = dump(variant.spec)
             place = study.path.with_name(f"{study.path.name} ({variant.name})")

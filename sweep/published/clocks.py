@@ -15,10 +15,10 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.methods.robustness.variants import changed_by_steps
 from sweep.spec.recorded import columns_of
 from sweep.spec.settings import Setting
 from sweep.spec.study import Study
-from sweep.spec.study_variants import changed_by_steps
 from sweep.tables.stored_study import StoredStudy
 
 FRAME = "frame"

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from sweep.methods.robustness.variants import in_parts
 from sweep.published.publications import FIXED, Publication
 from sweep.published.variants import (
     Makers,
@@ -19,7 +20,6 @@ from sweep.published.variants import (
     value_of,
 )
 from sweep.spec.study import Study
-from sweep.spec.study_variants import in_parts
 
 UPDATE = "update"
 PARTS = 2

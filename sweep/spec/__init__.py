@@ -32,8 +32,7 @@ replication      how many trials a point has
 continuing       axes along which trials are links of chains
 continued_checks what such an axis needs
 refining         where the grid becomes finer
-validating       with which other numerics a study runs
-study_variants   a study with each of them
+sections         sections that methods add
 sizes            flocks of several sizes
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns

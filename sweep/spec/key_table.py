@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from sweep.spec.axis_keys import axis_keys
 from sweep.spec.keys import Key, keys_of
-from sweep.spec.study import SPEC
+from sweep.spec.study import spec_parts
 
 HEAD = """\
 # The keys of a spec
@@ -36,11 +36,11 @@ first keys. An axis of several settings has a name of yours, and `zip`, `sample`
 
 def key_table() -> str:
     """The page, in Markdown."""
-    keys = _rows(described(*SPEC))
+    keys = _rows(described(*spec_parts()))
     return HEAD + keys + AXES + _rows((key.name, key) for key in axis_keys())
 
 
-def described(*parts: type, path: str = "") -> Iterator[tuple[str, Key]]:
+def described(*parts: type | Key, path: str = "") -> Iterator[tuple[str, Key]]:
     """Each key of these parts, and of what stands below it, with its whole path."""
     for key in keys_of(*parts):
         whole = path + key.name

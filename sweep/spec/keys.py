@@ -94,17 +94,22 @@ class LaterSectionOf(SectionOf):
         return entry
 
 
-def keys_of(*parts: type[Any]) -> tuple[Key, ...]:
-    """The keys that the fields of some dataclasses describe, in their order."""
+def keys_of(*parts: type[Any] | Key) -> tuple[Key, ...]:
+    """The keys that the fields of some dataclasses describe, in their order; a part may
+    be a key itself.
+    """
     return _keys_of(parts)
 
 
 @cache
-def _keys_of(parts: tuple[type[Any], ...]) -> tuple[Key, ...]:
+def _keys_of(parts: tuple[type[Any] | Key, ...]) -> tuple[Key, ...]:
     return tuple(key for part in parts for key in _keys_of_part(part))
 
 
-def _keys_of_part(part: type[Any]) -> Iterator[Key]:
+def _keys_of_part(part: type[Any] | Key) -> Iterator[Key]:
+    if isinstance(part, Key):
+        yield part
+        return
     hints = get_type_hints(part, include_extras=True)
     for field in fields(part):
         default = NOTHING if field.default is MISSING else field.default
@@ -115,7 +120,7 @@ def _keys_of_part(part: type[Any]) -> Iterator[Key]:
 
 
 def check_keys(
-    entry: Entry, *parts: type[Any], gone: Mapping[str, str] = NONE_GONE
+    entry: Entry, *parts: type[Any] | Key, gone: Mapping[str, str] = NONE_GONE
 ) -> None:
     """Raise SpecError unless `entry` is a mapping with keys of these parts only, and
     with those that must be given; `gone` says of keys of earlier versions why there are
@@ -173,14 +178,14 @@ def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
     return given
 
 
-def section_schema(*parts: type[Any]) -> Schema:
+def section_schema(*parts: type[Any] | Key) -> Schema:
     """The JSON Schema of a mapping with the keys of these parts."""
     keys = keys_of(*parts)
     properties = {key.name: key.schema() for key in keys}
     return mapping(properties, [key.name for key in keys if key.required])
 
 
-def written(values: Mapping[str, Any], *parts: type[Any]) -> dict[str, Any]:
+def written(values: Mapping[str, Any], *parts: type[Any] | Key) -> dict[str, Any]:
     """A mapping of a spec with these values by key, in the order of the parts' keys."""
     keys = {key.name: key for key in keys_of(*parts)}
     assert values.keys() <= keys.keys(), sorted(values.keys() - keys.keys())

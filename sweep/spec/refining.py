@@ -4,9 +4,9 @@ of a sweep becomes finer.
 All functions raise SpecError, with file and line, for what is not allowed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from sweep.analysis.refinement import STEEPEST, RefinedAxis, Refinement
 from sweep.spec.axes import Axis
@@ -18,13 +18,12 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import (
     ANY_METRIC,
     Column,
-    KnownMetrics,
     check_recorded,
     declaration_of,
 )
 from sweep.spec.replication import LEAST_LOOK, Replication
 from sweep.spec.schema_parts import Schema
-from sweep.spec.settings import Setting
+from sweep.spec.sections import Around
 from sweep.text import unknown
 
 LEAST_REPLICATES = 2
@@ -114,20 +113,6 @@ class Refine:
 
 BARRED = {"search": "", "seeds": "", "order": ""}
 """Keys that cannot stand beside `refine`."""
-
-
-class Around(NamedTuple):
-    """What the section must suit; None for what is wrong, and hides what depends on it.
-
-    `axes` are those of the spec, `replicates` the trials of a point at first, and
-    `recorded` some of the metrics `known`.
-    """
-
-    axes: Sequence[Axis] | None
-    replication: Replication | None
-    recorded: Sequence[str]
-    known: KnownMetrics
-    settings: Mapping[str, Setting]
 
 
 def read_refine(root: Entry, around: Around) -> Refinement | None:

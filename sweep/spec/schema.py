@@ -33,8 +33,8 @@ from sweep.spec.schema_parts import (
 )
 from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
 from sweep.spec.search_schema import statistic
-from sweep.spec.study import SPEC, study_rules
-from sweep.spec.validating import validate_dependencies
+from sweep.spec.sections import sections
+from sweep.spec.study import spec_parts, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
 """No file of a spec is known."""
@@ -60,12 +60,12 @@ def json_schema(
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "boidsweep study",
-        **section_schema(*SPEC),
+        **section_schema(*spec_parts()),
         **replication_rules(),
         **study_rules(),
         "dependencies": policy_dependencies()
         | refine_dependencies()
-        | validate_dependencies(),
+        | {key: one.needs for key, one in sections().items() if one.needs},
         "allOf": [*models, _known_maps(files), _known_metrics(files)],
         "definitions": _definitions(known, samplers),
     }

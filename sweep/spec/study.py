@@ -43,6 +43,7 @@ from sweep.spec.failure_policy import Policy, read_policy
 from sweep.spec.keys import (
     Key,
     LaterSectionOf,
+    check_beside,
     check_keys,
     keys_of,
     read_section,
@@ -51,18 +52,14 @@ from sweep.spec.keys import (
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
-from sweep.spec.refining import (
-    BARRED,
-    Around,
-    Refine,
-    read_refine,
-)
+from sweep.spec.refining import BARRED, Refine, read_refine
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
+from sweep.spec.sections import Around, section_keys, sections
 from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
@@ -90,18 +87,12 @@ from sweep.spec.study_folder import (
     TAKEN,
     why_no_name,
 )
-from sweep.spec.validating import (
-    ALL_PAIRS,
-    NOT_BESIDE,
-    Validate,
-    check_validate,
-    read_validate,
-)
 from sweep.text import shortened
 
 Stream = Literal["common", "independent", "lasting"]
 Order = Literal["longest", "coarse"]
 NeighbourSearch = Literal["grid", "all_pairs"]
+ALL_PAIRS: NeighbourSearch = "all_pairs"
 
 
 class MetricName(Text):
@@ -279,6 +270,7 @@ class Study:
     `known` has what names of models, metrics, maps and starts stand for. `derive` is in
     an order in which each expression needs only what stands before it.
     `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
+    `sections` has the values of the sections of methods that the spec has, by key.
     `checkpoint` is after how many seconds a trial writes down where it is, None for
     never. One of `replicates` (trials a point), `seeds` (one literal seed a trial) and
     `until` (a rule, under the key `replicates`) is given.
@@ -364,15 +356,6 @@ class Study:
             LaterSectionOf(Refine),
             "where a mean crosses a level, the grid of `sweep` becomes finer",
             otherwise="a fixed grid",
-        ),
-    ]
-    validate: Annotated[
-        Validate | None,
-        Key(
-            LaterSectionOf(Validate),
-            "with which other time steps, neighbour search and order of updates the"
-            " study is run again: `sweep validity` says whether its conclusions hold",
-            otherwise="as it is alone",
         ),
     ]
     derive: Annotated[
@@ -464,6 +447,7 @@ class Study:
         ),
     ] = CHECKPOINT_SECONDS
     policy: Policy
+    sections: Mapping[str, Any]
 
     @property
     def text(self) -> str:
@@ -563,8 +547,11 @@ def parse_spec(
     return read_study(parse_document(text, path), known)
 
 
-SPEC: tuple[type[Any], ...] = (Study, Policy)
-"""Whose fields are the keys of a spec, in the order of the guide."""
+def spec_parts() -> tuple[type[Any] | Key, ...]:
+    """Return what has the keys of a spec: classes, and keys of sections of methods."""
+    return (Study, Policy, *section_keys())
+
+
 GONE = {
     "threads": "a trial takes one core now, as a launch keeps all cores busy with"
     " trials; several for one were 0.36 to 1.6 times as fast; remove the line",
@@ -589,7 +576,7 @@ def read_study(
     root.mapping()
     mistakes = Mistakes()
     with mistakes.noted():
-        check_keys(root, *SPEC, gone=GONE)
+        check_keys(root, *spec_parts(), gone=GONE)
     given = read_values(Study, root, mistakes)
     policy = mistakes.read(read_policy, root)
     if flown := root.get("model"):
@@ -639,7 +626,7 @@ def _flown(
     drawn, recorded = given.get("maps"), given.get("record")
     settings = settings_of(name, known).of_study(_names_in(drawn))
     seed = given.get("seed", 0)
-    keys = {key.name for key in keys_of(*SPEC)}
+    keys = {key.name for key in keys_of(*spec_parts())}
     reader = AxisReader(known, name, preset, settings, seed, folder, samplers, keys)
     maps = mistakes.read(read_maps, drawn, folder, known.maps)
     fixed = mistakes.read(read_fixed, given.get("fixed"), settings, keys) or {}
@@ -655,14 +642,19 @@ def _flown(
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
     search = mistakes.read(_search, root, reader, metrics, places)
-    validate = mistakes.read(read_validate, root)
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
     replication = mistakes.read(read_replication, root, names, known.metrics)
     streams = mistakes.read(_streams, given.get("streams"), search)
-    around = Around(swept, replication, names, metrics, settings)
+    around = Around(name, swept, replication, names, metrics, settings)
     rule = mistakes.read(read_refine, root, around)
+    asked = dict[str, Any]()
+    for key, section in sections().items():
+        if key in root.value:
+            with mistakes.noted():
+                asked[key] = section.read(root, around)
+            mistakes.read(check_beside, root, key, section.not_beside)
     mistakes.read(check_beside_continued, root, swept or ())
     mistakes.check()
     axes = swept or ()
@@ -681,8 +673,8 @@ def _flown(
     assert record
     assert streams
     mistakes.read(check_continued, root, axes, settings, [*fixed, *derive])
-    if validate:
-        mistakes.read(check_validate, root, validate, name, settings, axes)
+    for key, value in asked.items():
+        mistakes.read(sections()[key].check, root, value, around._replace(axes=axes))
     mistakes.check()
     if continued_axis(axes):
         fixed, record = fixed | held(axes), replace(record, last_flocks=True)
@@ -694,7 +686,7 @@ def _flown(
         "sizes": sizes,
         "search": search,
         "refine": rule,
-        "validate": validate,
+        "sections": asked,
         "derive": derive,
         "require": require,
         "streams": streams,
@@ -798,7 +790,8 @@ def study_rules() -> Schema:
     pairs = [("search", other) for other in ("sweep", "order")]
     pairs += [("refine", other) for other in BARRED]
     pairs += [("search", "sizes")]
-    pairs += [("validate", other) for other in NOT_BESIDE]
+    for key, section in sections().items():
+        pairs += [(key, other) for other in section.not_beside]
     barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 

@@ -13,6 +13,7 @@ import pyarrow as pa
 
 from kernels.identity import Code
 from sweep.errors import UnreadableError
+from sweep.spec.sections import sections
 from sweep.store.locations import Location
 from sweep.store.parquet import remedy_for
 from sweep.store.regular import fits, parsed
@@ -60,7 +61,6 @@ ALONE = COMPUTED | {
     | {"scales": {str: SCALE}},
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
-    "validate": [{"name": str, "words": str, "unjudged": [str]}],
     "until": {"min": int, "max": int, "half_width": object}
     | dict.fromkeys(NUMBERS, NUMBER),
 }
@@ -80,7 +80,8 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     """Where a plan comes from; it has the columns that it names. Raises StoreError."""
     about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
     later = LATER if LATER.keys() & about.keys() else {}
-    if not fits(about, later | _among(ALONE, about)):
+    of_sections = {name: section.shape for name, section in sections().items()}
+    if not fits(about, later | _among(ALONE | of_sections, about)):
         raise _unknown(file, LAUNCH_AGAIN)
     settings = [
         name for axis in about.get("axes", {}).values() for name in axis["fields"]

@@ -2,21 +2,20 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import pyarrow as pa
 
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.continued_checks import continued_axis
+from sweep.spec.sections import sections
 from sweep.spec.study import Study
-from sweep.spec.study_variants import named_variants, unjudged
 from sweep.store.origin import PROVENANCE
 
 OPTIONAL = (
     "until",
     "refine",
-    "validate",
     "series",
     "tables",
     "designs",
@@ -80,8 +79,7 @@ class PlanAbout:
     where it names none; `axes` what each axis samples, None in plans of before 0.2;
     `until` the rule by which trials are added, None where their number is fixed;
     `refine` the rule by which points are added, None where the grid is fixed;
-    `validate` its variants: their names, what differs in `words`, and the metrics that
-    are `unjudged`, as they are of something else there; None where there are none.
+    `sections` what the sections of methods record, by key.
     Where several `designs` are united, it has the names of the axes of each. Where an
     axis is continued, `continued` has its name and the directions of its chains.
     """
@@ -97,7 +95,7 @@ class PlanAbout:
     tables: list[str] | None = None
     refine: dict[str, Any] | None = None
     continued: dict[str, Any] | None = None
-    validate: list[dict[str, Any]] | None = None
+    sections: Mapping[str, Any] = field(default_factory=dict)
     details: list[str] | None = None
 
     @classmethod
@@ -120,7 +118,10 @@ class PlanAbout:
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             until=_looking(study.until),
             refine=_looking(study.refine),
-            validate=_validating(study),
+            sections={
+                name: sections()[name].recorded(study, value)
+                for name, value in study.sections.items()
+            },
             designs=united if len(united) > 1 else None,
             series=list(study.record.series),
             tables=list(study.record.tables),
@@ -146,7 +147,9 @@ class PlanAbout:
             tables=provenance.get("tables"),
             refine=provenance.get("refine"),
             continued=provenance.get("continued"),
-            validate=provenance.get("validate"),
+            sections={
+                name: provenance[name] for name in sections() if name in provenance
+            },
             details=provenance.get("details"),
         )
 
@@ -162,18 +165,9 @@ class PlanAbout:
         for name in OPTIONAL:
             if getattr(self, name) is not None:
                 about[name] = getattr(self, name)
+        about |= self.sections
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
-
-
-def _validating(study: Study) -> list[dict[str, Any]] | None:
-    """The variants of a study; None where it asks for none."""
-    if study.validate is None:
-        return None
-    return [
-        {"name": name, "words": words, "unjudged": unjudged(study, name)}
-        for name, words in named_variants(study).items()
-    ]
 
 
 class LookingRule(Protocol):

@@ -23,8 +23,8 @@ from sweep.spec.limits import MOST_POINTS, MOST_TRIALS
 from sweep.spec.recorded import columns_of
 from sweep.spec.replication import read_replication
 from sweep.spec.samplers import SAMPLERS, in_blocks
+from sweep.spec.sections import sections
 from sweep.spec.settings import settings_of
-from sweep.spec.study_folder import why_no_name
 from sweep.tables.stored_links import check_links
 from sweep.text import shortened
 
@@ -77,8 +77,9 @@ def _check(about: dict[str, Any], named: Catalogue) -> None:
         _check_refine(about["refine"], about)
     if "continued" in about:
         _check_continued(about["continued"], about)
-    if "validate" in about:
-        _check_validate(about["validate"], about["record"])
+    for name, section in sections().items():
+        if name in about:
+            section.check_recorded(about[name], about)
 
 
 def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
@@ -162,16 +163,6 @@ def _check_continued(rule: dict[str, Any], about: dict[str, Any]) -> None:
     _check_names("axis", [rule["axis"]], about.get("axes", {}))
     if tuple(rule["directions"]) not in WAYS.values():
         raise ValueError(f"chains have no directions {rule['directions']}")
-
-
-def _check_validate(asked: list[dict[str, Any]], recorded: list[str]) -> None:
-    """The variants have names of studies, and metrics are those of the study."""
-    _check_names("variant", names := [one["name"] for one in asked], names)
-    for one in asked:
-        name = one["name"]
-        if "/" in name or why_no_name(name):
-            raise ValueError(f'no variant can be called "{shortened(name)}"')
-        _check_names("metric", one["unjudged"], recorded)
 
 
 def _check_refine(rule: dict[str, Any], about: dict[str, Any]) -> None:

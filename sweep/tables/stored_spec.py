@@ -18,7 +18,7 @@ from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
 from sweep.spec.setting_values import read_fixed
 from sweep.spec.settings import Value, settings_of
-from sweep.spec.study import SPEC, Study, read_study
+from sweep.spec.study import Study, read_study, spec_parts
 from sweep.tables.stored_trials import StoredTrial
 
 LATER = (
@@ -118,4 +118,4 @@ def _spec(cell: Any) -> dict[str, Any]:
     else:
         spec["replicates"] = replicate + 1
     streams = dict(word.partition("=")[::2] for word in words)
-    return written(spec, *SPEC) | {"streams": streams}
+    return written(spec, *spec_parts()) | {"streams": streams}

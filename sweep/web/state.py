@@ -32,7 +32,7 @@ from sweep.spec.settings import (
     usual_settings,
 )
 from sweep.spec.strict_yaml import MOST_BYTES, dump
-from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
+from sweep.spec.study import RecordSpec, Streams, Study, parse_spec, spec_parts
 from sweep.text import unknown
 from sweep.web.opened import Edits, OpenedSpec, opened
 
@@ -270,7 +270,7 @@ class ViewState:
             values["replicates"] = max(self.replicate + 1, least)
         if self.streams != Streams():
             values["streams"] = self.streams
-        spec = written(values, *SPEC) | {"record": self._record()}
+        spec = written(values, *spec_parts()) | {"record": self._record()}
         digest = hashlib.sha256(json.dumps(spec, sort_keys=True).encode()).hexdigest()
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 

@@ -13,7 +13,7 @@ MAY_IMPORT = {
     "surroundings": "",
     "method": "kernels",
     "analysis": "text",
-    "spec": "kernels errors text analysis",
+    "spec": "kernels errors text method analysis",
     "own_code": "kernels errors text spec",
     "design": "kernels text spec",
     "trial": "kernels errors text surroundings spec own_code design",

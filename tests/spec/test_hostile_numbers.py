@@ -36,7 +36,7 @@ from sweep.spec.key_table import described
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.strict_yaml import dump, parse_document
-from sweep.spec.study import SPEC, Study, read_study
+from sweep.spec.study import Study, read_study, spec_parts
 from sweep.trial.simulation import run
 from tests.cases import slow_but
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT
@@ -70,7 +70,7 @@ FILES = (
     "vicsek1995/scaling_scalar.yaml",
 )
 """Built-in specs which have together all sections, and few points."""
-KEYS = dict(described(*SPEC))
+KEYS = dict(described(*spec_parts()))
 PARTS = re.compile(r"\[\]|[^.\[\]]+")
 
 

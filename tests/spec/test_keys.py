@@ -13,17 +13,17 @@ from sweep.spec.axes import forms
 from sweep.spec.axis_keys import axis_keys
 from sweep.spec.contents import Number, OneOf, OrFalse, ReadLater, Text, Whole
 from sweep.spec.document import Document, Entry
-from sweep.spec.failure_policy import FailureBudget, Policy
+from sweep.spec.failure_policy import FailureBudget
 from sweep.spec.key_table import described
 from sweep.spec.keys import Key, differing, keys_of, read_section, written
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.search import LEVEL, Racing
 from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
+from sweep.spec.study import RecordSpec, Streams, Study, parse_spec, spec_parts
 from tests.specs import short
 
 ROOT = Path(__file__).parents[2]
-KEYS = dict(described(*SPEC))
+KEYS = dict(described(*spec_parts()))
 ALONE = {
     path: key
     for path, key in KEYS.items()
@@ -61,8 +61,6 @@ class EasierStudy(Study):
 def entered(monkeypatch: pytest.MonkeyPatch, kind: type[Study]) -> None:
     """The class of a study is another one; nothing else is told of its keys."""
     monkeypatch.setattr(study, "Study", kind)
-    for module in (study, schema, key_table):
-        monkeypatch.setattr(module, "SPEC", (kind, Policy))
 
 
 @pytest.fixture
@@ -94,7 +92,7 @@ def test_a_key_that_is_entered_once_is_in_the_schema() -> None:
 
 @pytest.mark.usefixtures("longer")
 def test_a_key_that_is_entered_once_is_written_and_in_the_table() -> None:
-    assert written({"patience": 5, "seed": 1}, *study.SPEC) == {
+    assert written({"patience": 5, "seed": 1}, *spec_parts()) == {
         "seed": 1,
         "patience": 5,
     }

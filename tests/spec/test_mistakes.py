@@ -132,17 +132,17 @@ replicates: 9
         "4 a search asks for one candidate after the ot",
         '4 a study with "refine" takes no "order"',
         '4 a study with "continue" takes no "order": li',
-        '5 a study with "validate" takes no "refine"',
         '5 missing key "axes" in "refine"',
         '5 missing key "until" in "refine"',
         '5 missing key "budget" in "refine"',
+        '5 a study with "validate" takes no "refine"',
         '5 a study with "continue" takes no "refine": w',
         '6 unknown key "updat"',
         '7 a spec has "search" or "sweep", not both: ax',
         '7 missing key "parameters" in "search"',
         '7 missing key "objectives" in "search"',
-        '7 a study with "validate" takes no "search"',
         '7 a study with "refine" takes no "search"',
+        '7 a study with "validate" takes no "search"',
     ]
 
 

@@ -11,8 +11,8 @@ from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from kernels.settings import COMMON
 from sweep.design.jobs import Job
+from sweep.methods.robustness.section import time_step
 from sweep.spec.settings import settings_of
-from sweep.spec.validating import time_step
 from sweep.trial.lanes import groups
 from sweep.trial.simulation import Simulation, run
 from tests.builders import job

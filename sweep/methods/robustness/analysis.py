@@ -104,7 +104,7 @@ def check_conclusions(
     metrics, and StoreError where a variant is not stored, or was launched from another
     spec.
     """
-    asked = study.about.validate
+    asked = study.about.sections.get("validate")
     if asked is None:
         raise ChoiceError('it has no variants; the spec has no "validate"', study.name)
     if not 0.5 <= confidence < 1.0:

@@ -1,4 +1,4 @@
-"""Conclusions with other numerics: its entry, and its command."""
+"""Conclusions with other numerics: its entry, its section and its command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,7 +8,10 @@ from sweep.method import Method
 from sweep.methods.options import Confidence, Over, OverOption
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sweep.figures.planning import FigureKind
+    from sweep.spec.sections import Section
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -42,4 +45,16 @@ def figures() -> "dict[str, FigureKind]":
     return {"validity": VALIDITY}
 
 
-METHOD = Method(reports=(validity,), figures=figures, in_figures=("validity_figure",))
+def sections() -> "Sequence[Section]":
+    """Return the section `validate`."""
+    from sweep.methods.robustness.variants import SECTION
+
+    return (SECTION,)
+
+
+METHOD = Method(
+    reports=(validity,),
+    figures=figures,
+    in_figures=("validity_figure",),
+    sections=sections,
+)

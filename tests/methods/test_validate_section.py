@@ -13,11 +13,11 @@ from kernels.catalogue import BUILT_IN
 from kernels.settings import Demand
 from sweep.campaigns.launch import check_launches
 from sweep.errors import SpecError
+from sweep.methods.robustness.variants import named_variants, unjudged
 from sweep.own_code.reading import with_variants
 from sweep.spec.schema import json_schema
 from sweep.spec.settings import Setting
 from sweep.spec.study import Study, parse_spec
-from sweep.spec.study_variants import named_variants, unjudged
 from tests.studies import SMALL
 
 VALIDATED = SMALL + "validate: {dt: [1, 1/2, 1/4], search: all_pairs, update: both}\n"
@@ -38,19 +38,24 @@ def variants(spec: str = VALIDATED) -> dict[str, Study]:
     return {one.name.removeprefix(f"{first.name}/"): one for one in others}
 
 
+def names(study: Study) -> dict[str, str]:
+    """The variants of a study with what differs."""
+    return named_variants(study, study.sections["validate"])
+
+
 def test_a_study_without_the_section_has_no_variants() -> None:
     study = parse_spec(SMALL)
-    assert (study.validate, with_variants(study)) == (None, [study])
+    assert (study.sections, with_variants(study)) == ({}, [study])
 
 
 def test_each_part_of_the_section_asks_for_variants() -> None:
-    assert named_variants(parse_spec(VALIDATED)) == {
+    assert names(parse_spec(VALIDATED)) == {
         "dt-1of2": "dt 1/2",
         "dt-1of4": "dt 1/4",
         "all-pairs": "all pairs",
         "update-synchronous": "synchronous updates",
     }
-    assert [*variants()] == [*named_variants(parse_spec(VALIDATED))]
+    assert [*variants()] == [*names(parse_spec(VALIDATED))]
     VALIDATOR.validate(YAML(typ="safe", pure=True).load(VALIDATED))
 
 
@@ -70,7 +75,7 @@ def test_shorter_steps_are_more_of_them_for_the_same_time() -> None:
     assert (1 - float(values["drag"])) ** 4 == pytest.approx(0.9, rel=1e-14)
     assert values["wander_range"] == pytest.approx(0.4, rel=1e-15)
     assert values["separation_range"] == 50.0, "what does not act once a step stays"
-    assert study.validate is None
+    assert "validate" not in study.sections
 
 
 def test_the_others_differ_in_one_thing_each() -> None:
@@ -150,8 +155,12 @@ def test_what_one_step_changes_is_not_judged_with_another_step() -> None:
     recorded += "a: turn_rate / speed, b: speed * dt, c: speed + 1}}"
     spec = changed(("record: {series: [speed], every: 2}", recorded))
     study = parse_spec(spec)
-    assert unjudged(study, "dt-1of2") == ["turn_rate", "a", "b"]
-    assert unjudged(study, "update-synchronous") == []
+    assert unjudged(study, study.sections["validate"], "dt-1of2") == [
+        "turn_rate",
+        "a",
+        "b",
+    ]
+    assert unjudged(study, study.sections["validate"], "update-synchronous") == []
 
 
 DT = "dt: [1, 1/2, 1/4]"

@@ -5,17 +5,26 @@ Each is a whole spec, and its study lies in the folder of the first one.
 """
 
 import copy
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
+from sweep.methods.robustness.section import (
+    KEY,
+    UPDATE,
+    Validate,
+    check_validate,
+    read_validate,
+    time_step,
+)
 from sweep.spec.axes import Axis
 from sweep.spec.axis_keys import HOLD
-from sweep.spec.document import Place
 from sweep.spec.mistakes import Mistakes
+from sweep.spec.sections import Section, StudyVariant
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import Study
-from sweep.spec.validating import ALL_PAIRS, UPDATE, Validate, time_step
+from sweep.spec.study import ALL_PAIRS, Study
+from sweep.spec.study_folder import why_no_name
+from sweep.text import shortened
 
 WITHOUT_GRID = "all-pairs"
 STEPS = "steps"
@@ -25,35 +34,19 @@ class UncutError(ValueError):
     """The steps of a study cannot be cut; the message says why."""
 
 
-@dataclass(frozen=True)
-class StudyVariant:
-    """A variant: its name below that of the study, what differs in words, the key of
-    `validate` that asks for it, and its whole spec.
-    """
-
-    name: str
-    words: str
-    place: Place
-    spec: dict[str, Any]
-
-
-def named_variants(study: Study) -> dict[str, str]:
+def named_variants(study: Study, asked: Validate) -> dict[str, str]:
     """The names of the variants of a study, with what differs in words."""
-    asked = study.validate
-    if asked is None:
-        return {}
     step = time_step(study.settings)
     found = {name: f"{step} 1/{parts}" for name, parts in _shorter(asked).items()}
     if asked.search:
         found[WITHOUT_GRID] = "all pairs"
-    return found | {name: f"{order} updates" for name, order in _other(study).items()}
+    others = _other(study, asked).items()
+    return found | {name: f"{order} updates" for name, order in others}
 
 
-def study_variants(study: Study) -> list[StudyVariant]:
+def study_variants(study: Study, asked: Validate) -> list[StudyVariant]:
     """The variants of a study. Raises one SpecError with all that cannot be."""
-    asked, words = study.validate, named_variants(study)
-    if asked is None:
-        return []
+    words = named_variants(study, asked)
     found, mistakes = list[tuple[str, str, dict[str, Any]]](), Mistakes()
     with mistakes.noted():
         for name, parts in _shorter(asked).items():
@@ -62,11 +55,11 @@ def study_variants(study: Study) -> list[StudyVariant]:
         spec = _named(study, WITHOUT_GRID) | {"neighbour_search": ALL_PAIRS}
         found.append((WITHOUT_GRID, "search", spec))
     with mistakes.noted():
-        for name, order in _other(study).items():
+        for name, order in _other(study, asked).items():
             found.append((name, "update", _updated(study, _named(study, name), order)))
     mistakes.check()
     return [
-        StudyVariant(name, words[name], ("validate", key), spec)
+        StudyVariant(name, words[name], (KEY.name, key), spec)
         for name, key, spec in found
     ]
 
@@ -103,12 +96,37 @@ def changed_by_steps(study: Study) -> dict[str, Setting]:
     return {name: one for name, one in settings if one.in_steps or one.each_step}
 
 
-def unjudged(study: Study, variant: str) -> list[str]:
+def record_of(study: Study, asked: Validate) -> list[dict[str, Any]]:
+    """What a plan records of the variants: their names, what differs in `words`, and
+    the metrics that are `unjudged`, as they are of something else there.
+    """
+    return [
+        {"name": name, "words": words, "unjudged": unjudged(study, asked, name)}
+        for name, words in named_variants(study, asked).items()
+    ]
+
+
+def check_record(record: list[dict[str, Any]], about: Mapping[str, Any]) -> None:
+    """Raise ValueError unless the variants have names of studies, each its own, and the
+    metrics are those of the study.
+    """
+    names = [one["name"] for one in record]
+    if len(names) > len({*names}):
+        raise ValueError("a variant stands twice")
+    for one in record:
+        name = one["name"]
+        if "/" in name or why_no_name(name):
+            raise ValueError(f'no variant can be called "{shortened(name)}"')
+        if unknown := [*{*one["unjudged"]} - {*about["record"]}]:
+            raise ValueError(f'there is no metric "{unknown[0]}"')
+
+
+def unjudged(study: Study, asked: Validate, variant: str) -> list[str]:
     """The recorded metrics that are of something else in a variant: with shorter steps
     those that measure what one step changes, and those derived from these or from
     settings that change with the step.
     """
-    if study.validate is None or variant not in _shorter(study.validate):
+    if variant not in _shorter(asked):
         return []
     known, changed = study.known.metrics, {*changed_by_steps(study)}
     found = [name for name in study.record.metrics if known[name].per_step]
@@ -123,9 +141,9 @@ def _shorter(asked: Validate) -> dict[str, int]:
     return {f"dt-1of{parts}": parts for parts in sorted(asked.dt) if parts > 1}
 
 
-def _other(study: Study) -> dict[str, str]:
+def _other(study: Study, asked: Validate) -> dict[str, str]:
     """By the names of their variants, the orders of updates that a study has not."""
-    if study.validate is None or not study.validate.update:
+    if not asked.update:
         return {}
     own = (study.preset_settings | study.fixed)[UPDATE]
     orders = [order for order in study.settings[UPDATE].choices if order != own]
@@ -140,7 +158,7 @@ def _named(study: Study, name: str) -> dict[str, Any]:
 def _own(study: Study) -> dict[str, Any]:
     """The spec of a study without `validate`."""
     spec: dict[str, Any] = parse_document(study.text, study.path).value
-    left = {key: value for key, value in spec.items() if key != "validate"}
+    left = {key: value for key, value in spec.items() if key != KEY.name}
     return copy.deepcopy(left)
 
 
@@ -148,7 +166,7 @@ def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
     """The spec with that order of updates."""
     if study.place_of(UPDATE) not in (None, ("fixed", UPDATE)):
         raise study.document.error(
-            ("validate", "update"),
+            (KEY.name, "update"),
             f'"{UPDATE}" varies in the study already: leave update out',
         )
     return spec | {"fixed": spec.get("fixed", {}) | {UPDATE: order}}
@@ -156,7 +174,7 @@ def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
 
 def _cut(study: Study, name: str, parts: int) -> dict[str, Any]:
     """The spec of a variant whose steps are cut. Raises SpecError where they cannot."""
-    place = ("validate", "dt")
+    place = (KEY.name, "dt")
     try:
         return in_parts(study, parts) | {"study": f"{study.name}/{name}"}
     except UncutError as error:
@@ -227,3 +245,16 @@ def _expression(setting: Setting, given: Any, parts: int) -> str:
         "share": f"1 - (1 - ({given})) ** (1 / {parts})",
         "noise": f"({given}) * {parts} ** 0.5",
     }[setting.each_step]
+
+
+SECTION = Section(
+    KEY,
+    read=read_validate,
+    check=check_validate,
+    not_beside={"search": "", "refine": ""},
+    needs={"required": ["sweep"]},
+    variants=study_variants,
+    recorded=record_of,
+    shape=[{"name": str, "words": str, "unjudged": [str]}],
+    check_recorded=check_record,
+)

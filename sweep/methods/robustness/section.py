@@ -5,24 +5,23 @@ All functions raise SpecError, with file and line, for what is not allowed.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated
 
-from sweep.spec.axes import Axis
 from sweep.spec.contents import Content, ListOf, OneOf
 from sweep.spec.document import Entry
-from sweep.spec.keys import Key, check_beside, read_section
+from sweep.spec.keys import Key, LaterSectionOf, read_section
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema
+from sweep.spec.sections import Around
 from sweep.spec.settings import Setting
+from sweep.spec.study import ALL_PAIRS
 
 MOST_PARTS = 64
-ALL_PAIRS, BOTH = "all_pairs", "both"
+BOTH = "both"
 UPDATE = "update"
-NOT_BESIDE = {"search": "", "refine": ""}
-"""Keys that cannot stand beside `validate`."""
 PARTS = tuple(range(1, MOST_PARTS + 1))
 
 
@@ -92,54 +91,50 @@ class Validate:
     ] = None
 
 
-def read_validate(root: Entry) -> Validate | None:
-    """The section, each key checked alone, and what cannot stand beside it; None where
-    there is none.
-    """
-    entry, mistakes = root.get("validate"), Mistakes()
-    if entry is None:
-        return None
-    mistakes.read(check_beside, root, "validate", NOT_BESIDE)
-    found = mistakes.read(read_section, Validate, entry)
-    with mistakes.noted():
-        if found and {*found.dt} <= {1} and not found.search and not found.update:
-            raise entry.error(
-                '"validate" changes nothing: give it a time step that is shorter, as'
-                " dt: [1/2], search: all_pairs or update: both"
-            )
-    mistakes.check()
+KEY = Key(
+    LaterSectionOf(Validate),
+    "with which other time steps, neighbour search and order of updates the study is"
+    " run again: `sweep validity` says whether its conclusions hold",
+    name="validate",
+    otherwise="as it is alone",
+)
+
+
+def read_validate(root: Entry, _around: Around) -> Validate:
+    """Return the section, each key checked alone."""
+    entry = root.child(KEY.name)
+    found = read_section(Validate, entry)
+    if {*found.dt} <= {1} and not found.search and not found.update:
+        raise entry.error(
+            '"validate" changes nothing: give it a time step that is shorter, as'
+            " dt: [1/2], search: all_pairs or update: both"
+        )
     return found
 
 
-def check_validate(
-    root: Entry,
-    given: Validate,
-    model: str,
-    settings: Mapping[str, Setting],
-    axes: Sequence[Axis],
-) -> None:
+def check_validate(root: Entry, given: Validate, around: Around) -> None:
     """Raise SpecError where a study of the model, with such axes, cannot be run as the
     section says, or has nothing that could be concluded from it.
     """
-    entry, mistakes = root.child("validate"), Mistakes()
+    entry, mistakes = root.child(KEY.name), Mistakes()
     with mistakes.noted():
-        if all(len(axis) < 2 for axis in axes):
+        if all(len(axis) < 2 for axis in around.axes or ()):
             raise entry.error(
                 'there is nothing to conclude: "validate" needs an axis of "sweep" with'
                 " at least two values, whose differences it looks at"
             )
     with mistakes.noted():
-        if given.dt and time_step(settings) is None:
+        if given.dt and time_step(around.settings) is None:
             raise entry.child("dt").error(
-                f"model {model} has no time step that could be shorter: none of its"
-                " settings says that its equations are continuous in time"
+                f"model {around.model} has no time step that could be shorter: none of"
+                " its settings says that its equations are continuous in time"
                 ' (InParts("time")); leave dt out'
             )
     with mistakes.noted():
-        if given.update and UPDATE not in settings:
+        if given.update and UPDATE not in around.settings:
             raise entry.child("update").error(
-                f'model {model} has no setting "{UPDATE}", and so one order of updates;'
-                " leave update out"
+                f'model {around.model} has no setting "{UPDATE}", and so one order of'
+                " updates; leave update out"
             )
     mistakes.check()
 
@@ -149,8 +144,3 @@ def time_step(settings: Mapping[str, Setting]) -> str | None:
     None of another.
     """
     return next((name for name in settings if settings[name].each_step == "time"), None)
-
-
-def validate_dependencies() -> Schema:
-    """What `check_validate` checks of several keys, as JSON Schema, by the key."""
-    return {"validate": {"required": ["sweep"]}}
