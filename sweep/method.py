@@ -42,7 +42,7 @@ class Method:
         package offers kinds as entry points of the group `boidsweep.figures`.
     sections
         A function that returns sections that a spec may have, each a
-        `sweep.spec.sections.Section`. It imports them.
+        `sweep.spec.sections.SpecSection`. It imports them.
     in_figures
         Names of the face of the method that `sweep.figures` hands on to notebooks.
     """

@@ -83,7 +83,7 @@ def _no_variants(_study: Any, _value: Any) -> list[StudyVariant]:
 
 
 @dataclass(frozen=True)
-class Section:
+class SpecSection:
     """A section that a spec may have.
 
     Attributes
@@ -124,7 +124,7 @@ class Section:
 
 
 @cache
-def sections() -> Mapping[str, Section]:
+def sections() -> Mapping[str, SpecSection]:
     """Return the sections of all methods by their keys."""
     return {
         section.key.name: section

@@ -50,6 +50,84 @@ def studies(results):
 
 METHOD = Method(reports=(count,), reports_of_results=(studies,))
 '''
+REPEATING = '''"""A study again with other seeds: its section, variants and report."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from sweep.method import Method
+
+
+def repeats(study):
+    """How often a study was run."""
+    import pandas as pd
+
+    from sweep.tables.reports import Report, TextTable
+
+    seeds = study.about.sections["repeat"]
+    rows = pd.DataFrame({"seed": seeds})
+    table = TextTable(["seed"], [[str(seed)] for seed in seeds])
+    return Report(rows, {"seeds": seeds}, [table])
+
+
+def sections():
+    from sweep.errors import SpecError
+    from sweep.spec.contents import ListOf, Whole
+    from sweep.spec.keys import Key, LaterSectionOf, read_section
+    from sweep.spec.sections import SpecSection, StudyVariant
+    from sweep.spec.strict_yaml import parse_document
+
+    @dataclass(frozen=True)
+    class Repeat:
+        seeds: Annotated[
+            tuple[int, ...], Key(ListOf(Whole(0), "seeds"), "seeds", example="[1]")
+        ]
+
+    key = Key(
+        LaterSectionOf(Repeat), "runs it again", name="repeat", otherwise="once"
+    )
+
+    def read(root, around):
+        return read_section(Repeat, root.child("repeat"))
+
+    def check(root, value, around):
+        if around.replication.replicates == 1:
+            raise root.child("repeat").error("one trial is nothing to repeat")
+
+    def variants(study, value):
+        spec = parse_document(study.text, study.path).value
+        del spec["repeat"]
+        return [
+            StudyVariant(
+                f"seed-{seed}",
+                f"seed {seed}",
+                ("repeat", "seeds"),
+                spec | {"study": f"{study.name}/seed-{seed}", "seed": seed},
+            )
+            for seed in value.seeds
+        ]
+
+    def check_recorded(seeds, about):
+        if len(seeds) > len(set(seeds)):
+            raise ValueError("a seed stands twice")
+
+    return [
+        SpecSection(
+            key,
+            read=read,
+            check=check,
+            not_beside={"search": "it looks for one best"},
+            needs={"required": ["replicates"]},
+            variants=variants,
+            recorded=lambda study, value: [study.seed, *value.seeds],
+            shape=[int],
+            check_recorded=check_recorded,
+        )
+    ]
+
+
+METHOD = Method(reports=(repeats,), sections=sections)
+'''
 BROKEN = "import nowhere_to_be_found"
 
 
@@ -79,6 +157,79 @@ def test_a_method_of_a_package_is_a_command(tmp_path: Path) -> None:
     assert "So many trials are many." in helped.stdout
     why = "broken cannot be used: counting 1.0 has it in counting.broken"
     assert why in text.stderr
+
+
+@pytest.fixture
+def repeating(tmp_path: Path) -> Path:
+    """A package whose method has a section."""
+    offered = {"repeating": "repeating.method:METHOD"}
+    files = {"__init__.py": "", "method.py": REPEATING}
+    return install(tmp_path, {"boidsweep.methods": offered}, files, name="repeating")
+
+
+def test_a_section_of_a_package_is_read_run_and_recorded(
+    tmp_path: Path, repeating: Path
+) -> None:
+    """From the spec to its report, with what an editor knows of it."""
+    spec = tmp_path / "small.yaml"
+    spec.write_text(f"{SMALL}repeat: {{seeds: [7, 8]}}\n", encoding="utf-8")
+    plan, launch, again, report, variant, schema, odd, pack = started_in_turn(
+        tmp_path,
+        repeating,
+        ("plan", "small.yaml"),
+        ("launch", "small.yaml", "--workers", "1"),
+        ("launch", "small.yaml", "--workers", "1"),
+        ("repeats", "small", "--json"),
+        ("table", "small/seed-8", "--csv"),
+        ("schema",),
+        ("odd", "small"),
+        ("pack", "small"),
+    )
+    assert [one.returncode for one in (plan, launch, again, odd, pack)] == [0] * 5
+    assert "small/seed-7" in plan.stdout
+    assert json.loads(report.stdout) == {"seeds": [5, 7, 8]}
+    assert variant.stdout.count("\n") == 3
+    known = json.loads(schema.stdout)
+    assert known["properties"]["repeat"]["properties"]["seeds"]["type"] == "array"
+    assert known["dependencies"]["repeat"] == {"required": ["replicates"]}
+
+
+def test_what_is_wrong_with_a_section_of_a_package_is_said_with_all_else(
+    tmp_path: Path, repeating: Path
+) -> None:
+    spec = tmp_path / "small.yaml"
+    wrong = f"{SMALL}repeat: {{seed: [7], seeds: [-1]}}\nsearch: {{}}\n"
+    spec.write_text(wrong, encoding="utf-8")
+    alone = SMALL.replace("replicates: 3", "replicates: 1")
+    (tmp_path / "alone.yaml").write_text(f"{alone}repeat: {{seeds: [7]}}\n")
+    refused, of_one = started_in_turn(
+        tmp_path, repeating, ("plan", "small.yaml"), ("plan", "alone.yaml")
+    )
+    assert 'unknown key "seed"; did you mean "seeds"?' in refused.stderr
+    assert "whole number" in refused.stderr
+    why = 'a study with "repeat" takes no "search": it looks for one best'
+    assert why in refused.stderr
+    assert "one trial is nothing to repeat" in of_one.stderr
+
+
+def test_a_study_with_a_section_of_a_package_that_is_gone_is_read(
+    tmp_path: Path, repeating: Path
+) -> None:
+    """What its plan records of the section stays, and its trials are read; a launch of
+    the spec says that nobody knows the key.
+    """
+    spec = tmp_path / "small.yaml"
+    spec.write_text(f"{SMALL}repeat: {{seeds: [7]}}\n", encoding="utf-8")
+    (launch,) = started_in_turn(
+        tmp_path, repeating, ("launch", "small.yaml", "--workers", "1")
+    )
+    assert launch.returncode == 0
+    nothing = tmp_path / "no packages"
+    table, again = started_in_turn(
+        tmp_path, nothing, ("table", "small", "--csv"), ("launch", "small.yaml")
+    )
+    assert table.stdout.count("\n") == 3
+    assert 'unknown key "repeat"' in again.stderr
 
 
 def test_every_report_is_a_command() -> None:

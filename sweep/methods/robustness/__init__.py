@@ -1,9 +1,11 @@
 """Robustness of numerics: conclusions with other time steps, orders and searches.
 
+section   `validate`: which variants of a study are run
+variants  their specs, and what a plan records of them
 analysis  each conclusion in each variant
 report    the same as a report
 figure    the same drawn
-method    its entry, and its command
+method    its entry, its section and its command
 """
 
 import lazy_loader

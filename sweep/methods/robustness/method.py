@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sweep.figures.planning import FigureKind
-    from sweep.spec.sections import Section
+    from sweep.spec.sections import SpecSection
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -45,7 +45,7 @@ def figures() -> "dict[str, FigureKind]":
     return {"validity": VALIDITY}
 
 
-def sections() -> "Sequence[Section]":
+def sections() -> "Sequence[SpecSection]":
     """Return the section `validate`."""
     from sweep.methods.robustness.variants import SECTION
 

@@ -19,7 +19,7 @@ from sweep.methods.robustness.section import (
 from sweep.spec.axes import Axis
 from sweep.spec.axis_keys import HOLD
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.sections import Section, StudyVariant
+from sweep.spec.sections import SpecSection, StudyVariant
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import ALL_PAIRS, Study
@@ -247,7 +247,7 @@ def _expression(setting: Setting, given: Any, parts: int) -> str:
     }[setting.each_step]
 
 
-SECTION = Section(
+SECTION = SpecSection(
     KEY,
     read=read_validate,
     check=check_validate,
