@@ -43,6 +43,12 @@ class Method:
     sections
         A function that returns sections that a spec may have, each a
         `sweep.spec.sections.SpecSection`. It imports them.
+    status
+        A function of a stored study that returns lines of `sweep status`, by their
+        labels.
+    unfinished
+        A function of a stored study that returns why trials follow that its plan does
+        not have yet, in words, or "" where none do.
     in_figures
         Names of the face of the method that `sweep.figures` hands on to notebooks.
     """
@@ -51,6 +57,8 @@ class Method:
     reports_of_results: Sequence[Callable[..., Any]] = ()
     figures: Callable[[], Mapping[str, Any]] = dict
     in_figures: Sequence[str] = ()
+    status: Callable[[Any], Mapping[str, str]] = lambda _study: {}
+    unfinished: Callable[[Any], str] = lambda _study: ""
     sections: Callable[[], Sequence[Any]] = tuple
 
 

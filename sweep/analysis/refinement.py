@@ -24,7 +24,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise, product
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -138,6 +138,10 @@ class Refinement:
     hold together with `confidence`: so does the boundary that lies between them.
     """
 
+    place: ClassVar = ("refine",)
+    """The key of a spec that writes it."""
+    adds_points: ClassVar = True
+
     metric: str
     at: float | str
     scales: Mapping[str, RefinedAxis]
@@ -146,6 +150,18 @@ class Refinement:
     most: int
     budget: int
     confidence: float
+
+    def most_trials(self, _points: int) -> int:
+        """The most trials of a study, whatever the number of points at first."""
+        return self.budget
+
+    @property
+    def counted(self) -> str:
+        """Which trials of a spec are counted, in words."""
+        return (
+            "its first trials are counted; it adds others where the mean of"
+            f" {self.metric} {self.where}"
+        )
 
     @property
     def looks(self) -> tuple[int, ...]:

@@ -32,7 +32,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,10 +90,23 @@ class Until:
     `widths` are by columns of the trials; the first look is after `least` trials.
     """
 
+    place: ClassVar = ("replicates", "until")
+    """The key of a spec that writes it."""
+    adds_points: ClassVar = False
+    counted: ClassVar = (
+        "its trials are counted at their most; it stops before, where an interval is"
+        " narrow"
+    )
+    """Which trials of a spec are counted, in words."""
+
     widths: Mapping[str, Width]
     confidence: float
     least: int
     most: int
+
+    def most_trials(self, points: int) -> int:
+        """The most trials of a study with so many points."""
+        return points * self.most
 
     @property
     def looks(self) -> tuple[int, ...]:

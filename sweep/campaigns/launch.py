@@ -83,13 +83,12 @@ def _strategy(study: Study, share: Share | None) -> Strategy[Progress]:
         raise study.document.error(
             ("search",), 'this study is a search: run it with "sweep search"'
         )
-    if share and (study.until or study.refine):
-        place = ("replicates", "until") if study.until else ("refine",)
+    if share and study.rule:
         message = (
             "what trials follow depends on all that are stored:"
             " this study cannot be launched in shares"
         )
-        raise study.document.error(place, message)
+        raise study.document.error(study.rule.place, message)
     if study.refine:
         return RefineStrategy(study, study.refine)
     return UntilStrategy(study, study.until) if study.until else FixedStrategy(study)

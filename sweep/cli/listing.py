@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections import Counter
 from typing import Any
 
 from rich.table import Table
@@ -14,7 +13,7 @@ from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
 from sweep.design.plan import about
-from sweep.methods.refinement import find_boundary
+from sweep.method import methods
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import declaration_of
 from sweep.spec.settings import (
@@ -27,7 +26,7 @@ from sweep.spec.settings import (
 from sweep.tables.causes import Cause, causes_of
 from sweep.tables.chains import cut_off
 from sweep.tables.means_text import brief
-from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
+from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_tables import command
 from sweep.text import so_many
 from sweep.workers.failures import MOST_CAUSES
@@ -172,23 +171,6 @@ def status_json(study: StoredStudy) -> str:
     )
 
 
-def _settled(study: StoredStudy) -> str:
-    """How many points need no more trials, by the reason."""
-    why = study.stopping.groupby("point")["why"].agg(lambda of: min(of, key=WHYS.index))
-    counts = Counter(why[why != NOT_YET])
-    reasons = "".join(f", {count:,} by {one}" for one, count in sorted(counts.items()))
-    return f"{counts.total():,} of {len(why):,} points{reasons}"
-
-
-def _refined(study: StoredStudy) -> str:
-    """How many cells the boundary of a refined study goes through, and how many are
-    not resolved.
-    """
-    states = Counter(find_boundary(study).cells["state"])
-    crossed, left = states["boundary"], states["unresolved"]
-    return f"in {crossed:,} of {states.total():,} cells, {left:,} unresolved"
-
-
 def status_text(study: StoredStudy) -> str:
     """Counts by status, the errors with the commands that show them, and the origin of
     the results.
@@ -210,8 +192,11 @@ def status_text(study: StoredStudy) -> str:
         f" {status}"
         for status, count in sorted(cut_off(study).items())
     ]
-    lines += [f"settled   {_settled(study)}"] if study.about.until else []
-    lines += [f"boundary  {_refined(study)}"] if study.about.refine else []
+    lines += [
+        f"{label:<9} {text}"
+        for method in methods().values()
+        for label, text in method.status(study).items()
+    ]
     lines.append(f"kernels   {origin['kernels_sha'][:16]}")
     lines.append(
         f"commit    {origin['git'].get('commit', 'unknown')}"

@@ -127,7 +127,7 @@ def _width(metric: str, width: float | str) -> str:
 
 def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """The plan of `study`. Raises SpecError for a design that cannot be."""
-    design, rule = expand(study), study.until or study.refine
+    design = expand(study)
     cost = study_cost(study, design, pace)
     notes = [note for axis in study.axes for note in axis.notes]
     return Plan(
@@ -139,7 +139,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         trials_per_point=study.trials_per_point,
         trials=study.most_trials(design.n_points),
         fewest_trials=design.n_points
-        * (rule.least if rule else study.trials_per_point),
+        * (study.rule.least if study.rule else study.trials_per_point),
         varied=list(design.told_apart),
         rejected=design.rejected,
         merged=design.duplicates,

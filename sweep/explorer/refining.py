@@ -90,10 +90,9 @@ def refined(study: Study, wanted: Extension) -> str:
 def _more_replicates(study: Study, wanted: int) -> int:
     """So many replicates, which are more than the spec has."""
     said = ""
-    if study.refine:
-        said = 'a rule says how many there are: change max under "refine"'
-    elif study.until:
-        said = "a rule says how many there are: change max under replicates"
+    if study.rule:
+        under = study.rule.place[0]
+        said = f'a rule says how many there are: change max under "{under}"'
     elif study.replicates is None:
         said = "the spec lists its seeds: add some to them"
     elif wanted <= study.replicates:
@@ -108,8 +107,10 @@ class _Refined:
 
     def __init__(self, study: Study, wanted: Extension) -> None:
         self.study, self.wanted = study, wanted
-        if study.search or study.refine:
-            chooses = "a search" if study.search else '"refine" in the spec'
+        if study.search or (study.rule and study.rule.adds_points):
+            chooses = "a search"
+            if study.rule:
+                chooses = f'"{study.rule.place[-1]}" in the spec'
             raise ChoiceError(f"{chooses} chooses the points itself", study.name)
         if not 2 <= wanted.parts <= MOST_PARTS:
             raise ChoiceError(

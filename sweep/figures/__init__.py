@@ -17,7 +17,6 @@ published studies.
     scatter             a metric against each setting
     parallel            all settings of the best
     pareto              two metrics, and their front
-    narrowing           half widths of intervals
     coverage            where boids were
     trajectories        the ways of boids
     search              history and front of a search

@@ -13,7 +13,6 @@ from .drawing import quantity as quantity
 from .drawing import words as words
 from .heatmap import heatmap_figure as heatmap_figure
 from .kinds import KINDS as KINDS
-from .narrowing import narrowing_figure as narrowing_figure
 from .parallel import parallel_figure as parallel_figure
 from .pareto import pareto_figure as pareto_figure
 from .planning import Choices as Choices

@@ -1,6 +1,7 @@
 """Methods: what may be asked of the results of a study, a folder each.
 
 options       options that several reports have
+adaptive/     points get trials until intervals are narrow
 refinement/   where the mean of a metric crosses a level
 hysteresis/   loops between the way up and the way down of chains
 scaling/      what flocks of several sizes tell of a transition

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from sweep.design.code import study_code
 from sweep.errors import StoreError
-from sweep.methods.refinement import find_boundary
+from sweep.method import methods
 from sweep.methods.scaling import Scaling
 from sweep.published.claims import Claim
 from sweep.published.clocks import RetoldStudy
@@ -87,14 +87,8 @@ def _gap(study: StoredStudy) -> str:
     if missing:
         there = planned - missing
         return f"{there:,} of {planned:,} trials of {study.name} are there"
-    if study.about.until and (study.stopping["why"] == "not yet").any():
-        return f"more trials of {study.name} follow by its rule"
-    if (
-        study.about.refine
-        and (find_boundary(study).cells["state"] == "unresolved").any()
-    ):
-        return f"cells of {study.name} are not resolved"
-    return ""
+    whys = [method.unfinished(study) for method in methods().values()]
+    return next(filter(None, whys), "")
 
 
 def _row(

@@ -131,7 +131,7 @@ def for_editors(spec: str) -> str:
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
-    at_most = bool(study.search or study.until or study.refine)
+    at_most = bool(study.search or study.rule)
     plan = plan_of(study, workers)
     return BuiltInStudy(name, study.document.comment, plan, at_most)
 

@@ -95,7 +95,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
     searched: dict[str, list[Value]] = {
         name: [SEARCHED] for name in values if _is_searched(study, name)
     }
-    most = "at most " if study.until or study.refine else ""
+    most = "at most " if study.rule else ""
     axis = study.continued
     return StudyFacts(
         name=study.name,

@@ -487,18 +487,23 @@ class Study:
         return drawn.size
 
     @property
+    def rule(self) -> Until | Refinement | None:
+        """What adds trials or points after looks at those that are stored."""
+        return self.until or self.refine
+
+    @property
     def trials_per_point(self) -> int:
         """The number of replicates or of seeds; the most trials where a rule adds
         them.
         """
-        if rule := self.until or self.refine:
-            return rule.most
+        if self.rule:
+            return self.rule.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
 
     def most_trials(self, points: int) -> int:
         """The most trials of a study that has so many points at first."""
-        if self.refine:
-            return self.refine.budget
+        if self.rule:
+            return self.rule.most_trials(points)
         return points * self.trials_per_point
 
     def distribution(self, column: str) -> Declaration:

@@ -151,8 +151,8 @@ def _side(
         )
         raise one.document.error(("search",), message)
     design, first = expand(one), None
-    if one.refine:
-        first = np.full(design.n_points, one.refine.least)
+    if one.rule and one.rule.adds_points:
+        first = np.full(design.n_points, one.rule.least)
     jobs = Jobs(one, design, first)
     ids = jobs.ids()
     ids = _served(one, jobs, ids, store, statuses).into(ids)
@@ -161,27 +161,12 @@ def _side(
     return SpecVersion(
         str(one.path),
         one.name,
-        _counted(one),
+        one.rule.counted if one.rule else "",
         _values(one.document),
         study_code(one),
         trials,
         points,
     )
-
-
-def _counted(study: Study) -> str:
-    """Which trials of a study are counted, where these follow from results."""
-    if study.refine:
-        return (
-            "its first trials are counted; it adds others where the mean of"
-            f" {study.refine.metric} {study.refine.where}"
-        )
-    if study.until:
-        return (
-            "its trials are counted at their most; it stops before, where an interval"
-            " is narrow"
-        )
-    return ""
 
 
 def _served(

@@ -85,7 +85,7 @@ class Failures:
 
     def _sentence(self) -> str:
         study, count = self.study, len(self.trials)
-        growing = study.until or study.refine or study.search
+        growing = study.rule or study.search
         most = "at most " if growing else ""
         budget = (
             f"more than failure_budget allows ({study.policy.allowed(self.most):,})"

@@ -32,8 +32,8 @@ MAY_IMPORT = {
     "loaded": "errors text method analysis spec tables campaigns methods",
     "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (
-        "kernels errors text analysis spec own_code design store workers tables methods"
-        " campaigns figures"
+        "kernels errors text method analysis spec own_code design store workers tables"
+        " methods campaigns figures"
     ),
     "sharing": "kernels errors text spec design store tables published",
     "web": (

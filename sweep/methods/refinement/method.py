@@ -33,4 +33,24 @@ def figures() -> "dict[str, FigureKind]":
     return {"phase": PHASE}
 
 
-METHOD = Method(reports=(boundary,), figures=figures, in_figures=("phase_figure",))
+def status(study: "StoredStudy") -> dict[str, str]:
+    """Return how many cells the boundary goes through."""
+    from sweep.methods.refinement.report import cells_in_words
+
+    return {"boundary": cells_in_words(study)} if study.about.refine else {}
+
+
+def unfinished(study: "StoredStudy") -> str:
+    """Return why more trials follow, or "" where none do."""
+    from sweep.methods.refinement.report import why_unfinished
+
+    return why_unfinished(study)
+
+
+METHOD = Method(
+    reports=(boundary,),
+    figures=figures,
+    in_figures=("phase_figure",),
+    status=status,
+    unfinished=unfinished,
+)

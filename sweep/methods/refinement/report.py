@@ -1,12 +1,13 @@
 """The report of a refined study: where a mean crosses a level."""
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
 
 from sweep.analysis.refinement import ABOVE, BELOW, UNKNOWN, Refinement
-from sweep.methods.refinement.analysis import Boundary
+from sweep.methods.refinement.analysis import Boundary, find_boundary
 from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
 from sweep.tables.reports import MAX_ROWS, Report, TextTable
@@ -108,3 +109,20 @@ def _sides(points: pd.DataFrame) -> str:
         for side, words in WORDS.items()
         if side in counts
     )
+
+
+def cells_in_words(study: StoredStudy) -> str:
+    """Return how many cells the boundary of a refined study goes through, and how many
+    are not resolved. Raises ChoiceError for a study with a fixed grid.
+    """
+    states = Counter(find_boundary(study).cells["state"])
+    crossed, left = states["boundary"], states["unresolved"]
+    return f"in {crossed:,} of {states.total():,} cells, {left:,} unresolved"
+
+
+def why_unfinished(study: StoredStudy) -> str:
+    """Return why more trials follow, in words, or "" where none do."""
+    if study.about.refine is None:
+        return ""
+    unresolved = (find_boundary(study).cells["state"] == "unresolved").any()
+    return f"cells of {study.name} are not resolved" if unresolved else ""

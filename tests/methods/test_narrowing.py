@@ -11,11 +11,12 @@ import pytest
 
 from sweep.analysis import by_point, mean_interval
 from sweep.errors import ChoiceError
-from sweep.figures import narrowing, narrowing_figure
-from sweep.figures.narrowing import half_widths, narrowing_layout
-from sweep.figures.narrowing import marks as marks_of
+from sweep.figures import narrowing_figure
 from sweep.figures.planning import Choices
 from sweep.figures.saving import save
+from sweep.methods.adaptive import figure as narrowing
+from sweep.methods.adaptive.figure import half_widths, narrowing_layout
+from sweep.methods.adaptive.figure import marks as marks_of
 from sweep.tables.stored_study import StoredStudy
 from tests.plotted import legend_texts, shown, study
 
