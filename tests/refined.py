@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import steepest
 from sweep.analysis.mean_bounds import Distribution
-from sweep.analysis.refinement import (
+from sweep.methods.refinement import steepest
+from sweep.methods.refinement.rule import (
     Place,
     RefinedAxis,
     Refinement,

@@ -16,10 +16,8 @@ are counted.
     futures       what a pilot lets one expect
     replication   how many values a goal needs
     sequential    the same while trials are added
-    refinement    a grid that becomes finer where a mean crosses a level
     hysteresis    the loop between two directions
     resilience    what a failure leaves, and when that is mended
-    steepest      the same where a mean changes most
     series        curves against time
     steady        means after the transient
     order         susceptibility and Binder cumulant

@@ -81,6 +81,12 @@ class Width(NamedTuple):
             return self.half
         return f"{100.0 * self.half:.9f}".rstrip("0").rstrip(".") + "%"
 
+    @property
+    def in_words(self) -> str:
+        """How wide it may be, as a reader has it."""
+        width = self.as_json()
+        return f"{width} of its mean" if isinstance(width, str) else f"{width:g}"
+
 
 @dataclass(frozen=True)
 class Until:
@@ -98,6 +104,7 @@ class Until:
         " narrow"
     )
     """Which trials of a spec are counted, in words."""
+    where: ClassVar = ""
 
     widths: Mapping[str, Width]
     confidence: float
@@ -120,6 +127,14 @@ class Until:
         """
         missing = (1.0 - self.confidence) / len(self.widths)
         return nominal_confidence(self.looks, 1.0 - missing)
+
+    @property
+    def in_words(self) -> str:
+        """Until when trials are added, in words."""
+        widths = ", ".join(
+            f"of {name} is {width.in_words}" for name, width in self.widths.items()
+        )
+        return f", until the half width {widths}"
 
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec."""

@@ -7,7 +7,6 @@ search asks for.
     strategy       what the driver needs of a strategy
     fixed          a strategy: the same number of trials for every point
     until          a strategy: trials until the interval of a point is narrow
-    refine         a strategy: more points where a mean crosses a level
     search/        a strategy: candidates that are asked for, raced and judged
     design_plan    the plan of a study whose points come from its axes
     stored_trials  what is stored when a launch begins, and what it adds

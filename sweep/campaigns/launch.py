@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.fixed import FixedStrategy
 from sweep.campaigns.progress import Progress, SearchProgress
-from sweep.campaigns.refine import RefineStrategy
 from sweep.campaigns.search.asked_trials import stored_repetitions
 from sweep.campaigns.search.strategy import SearchStrategy
 from sweep.campaigns.strategy import Strategy
@@ -16,6 +15,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError
 from sweep.spec.mistakes import Mistakes
+from sweep.spec.sections import sections
 from sweep.spec.study import Study
 from sweep.store.locations import Location
 from sweep.store.shares import Share
@@ -89,8 +89,10 @@ def _strategy(study: Study, share: Share | None) -> Strategy[Progress]:
             " this study cannot be launched in shares"
         )
         raise study.document.error(study.rule.place, message)
-    if study.refine:
-        return RefineStrategy(study, study.refine)
+    for key, value in study.sections.items():
+        if make := sections()[key].strategy:
+            strategy: Strategy[Progress] = make(study, value)
+            return strategy
     return UntilStrategy(study, study.until) if study.until else FixedStrategy(study)
 
 

@@ -3,11 +3,10 @@ for.
 
 A strategy asks in rounds. What it asks for follows only from the spec and from what is
 stored. So the number of workers, the order in which results come back, and
-interruptions change nothing. These are the strategies:
+interruptions change nothing. A method may bring one, as `refine` is. Ours are:
 
     FixedStrategy    one round: all trials of the design
     UntilStrategy    a round a look: more trials for points whose interval is wide
-    RefineStrategy   a round a look: more points where a mean crosses a level
     SearchStrategy   a round a rung of a race, and one for the held-out trials
 """
 

@@ -18,6 +18,7 @@ from sweep.spec.limits import (
     MOST_TRIALS,
     beyond,
 )
+from sweep.spec.sections import sections
 from sweep.spec.settings import NotAllowedError, Value, Values
 from sweep.spec.study import Study
 
@@ -171,19 +172,8 @@ def _check_trials(study: Study, points: Points) -> None:
     if trials * settings > MOST_CELLS:
         asked += f" with {settings} settings that vary, {trials * settings:,} cells"
         raise study.document.error(place, beyond(asked, MOST_CELLS))
-    _check_budget(study, points.count)
-
-
-def _check_budget(study: Study, points: int) -> None:
-    """Raise SpecError for a budget of `refine` that the first points exceed."""
-    rule = study.refine
-    if rule and points * rule.least > rule.budget:
-        raise study.document.error(
-            ("refine", "budget"),
-            f"a budget of {rule.budget:,} trials is less than what the first points"
-            f" take: {points:,} points with {rule.least:,} trials each, at least"
-            f" {points * rule.least:,}",
-        )
+    for key, value in study.sections.items():
+        sections()[key].check_points(study, value, points.count)
 
 
 def _multiplied(study: Study, points: Points, axis: Axis) -> Points:

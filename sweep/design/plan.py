@@ -3,8 +3,7 @@
 import json
 import math
 from collections.abc import Collection, Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, expand
 from sweep.design.points import Points
 from sweep.spec.expressions import parse
+from sweep.spec.sections import GrowthRule, sections
 from sweep.spec.settings import TORUS, WRAPS_ONLY
 from sweep.spec.study import Study
 from sweep.text import so_many
@@ -27,8 +27,8 @@ class Plan:
     `code` are the files of the user's own that it runs.
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
-    are for the most of them. So they are where a rule refines the grid; `points` are
-    those at first, and `boundary` says what the mean does where it becomes finer.
+    are for the most of them. So they are where a rule adds points; `points` are those
+    at first.
     `probe_steps` is how many steps were run to estimate the seconds, 0 where the cost
     of all code is known. `compiling_seconds` come on top of the wall time, once: 0
     where the model is compiled already. Of the `result_bytes` so many are
@@ -52,9 +52,7 @@ class Plan:
     workers: int
     result_bytes: float
     notes: tuple[str, ...]
-    until: dict[str, Any] | None = None
-    refine: dict[str, Any] | None = None
-    boundary: str = ""
+    rule: GrowthRule | None = None
     on_error: str = ""
     probe_steps: int = 0
     compiling_seconds: float = 0.0
@@ -64,16 +62,24 @@ class Plan:
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
-        return json.dumps(asdict(self), indent=2)
+        about = asdict(replace(self, rule=None))
+        del about["rule"]
+        growing = [key for key, one in sections().items() if one.strategy]
+        about |= {**dict.fromkeys(["until", *growing]), "boundary": ""}
+        if rule := self.rule:
+            about["boundary"] = rule.where
+            about[str(rule.place[-1])] = rule.as_json()
+        return json.dumps(about, indent=2)
 
     def as_text(self) -> str:
         """The plan for a reader."""
-        most = "at most " if self.until or self.refine else ""
+        most = "at most " if self.rule else ""
+        at_first = "at first " if self.rule and self.rule.adds_points else ""
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
             *([f"runs code  {', '.join(self.code)}"] if self.code else []),
-            f"points     {'at first ' if self.refine else ''}{self.points:,}"
+            f"points     {at_first}{self.points:,}"
             + (f" over {', '.join(self.varied)}" if self.varied else ""),
             f"trials     {self._trials()}",
         ]
@@ -102,27 +108,12 @@ class Plan:
         return f", {size(kept)} of them last states" if kept else ""
 
     def _trials(self) -> str:
-        until = self.until
-        if rule := self.refine:
-            halved = max(scale["halvings"] for scale in rule["scales"].values())
-            return (
-                f"{self.fewest_trials:,} to {self.trials:,} ({rule['min']:,} to"
-                f" {rule['max']:,} a point; cells are halved up to {halved} times where"
-                f" the mean of {rule['metric']} {self.boundary})"
-            )
-        if until is None:
+        if self.rule is None:
             return f"{self.trials:,} ({self.trials_per_point:,} a point)"
-        widths = ", ".join(_width(*one) for one in until["half_width"].items())
         return (
-            f"{self.fewest_trials:,} to {self.trials:,} ({until['min']:,} to"
-            f" {until['max']:,} a point, until the half width {widths})"
+            f"{self.fewest_trials:,} to {self.trials:,} ({self.rule.least:,} to"
+            f" {self.rule.most:,} a point{self.rule.in_words})"
         )
-
-
-def _width(metric: str, width: float | str) -> str:
-    """How wide the half of the interval of a mean may be, in words."""
-    wide = f"{width} of its mean" if isinstance(width, str) else f"{width:g}"
-    return f"of {metric} is {wide}"
 
 
 def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
@@ -149,9 +140,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         result_bytes=cost.size_bytes,
         last_state_bytes=cost.last_state_bytes,
         notes=(*notes, *notes_of(study, design)),
-        until=study.until.as_json() if study.until else None,
-        refine=study.refine.as_json() if study.refine else None,
-        boundary=study.refine.where if study.refine else "",
+        rule=study.rule,
         on_error=study.policy.in_words(study.most_trials(design.n_points)),
         probe_steps=pace.steps,
     )

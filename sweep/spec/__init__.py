@@ -31,7 +31,6 @@ images           pixels as few rectangles
 replication      how many trials a point has
 continuing       axes along which trials are links of chains
 continued_checks what such an axis needs
-refining         where the grid becomes finer
 sections         sections that methods add
 sizes            flocks of several sizes
 failure_policy   what follows a failed trial

@@ -35,3 +35,7 @@ def check_cells(entry: Entry, points: int, settings: int) -> None:
     if cells > MOST_CELLS:
         asked = f"{points:,} points of {settings} settings make {cells:,} cells"
         raise entry.error(beyond(asked, MOST_CELLS))
+
+
+MOST_BEFORE = 10**9
+"""Up to version 0.4.0 a study could have so many trials."""

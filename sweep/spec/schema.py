@@ -18,7 +18,6 @@ from sweep.spec.failure_policy import policy_dependencies
 from sweep.spec.keys import section_schema
 from sweep.spec.maps import shape_schema
 from sweep.spec.recorded import MEAN, columns_of
-from sweep.spec.refining import refine_dependencies
 from sweep.spec.replication import replication_rules
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
@@ -64,7 +63,6 @@ def json_schema(
         **replication_rules(),
         **study_rules(),
         "dependencies": policy_dependencies()
-        | refine_dependencies()
         | {key: one.needs for key, one in sections().items() if one.needs},
         "allOf": [*models, _known_maps(files), _known_metrics(files)],
         "definitions": _definitions(known, samplers),

@@ -8,7 +8,7 @@ for, and what a plan records of it.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from sweep.method import methods
 from sweep.spec.axes import Axis
@@ -51,6 +51,52 @@ class Around(NamedTuple):
     settings: Mapping[str, Setting]
 
 
+class GrowthRule(Protocol):
+    """What adds trials or points to a study, after looks at those that are stored."""
+
+    @property
+    def place(self) -> Place:
+        """The key of a spec that writes the rule."""
+
+    @property
+    def adds_points(self) -> bool:
+        """Whether points follow that no axis has."""
+
+    @property
+    def least(self) -> int:
+        """The trials of a point at first."""
+
+    @property
+    def most(self) -> int:
+        """The most trials of a point."""
+
+    def most_trials(self, points: int) -> int:
+        """Return the most trials of a study that has so many points at first."""
+
+    @property
+    def looks(self) -> tuple[int, ...]:
+        """The numbers of trials after which a point is looked at."""
+
+    @property
+    def nominal(self) -> float:
+        """The confidence of the interval of a point at each look."""
+
+    @property
+    def counted(self) -> str:
+        """Which trials of a spec are counted, in words."""
+
+    @property
+    def where(self) -> str:
+        """What the mean does where points are added, in words; "" where none are."""
+
+    @property
+    def in_words(self) -> str:
+        """When trials or points are added, in words."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the rule as JSON."""
+
+
 @dataclass(frozen=True)
 class StudyVariant:
     """The same study with something else in its spec; it lies in the folder of the
@@ -78,6 +124,10 @@ def _nothing_to_check(_root: Entry, _value: Any, _around: Around) -> None:
     """Do nothing."""
 
 
+def _no_points_to_check(_study: Any, _value: Any, _points: int) -> None:
+    """Do nothing."""
+
+
 def _no_variants(_study: Any, _value: Any) -> list[StudyVariant]:
     return []
 
@@ -101,6 +151,16 @@ class SpecSection:
         said. The section is not read where one of them is given.
     needs
         What a spec with the key needs besides, as JSON Schema.
+    check_points
+        Raises SpecError where a value does not suit how many points a study has at
+        first, from the study, the value and this number.
+    strategy
+        Returns the strategy of a launch (`sweep.campaigns.strategy`) of a study and a
+        value. The value is then a `GrowthRule`.
+    looks_at
+        Returns the columns of trials that the strategy looks at, from what a plan
+        records. The record of a `GrowthRule` has its `confidence` and
+        `nominal_confidence`.
     variants
         Returns the variants of a study that a value asks for. Raises SpecError.
     recorded
@@ -119,6 +179,9 @@ class SpecSection:
     check: Callable[[Entry, Any, Around], None] = _nothing_to_check
     not_beside: Mapping[str, str] = field(default_factory=dict)
     needs: Schema | None = None
+    check_points: Callable[[Any, Any, int], None] = _no_points_to_check
+    strategy: Callable[[Any, Any], Any] | None = None
+    looks_at: Callable[[Any], tuple[str, ...]] = lambda _record: ()
     variants: Callable[[Any, Any], Sequence[StudyVariant]] = _no_variants
     check_recorded: Callable[[Any, Mapping[str, Any]], None] = lambda *_: None
 
@@ -142,3 +205,8 @@ def variants_of(values: Mapping[str, Any], study: Any) -> Iterator[StudyVariant]
     """Return the variants that the sections of a study ask for, by their `values`."""
     for name, value in values.items():
         yield from sections()[name].variants(study, value)
+
+
+def recorded_rule(rule: GrowthRule) -> dict[str, Any]:
+    """Return what a plan records of a rule: with when it looks, and how sure it is."""
+    return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}

@@ -11,7 +11,6 @@ from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.mean_bounds import Declaration, in_full
-from sweep.analysis.refinement import Refinement
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import (
@@ -52,14 +51,13 @@ from sweep.spec.keys import (
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
-from sweep.spec.refining import BARRED, Refine, read_refine
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
-from sweep.spec.sections import Around, section_keys, sections
+from sweep.spec.sections import Around, GrowthRule, section_keys, sections
 from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
@@ -350,14 +348,6 @@ class Study:
             otherwise="none",
         ),
     ]
-    refine: Annotated[
-        Refinement | None,
-        Key(
-            LaterSectionOf(Refine),
-            "where a mean crosses a level, the grid of `sweep` becomes finer",
-            otherwise="a fixed grid",
-        ),
-    ]
     derive: Annotated[
         dict[str, Expression],
         Key(
@@ -487,9 +477,11 @@ class Study:
         return drawn.size
 
     @property
-    def rule(self) -> Until | Refinement | None:
+    def rule(self) -> GrowthRule | None:
         """What adds trials or points after looks at those that are stored."""
-        return self.until or self.refine
+        values = self.sections.items()
+        grown = (value for key, value in values if sections()[key].strategy)
+        return self.until or next(grown, None)
 
     @property
     def trials_per_point(self) -> int:
@@ -653,7 +645,6 @@ def _flown(
     replication = mistakes.read(read_replication, root, names, known.metrics)
     streams = mistakes.read(_streams, given.get("streams"), search)
     around = Around(name, swept, replication, names, metrics, settings)
-    rule = mistakes.read(read_refine, root, around)
     asked = dict[str, Any]()
     for key, section in sections().items():
         if key in root.value:
@@ -690,7 +681,6 @@ def _flown(
         "axes": axes,
         "sizes": sizes,
         "search": search,
-        "refine": rule,
         "sections": asked,
         "derive": derive,
         "require": require,
@@ -793,7 +783,6 @@ def _search(
 def study_rules() -> Schema:
     """What is checked of several keys, as JSON Schema."""
     pairs = [("search", other) for other in ("sweep", "order")]
-    pairs += [("refine", other) for other in BARRED]
     pairs += [("search", "sizes")]
     for key, section in sections().items():
         pairs += [(key, other) for other in section.not_beside]

@@ -39,7 +39,6 @@ LATER = {
 }
 STAMPS = {kind: {str: str} for kind in Code._fields[1:]}
 NUMBERS = ("confidence", "nominal_confidence")
-SCALE = {"values": [NUMBER], "halvings": int, "geometric": bool, "whole": bool}
 COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
@@ -55,10 +54,6 @@ ALONE = COMPUTED | {
     "details": [str],
     "continued": {"axis": str, "directions": [str]},
     "series": [str],
-    "refine": {"metric": str, "min": int, "max": int, "budget": int}
-    | dict.fromkeys((*NUMBERS, "until"), NUMBER)
-    | {"at": NUMBER | str}
-    | {"scales": {str: SCALE}},
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
     "until": {"min": int, "max": int, "half_width": object}

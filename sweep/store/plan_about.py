@@ -3,19 +3,18 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import pyarrow as pa
 
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.continued_checks import continued_axis
-from sweep.spec.sections import sections
+from sweep.spec.sections import recorded_rule, sections
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
 
 OPTIONAL = (
     "until",
-    "refine",
     "series",
     "tables",
     "designs",
@@ -78,7 +77,6 @@ class PlanAbout:
     preset that an axis ablates, or of the axis whose `details` the spec names, None
     where it names none; `axes` what each axis samples, None in plans of before 0.2;
     `until` the rule by which trials are added, None where their number is fixed;
-    `refine` the rule by which points are added, None where the grid is fixed;
     `sections` what the sections of methods record, by key.
     Where several `designs` are united, it has the names of the axes of each. Where an
     axis is continued, `continued` has its name and the directions of its chains.
@@ -93,7 +91,6 @@ class PlanAbout:
     designs: list[list[str]] | None = None
     series: list[str] | None = None
     tables: list[str] | None = None
-    refine: dict[str, Any] | None = None
     continued: dict[str, Any] | None = None
     sections: Mapping[str, Any] = field(default_factory=dict)
     details: list[str] | None = None
@@ -116,8 +113,7 @@ class PlanAbout:
             maps={name: own.as_json() for name, own in study.maps.items()},
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
-            until=_looking(study.until),
-            refine=_looking(study.refine),
+            until=recorded_rule(study.until) if study.until else None,
             sections={
                 name: sections()[name].recorded(study, value)
                 for name, value in study.sections.items()
@@ -145,7 +141,6 @@ class PlanAbout:
             designs=provenance.get("designs"),
             series=provenance.get("series"),
             tables=provenance.get("tables"),
-            refine=provenance.get("refine"),
             continued=provenance.get("continued"),
             sections={
                 name: provenance[name] for name in sections() if name in provenance
@@ -168,25 +163,6 @@ class PlanAbout:
         about |= self.sections
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
-
-
-class LookingRule(Protocol):
-    """A rule that looks at trials, and then asks for more of them."""
-
-    @property
-    def looks(self) -> tuple[int, ...]: ...
-
-    @property
-    def nominal(self) -> float: ...
-
-    def as_json(self) -> dict[str, object]: ...
-
-
-def _looking(rule: LookingRule | None) -> dict[str, Any] | None:
-    """A rule, with when it looks and how sure it is then."""
-    if rule is None:
-        return None
-    return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}
 
 
 def _chained(axes: Iterable[Axis]) -> dict[str, Any] | None:

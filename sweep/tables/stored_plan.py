@@ -5,31 +5,24 @@ Its shape is checked where it is read, in `sweep/store/origin.py`. Here it is wh
 names mean, and which numbers go together.
 """
 
-import math
 from collections.abc import Iterable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from kernels.catalogue import Catalogue
-from sweep.analysis.refinement import MOST_HALVINGS, STEEPEST
 from sweep.errors import SpecError, StoreError
 from sweep.spec.ablation import why_no_detail
 from sweep.spec.continuing import DIRECTION, WAYS
 from sweep.spec.document import Document, Entry
-from sweep.spec.limits import MOST_POINTS, MOST_TRIALS
-from sweep.spec.recorded import columns_of
+from sweep.spec.limits import MOST_BEFORE, MOST_TRIALS
 from sweep.spec.replication import read_replication
 from sweep.spec.samplers import SAMPLERS, in_blocks
 from sweep.spec.sections import sections
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_links import check_links
 from sweep.text import shortened
-
-MOST_BEFORE = 10**9
-"""Up to version 0.4.0 a study could have so many trials."""
 
 
 def check_plan(
@@ -73,8 +66,6 @@ def _check(about: dict[str, Any], named: Catalogue) -> None:
             _check_blocks(name, axis)
     if "until" in about:
         _check_until(about["until"], tuple(about["record"]), named)
-    if "refine" in about:
-        _check_refine(about["refine"], about)
     if "continued" in about:
         _check_continued(about["continued"], about)
     for name, section in sections().items():
@@ -163,42 +154,3 @@ def _check_continued(rule: dict[str, Any], about: dict[str, Any]) -> None:
     _check_names("axis", [rule["axis"]], about.get("axes", {}))
     if tuple(rule["directions"]) not in WAYS.values():
         raise ValueError(f"chains have no directions {rule['directions']}")
-
-
-def _check_refine(rule: dict[str, Any], about: dict[str, Any]) -> None:
-    """The numbers of the rule are such as a spec can have."""
-    columns, scales = columns_of(about["record"]), rule["scales"]
-    if rule["metric"] not in columns:
-        raise ValueError(f'it refines by "{rule["metric"]}", which is not recorded')
-    _check_names("axis", list(scales), about.get("axes", {}))
-    if (
-        not scales
-        or math.prod(len(one["values"]) for one in scales.values()) > MOST_POINTS
-    ):
-        raise ValueError("its refined axes have no values, or too many")
-    for name, scale in scales.items():
-        values = scale["values"]
-        ascending = all(one < next_ for one, next_ in pairwise(values))
-        if len(values) < 2 or not ascending or not all(map(math.isfinite, values)):
-            raise ValueError(f'axis "{name}" has no ascending values')
-        if scale["geometric"] and values[0] <= 0:
-            raise ValueError(
-                f'axis "{name}" has values at ratios, and one is not above 0'
-            )
-        if not 0 <= scale["halvings"] <= MOST_HALVINGS:
-            raise ValueError(f'axis "{name}" is halved {scale["halvings"]} times')
-    if rule["at"] == STEEPEST:
-        level = 0.0
-        if len(scales) > 1:
-            raise ValueError("it seeks the steepest place along several axes")
-    elif isinstance(rule["at"], str):
-        raise ValueError(f'it refines at "{shortened(rule["at"])}"')
-    else:
-        level = rule["at"]
-    numbers = (level, rule["until"], rule["confidence"])
-    if not all(map(math.isfinite, numbers)) or not 0.0 < rule["until"] < 1.0:
-        raise ValueError("the numbers of its refinement are not allowed")
-    if not 2 <= rule["min"] <= rule["max"] or rule["budget"] > MOST_BEFORE:
-        raise ValueError("the numbers of trials of its refinement are not allowed")
-    if not 0.0 < rule["nominal_confidence"] < 1.0:
-        raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")

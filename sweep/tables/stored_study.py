@@ -31,6 +31,7 @@ from sweep.spec.recorded import (
     columns_of,
     declaration_of,
 )
+from sweep.spec.sections import sections
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
@@ -519,10 +520,10 @@ class StoredStudy:
         """By which metrics it was decided how many trials a point has, None where that
         number is fixed.
         """
-        until, refined = self.about.until, self.about.refine
-        if refined:
-            metrics: tuple[str, ...] = (refined["metric"],)
-            return Looks(metrics, *(refined[name] for name in CONFIDENCES))
+        until = self.about.until
+        for key, record in self.about.sections.items():
+            if metrics := sections()[key].looks_at(record):
+                return Looks(metrics, *(record[name] for name in CONFIDENCES))
         if until:
             return Looks((*self.rule.widths,), *(until[name] for name in CONFIDENCES))
         return None

@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "figures": (
         "kernels errors text method analysis spec own_code trial store tables campaigns"
     ),
-    "methods": "errors text method analysis spec store tables figures",
+    "methods": "errors text method analysis spec design store tables campaigns figures",
     "loaded": "errors text method analysis spec tables campaigns methods",
     "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (

@@ -9,7 +9,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import KINDS, Choices, phase_figure
 from sweep.loaded import LoadedStudy
-from tests.campaigns.test_refine import LINE, PLANE, beyond, edge_at, launched
+from tests.methods.test_refine import LINE, PLANE, beyond, edge_at, launched
 from tests.searches import replace_trials
 
 

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import steepest
-from sweep.analysis.refinement import (
+from sweep.errors import ChoiceError
+from sweep.methods.refinement import steepest
+from sweep.methods.refinement.rule import (
     Cell,
     Counts,
     Place,
@@ -22,7 +23,6 @@ from sweep.analysis.refinement import (
     look,
     sides_of,
 )
-from sweep.errors import ChoiceError
 from sweep.tables.stored_study import StoredStudy
 
 STATES = ("above", "below", "outside", "boundary", "unresolved")
@@ -94,7 +94,7 @@ def find_boundary(study: StoredStudy) -> Boundary:
     where the mean crosses the level once: all looks at all points of the axis hold
     together. Of several axes that is so along each line through the points.
     """
-    about = study.about.refine
+    about = study.about.sections.get("refine")
     if about is None:
         raise ChoiceError('its grid is fixed; the spec has no "refine"', study.name)
     rule = from_json(about)

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from sweep.analysis.refinement import RefinedAxis
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend_of, named, note, quantity, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import MOST_PANELS, select
 from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
 from sweep.methods.refinement.analysis import Boundary, find_boundary
+from sweep.methods.refinement.rule import RefinedAxis
 from sweep.tables.stored_study import StoredStudy
 
 MOST_AXES, MOST_ACROSS, MOST_TICKS = 2, 3, 9

@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING
 from sweep.method import Method
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sweep.figures.planning import FigureKind
+    from sweep.spec.sections import SpecSection
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -37,7 +40,8 @@ def status(study: "StoredStudy") -> dict[str, str]:
     """Return how many cells the boundary goes through."""
     from sweep.methods.refinement.report import cells_in_words
 
-    return {"boundary": cells_in_words(study)} if study.about.refine else {}
+    refined = "refine" in study.about.sections
+    return {"boundary": cells_in_words(study)} if refined else {}
 
 
 def unfinished(study: "StoredStudy") -> str:
@@ -47,10 +51,18 @@ def unfinished(study: "StoredStudy") -> str:
     return why_unfinished(study)
 
 
+def sections() -> "Sequence[SpecSection]":
+    """Return the section `refine`."""
+    from sweep.methods.refinement.section import SECTION
+
+    return (SECTION,)
+
+
 METHOD = Method(
     reports=(boundary,),
     figures=figures,
     in_figures=("phase_figure",),
     status=status,
     unfinished=unfinished,
+    sections=sections,
 )

@@ -6,8 +6,8 @@ from typing import Any
 
 import pandas as pd
 
-from sweep.analysis.refinement import ABOVE, BELOW, UNKNOWN, Refinement
 from sweep.methods.refinement.analysis import Boundary, find_boundary
+from sweep.methods.refinement.rule import ABOVE, BELOW, UNKNOWN, Refinement
 from sweep.tables.json_rows import json_rows
 from sweep.tables.means_text import brief
 from sweep.tables.reports import MAX_ROWS, Report, TextTable
@@ -122,7 +122,7 @@ def cells_in_words(study: StoredStudy) -> str:
 
 def why_unfinished(study: StoredStudy) -> str:
     """Return why more trials follow, in words, or "" where none do."""
-    if study.about.refine is None:
+    if "refine" not in study.about.sections:
         return ""
     unresolved = (find_boundary(study).cells["state"] == "unresolved").any()
     return f"cells of {study.name} are not resolved" if unresolved else ""

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from sweep.analysis.refinement import STEEPEST, Refinement, SeenPoints
-from sweep.analysis.steepest import Peak, next_trials, peaks, remaining
-from tests.analysis.measured_boundaries import EDGE, logistic
-from tests.analysis.measured_steepest import measured
+from sweep.methods.refinement.rule import STEEPEST, Refinement, SeenPoints
+from sweep.methods.refinement.steepest import Peak, next_trials, peaks, remaining
+from tests.methods.measured_boundaries import EDGE, logistic
+from tests.methods.measured_steepest import measured
 from tests.refined import line, refined, rule
 
 GRID = [0.0, 0.25, 0.5, 0.75, 1.0]

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep.analysis.mean_bounds import Declaration
-from sweep.analysis.refinement import (
+from sweep.methods.refinement.rule import (
     ABOVE,
     UNKNOWN,
     Cell,

@@ -1,5 +1,5 @@
 """How often the interval of the steepest place holds it: `python -m
-tests.analysis.measured_steepest [STUDIES]` prints the second table of
+tests.methods.measured_steepest [STUDIES]` prints the second table of
 docs/decisions/a-grid-is-refined-by-its-intervals.md.
 """
 
@@ -9,9 +9,9 @@ from itertools import product
 
 import numpy as np
 
-from sweep.analysis.refinement import STEEPEST
-from sweep.analysis.steepest import peaks
-from tests.analysis.measured_boundaries import EDGE, logistic
+from sweep.methods.refinement.rule import STEEPEST
+from sweep.methods.refinement.steepest import peaks
+from tests.methods.measured_boundaries import EDGE, logistic
 from tests.refined import line, refined, rule
 
 

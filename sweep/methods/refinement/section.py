@@ -4,27 +4,35 @@ of a sweep becomes finer.
 All functions raise SpecError, with file and line, for what is not allowed.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any
 
-from sweep.analysis.refinement import STEEPEST, RefinedAxis, Refinement
+from sweep.methods.refinement.rule import (
+    MOST_HALVINGS,
+    STEEPEST,
+    RefinedAxis,
+    Refinement,
+)
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
-from sweep.spec.keys import Key, check_beside, check_keys, read_values
-from sweep.spec.limits import MOST_TRIALS
+from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_values
+from sweep.spec.limits import MOST_BEFORE, MOST_POINTS, MOST_TRIALS
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import (
     ANY_METRIC,
     Column,
     check_recorded,
+    columns_of,
     declaration_of,
 )
 from sweep.spec.replication import LEAST_LOOK, Replication
 from sweep.spec.schema_parts import Schema
-from sweep.spec.sections import Around
-from sweep.text import unknown
+from sweep.spec.sections import Around, SpecSection, recorded_rule
+from sweep.text import shortened, unknown
 
 LEAST_REPLICATES = 2
 FINEST = 0.001
@@ -111,15 +119,17 @@ class Refine:
     ] = 0.95
 
 
-BARRED = {"search": "", "seeds": "", "order": ""}
-"""Keys that cannot stand beside `refine`."""
+KEY = Key(
+    LaterSectionOf(Refine),
+    "where a mean crosses a level, the grid of `sweep` becomes finer",
+    name="refine",
+    otherwise="a fixed grid",
+)
 
 
 def read_refine(root: Entry, around: Around) -> Refinement | None:
-    """The rule that the section writes; None where there is none."""
-    entry, mistakes = root.get("refine"), Mistakes()
-    if entry is None:
-        return None
+    """The rule that the section writes; None where another key is wrong."""
+    entry, mistakes = root.child(KEY.name), Mistakes()
     entry.mapping()
     with mistakes.noted():
         check_keys(entry, Refine)
@@ -128,7 +138,6 @@ def read_refine(root: Entry, around: Around) -> Refinement | None:
         mistakes.read(_check_metric, entry, given, around)
     if around.replication:
         mistakes.read(_check_trials, root, given["most"], around.replication)
-    mistakes.read(check_beside, root, "refine", BARRED)
     axes = list[Axis]()
     if "axes" in given and around.axes is not None:
         for child in entry.child("axes").entries():
@@ -230,7 +239,90 @@ def _scale(axis: Axis, around: Around, until: float) -> RefinedAxis:
     )
 
 
-def refine_dependencies() -> Schema:
-    """What `read_refine` checks of several keys, as JSON Schema, by the key."""
-    whole = {"properties": {"replicates": {"type": "integer"}}}
-    return {"refine": {"required": ["sweep", "replicates"], **whole}}
+def check_points(study: Any, rule: Refinement, points: int) -> None:
+    """Raise SpecError for a budget that the first points of a study exceed."""
+    if points * rule.least > rule.budget:
+        raise study.document.error(
+            (KEY.name, "budget"),
+            f"a budget of {rule.budget:,} trials is less than what the first points"
+            f" take: {points:,} points with {rule.least:,} trials each, at least"
+            f" {points * rule.least:,}",
+        )
+
+
+def check_record(rule: dict[str, Any], about: Mapping[str, Any]) -> None:
+    """Raise ValueError unless the numbers of a rule are such as a spec can have."""
+    columns, scales = columns_of(about["record"]), rule["scales"]
+    if rule["metric"] not in columns:
+        raise ValueError(f'it refines by "{rule["metric"]}", which is not recorded')
+    for name in scales:
+        if name not in about.get("axes", {}):
+            raise ValueError(f'there is no axis "{name}"')
+    if (
+        not scales
+        or math.prod(len(one["values"]) for one in scales.values()) > MOST_POINTS
+    ):
+        raise ValueError("its refined axes have no values, or too many")
+    for name, scale in scales.items():
+        values = scale["values"]
+        ascending = all(one < next_ for one, next_ in pairwise(values))
+        if len(values) < 2 or not ascending or not all(map(math.isfinite, values)):
+            raise ValueError(f'axis "{name}" has no ascending values')
+        if scale["geometric"] and values[0] <= 0:
+            raise ValueError(
+                f'axis "{name}" has values at ratios, and one is not above 0'
+            )
+        if not 0 <= scale["halvings"] <= MOST_HALVINGS:
+            raise ValueError(f'axis "{name}" is halved {scale["halvings"]} times')
+    if rule["at"] == STEEPEST:
+        level = 0.0
+        if len(scales) > 1:
+            raise ValueError("it seeks the steepest place along several axes")
+    elif isinstance(rule["at"], str):
+        raise ValueError(f'it refines at "{shortened(rule["at"])}"')
+    else:
+        level = rule["at"]
+    numbers = (level, rule["until"], rule["confidence"])
+    if not all(map(math.isfinite, numbers)) or not 0.0 < rule["until"] < 1.0:
+        raise ValueError("the numbers of its refinement are not allowed")
+    if not 2 <= rule["min"] <= rule["max"] or rule["budget"] > MOST_BEFORE:
+        raise ValueError("the numbers of trials of its refinement are not allowed")
+    if not 0.0 < rule["nominal_confidence"] < 1.0:
+        raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")
+
+
+def _strategy(study: Any, rule: Refinement) -> Any:
+    """Return what asks for the trials of a study, which imports campaigns."""
+    from sweep.methods.refinement.strategy import RefineStrategy
+
+    return RefineStrategy(study, rule)
+
+
+NUMBER = int | float
+SECTION = SpecSection(
+    KEY,
+    read=read_refine,
+    not_beside={"search": "", "seeds": "", "order": ""},
+    needs={
+        "required": ["sweep", "replicates"],
+        "properties": {"replicates": {"type": "integer"}},
+    },
+    check_points=check_points,
+    strategy=_strategy,
+    recorded=lambda _study, rule: recorded_rule(rule),
+    shape={
+        "metric": str,
+        "min": int,
+        "max": int,
+        "budget": int,
+        "at": NUMBER | str,
+        "until": NUMBER,
+        "confidence": NUMBER,
+        "nominal_confidence": NUMBER,
+        "scales": {
+            str: {"values": [NUMBER], "halvings": int, "geometric": bool, "whole": bool}
+        },
+    },
+    check_recorded=check_record,
+    looks_at=lambda record: (record["metric"],),
+)

@@ -1,5 +1,5 @@
 """How often crossings of refined grids hold the place where the mean crosses the level:
-`python -m tests.analysis.measured_boundaries [STUDIES]` prints the table of
+`python -m tests.methods.measured_boundaries [STUDIES]` prints the table of
 docs/decisions/a-grid-is-refined-by-its-intervals.md.
 """
 
@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from sweep.analysis.refinement import crossings
+from sweep.methods.refinement.rule import crossings
 from tests.refined import Draw, line, refined, rule
 
 EDGE = 0.37

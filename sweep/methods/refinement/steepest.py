@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis.refinement import (
+from sweep.methods.refinement.rule import (
     Allowed,
     Cell,
     Floats,
@@ -120,9 +120,9 @@ def next_trials(
     seen: SeenPoints,
     allowed: Allowed,
 ) -> dict[Place, int]:
-    """How many trials points get from now on, by place; see
-    `sweep.analysis.refinement.next_trials`. Nothing for a group whose peak is known as
-    well as it is asked for, or whose points have had their last trials.
+    """How many trials points get from now on, by place; see `next_trials` of
+    `sweep.methods.refinement.rule`. Nothing for a group whose peak is known as well as
+    it is asked for, or whose points have had their last trials.
     """
     left = rule.budget - sum(trials.values())
     asked = dict[Place, int]()

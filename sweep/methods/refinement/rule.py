@@ -208,6 +208,15 @@ class Refinement:
         """What the mean does at the boundary, in words."""
         return "changes most" if self.steepest else f"crosses {self.level:g}"
 
+    @property
+    def in_words(self) -> str:
+        """Where cells are halved, in words."""
+        halved = max(scale.halvings for scale in self.scales.values())
+        return (
+            f"; cells are halved up to {halved} times where the mean of {self.metric}"
+            f" {self.where}"
+        )
+
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec, and its scales."""
         return {

@@ -4,11 +4,11 @@ import pytest
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
-from sweep.analysis.refinement import RefinedAxis
 from sweep.errors import SpecError
+from sweep.methods.refinement.rule import RefinedAxis
 from sweep.spec.schema import json_schema
 from sweep.spec.study import parse_spec
-from tests.campaigns.test_refine import LINE, PLANE
+from tests.methods.test_refine import LINE, PLANE
 
 VALIDATOR = Draft7Validator(json_schema())
 
@@ -24,7 +24,7 @@ def changed(old: str, new: str, spec: str = LINE) -> str:
 
 
 def test_a_rule_is_read() -> None:
-    refine = parse_spec(PLANE).refine
+    refine = parse_spec(PLANE).sections["refine"]
     assert refine
     assert refine.metric == "speed"
     assert refine.at == 2.0
@@ -38,7 +38,7 @@ def test_a_rule_is_read() -> None:
 
 def test_the_steepest_place_is_sought_along_one_axis() -> None:
     spec = changed("at: 2", "at: steepest")
-    refine = parse_spec(spec).refine
+    refine = parse_spec(spec).sections["refine"]
     assert refine
     assert refine.steepest
     VALIDATOR.validate(content(spec))
@@ -47,13 +47,13 @@ def test_the_steepest_place_is_sought_along_one_axis() -> None:
 
 def test_a_study_without_the_section_has_no_rule() -> None:
     study = parse_spec(LINE[: LINE.index("refine:")])
-    assert study.refine is None
+    assert study.rule is None
     assert study.most_trials(3) == 9
     assert parse_spec(LINE).most_trials(3) == 300
 
 
 def test_a_fixed_number_of_trials_needs_no_max() -> None:
-    refine = parse_spec(changed(" max: 12,", "")).refine
+    refine = parse_spec(changed(" max: 12,", "")).sections["refine"]
     assert refine
     assert refine.looks == (3,)
 
@@ -61,7 +61,7 @@ def test_a_fixed_number_of_trials_needs_no_max() -> None:
 def test_whole_numbers_stay_whole() -> None:
     spec = changed("separation_weight: {linspace: [0, 1, 3]}", "n: [10, 40, 45]")
     spec = spec.replace("fixed: {n: 12, ", "fixed: {")
-    refine = parse_spec(changed("[separation_weight]", "[n]", spec)).refine
+    refine = parse_spec(changed("[separation_weight]", "[n]", spec)).sections["refine"]
     assert refine
     assert refine.scales["n"].whole
 

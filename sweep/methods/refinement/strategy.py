@@ -2,7 +2,7 @@
 finer there.
 
 All points are looked at together, once the trials that were asked for before are
-stored: see `sweep.analysis.refinement` and `sweep.analysis.steepest`.
+stored: see `sweep.methods.refinement.rule` and `sweep.methods.refinement.steepest`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,14 +12,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import refinement, steepest
-from sweep.analysis.refinement import Place, Refinement
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Look, Round
 from sweep.campaigns.until import beyond, filled
 from sweep.design.design import Design, expand
 from sweep.design.jobs import Counts, Jobs
+from sweep.methods.refinement import rule as rules
+from sweep.methods.refinement import steepest
+from sweep.methods.refinement.rule import Place, Refinement
 from sweep.spec.axes import Axis
 from sweep.spec.settings import TORUS, Value
 from sweep.spec.study import Study
@@ -52,8 +53,8 @@ class RefineStrategy:
             new = beyond(_counts(had, trials), counts)
             yield self._round(trials, new)
             values = filled(new, look()[rule.metric].to_numpy(), values)
-            seen = refinement.look(rule, counts, values, self.distribution)
-            following = (steepest if rule.steepest else refinement).next_trials
+            seen = rules.look(rule, counts, values, self.distribution)
+            following = (steepest if rule.steepest else rules).next_trials
             further = following(rule, groups, trials, seen, self.grid.allowed)
             had, trials = trials, dict(sorted((trials | further).items()))
             self.progress.points = len(trials)
