@@ -128,6 +128,99 @@ def sections():
 
 METHOD = Method(reports=(repeats,), sections=sections)
 '''
+DOUBLING = '''"""A section whose strategy doubles the trials of each point."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated
+
+import numpy as np
+from sweep.campaigns.design_plan import plan_tables
+from sweep.campaigns.progress import Progress
+from sweep.campaigns.strategy import Round
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.method import Method
+from sweep.spec.contents import Whole
+from sweep.spec.keys import Key, LaterSectionOf, read_section
+from sweep.spec.sections import SpecSection, recorded_rule
+
+
+@dataclass(frozen=True)
+class Keys:
+    times: Annotated[int, Key(Whole(1, 3), "how often", example="1")]
+
+
+@dataclass(frozen=True)
+class Rule:
+    least: int
+    times: int
+    place = ("double",)
+    adds_points = False
+    counted = "its trials are counted at their most"
+    where = ""
+    in_words = ", doubled"
+    nominal = 0.95
+
+    @property
+    def most(self):
+        return self.least * 2**self.times
+
+    def most_trials(self, points):
+        return points * self.most
+
+    @property
+    def looks(self):
+        return tuple(self.least * 2**k for k in range(self.times + 1))
+
+    def as_json(self):
+        return {"times": self.times, "confidence": 0.95}
+
+
+class Doubling:
+    grows = True
+    looks_at = ("speed",)
+
+    def __init__(self, study, rule):
+        self.study, self.rule = study, rule
+        self.design = expand(study)
+        points = self.design.n_points
+        self.progress = Progress(points, points * rule.most, settled=0)
+
+    def rounds(self, look):
+        had = 0
+        for count in self.rule.looks:
+            trials = np.full(self.design.n_points, count)
+            jobs = Jobs(self.study, self.design, trials)
+            ids = jobs.ids()
+            new = np.flatnonzero(np.tile(np.arange(count) >= had, len(trials)))
+            run = lambda some, jobs=jobs, new=new: jobs.to_run(new[some])
+            yield Round(ids[new], run, partial(plan_tables, ids, jobs))
+            assert look()["speed"].to_numpy().min() > 0
+            had = count
+        self.progress.settled = self.design.n_points
+
+
+def read(root, around):
+    times = read_section(Keys, root.child("double")).times
+    return Rule(around.replication.replicates, times)
+
+
+def status(study):
+    record = study.about.sections.get("double")
+    return {"doubled": f"{record['times']} times"} if record else {}
+
+
+SECTION = SpecSection(
+    Key(LaterSectionOf(Keys), "more trials", name="double", otherwise="none"),
+    read=read,
+    strategy=Doubling,
+    recorded=lambda study, rule: recorded_rule(rule),
+    shape={"times": int},
+    looks_at=lambda record: ("speed",),
+)
+METHOD = Method(sections=lambda: [SECTION], status=status)
+'''
 BROKEN = "import nowhere_to_be_found"
 
 
@@ -230,6 +323,40 @@ def test_a_study_with_a_section_of_a_package_that_is_gone_is_read(
     )
     assert table.stdout.count("\n") == 3
     assert 'unknown key "repeat"' in again.stderr
+
+
+def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None:
+    """Its strategy looks at what is stored, and asks for more: in one launch, or after
+    one that was cut off.
+    """
+    offered = {"boidsweep.methods": {"doubling": "doubling.method:METHOD"}}
+    files = {"__init__.py": "", "method.py": DOUBLING}
+    packages = install(tmp_path, offered, files, name="doubling")
+    spec = f"{SMALL}double: {{times: 2}}\n"
+    (tmp_path / "small.yaml").write_text(spec, encoding="utf-8")
+    (tmp_path / "fewer.yaml").write_text(spec.replace("times: 2", "times: 1"))
+    plan, as_json, share, fewer, more, again, status, table = started_in_turn(
+        tmp_path,
+        packages,
+        ("plan", "small.yaml"),
+        ("plan", "small.yaml", "--json"),
+        ("launch", "small.yaml", "--shard", "1/2"),
+        ("launch", "fewer.yaml", "--workers", "1"),
+        ("launch", "small.yaml", "--workers", "1"),
+        ("launch", "small.yaml", "--workers", "1"),
+        ("status", "small"),
+        ("table", "small", "--csv"),
+    )
+    assert "6 to 24 (3 to 12 a point, doubled)" in plan.stdout
+    told = json.loads(as_json.stdout)
+    assert told["double"] == {"times": 2, "confidence": 0.95}
+    assert (told["trials"], told["until"], told["refine"]) == (24, None, None)
+    assert "small.yaml:11: what trials follow depends" in share.stderr
+    assert [one.returncode for one in (fewer, more, again)] == [0, 0, 0]
+    assert "24 trials, 12 of them stored already" in more.stderr
+    assert "doubled   2 times" in status.stdout
+    assert "trials    24" in status.stdout
+    assert table.stdout.count("\n") == 3
 
 
 def test_every_report_is_a_command() -> None:
