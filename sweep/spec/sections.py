@@ -188,12 +188,14 @@ class SpecSection:
 
 @cache
 def sections() -> Mapping[str, SpecSection]:
-    """Return the sections of all methods by their keys."""
-    return {
-        section.key.name: section
-        for method in methods().values()
-        for section in method.sections()
-    }
+    """Return the sections of all methods by their keys. Of several with one key the
+    first is taken: ours come first.
+    """
+    found = dict[str, SpecSection]()
+    for method in methods().values():
+        for section in method.sections():
+            found.setdefault(section.key.name, section)
+    return found
 
 
 def section_keys() -> tuple[Key, ...]:
