@@ -102,9 +102,9 @@ class Memory:
         self.allowed = sys.maxsize
         self.requests = 0
 
-    def _ask(self, *_keys: str, writes: bool = False) -> None:  # noqa: ARG002  for subclasses
+    def _ask(self, *_keys: str, writes: bool = False) -> None:  # noqa: ARG002
         """Begin a request for objects, or for those below a prefix that ends in a
-        slash.
+        slash. A subclass may ask whether it writes.
         """
         if self.requests >= self.allowed:
             raise Crashed

@@ -15,8 +15,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.sections import sections
-from sweep.spec.study import Study
+from sweep.spec.study import Study, sections
 from sweep.store.locations import Location
 from sweep.store.shares import Share
 from sweep.workers.executors import ExecutorFactory

@@ -18,9 +18,8 @@ from sweep.spec.limits import (
     MOST_TRIALS,
     beyond,
 )
-from sweep.spec.sections import sections
 from sweep.spec.settings import NotAllowedError, Value, Values
-from sweep.spec.study import Study
+from sweep.spec.study import Study, sections
 
 
 @dataclass(frozen=True)

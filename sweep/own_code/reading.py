@@ -21,7 +21,6 @@ from sweep.spec.document import Document, Entry
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema import json_schema
 from sweep.spec.schema_parts import Schema
-from sweep.spec.sections import variants_of
 from sweep.spec.strict_yaml import (
     as_document,
     dump,
@@ -93,7 +92,7 @@ def with_variants(study: Study) -> list[Study]:
     cannot be.
     """
     found = [study]
-    for variant in variants_of(study.sections, study):
+    for variant in study.variants():
         try:
             text = dump(variant.spec)
             place = study.path.with_name(f"{study.path.name} ({variant.name})")

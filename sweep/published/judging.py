@@ -87,7 +87,7 @@ def _gap(study: StoredStudy) -> str:
     if missing:
         there = planned - missing
         return f"{there:,} of {planned:,} trials of {study.name} are there"
-    whys = [method.unfinished(study) for method in methods().values()]
+    whys = (method.unfinished(study) for method in methods().values())
     return next(filter(None, whys), "")
 
 

@@ -17,6 +17,8 @@ MOST_OPERATIONS = 2_000_000_000
 they are powers.
 """
 
+MOST_BEFORE = 10**9
+"""Up to version 0.4.0 a study could have so many trials."""
 MOST_DERIVED = 100
 """Derived metrics. Each is a column over all frames of a trial."""
 
@@ -35,7 +37,3 @@ def check_cells(entry: Entry, points: int, settings: int) -> None:
     if cells > MOST_CELLS:
         asked = f"{points:,} points of {settings} settings make {cells:,} cells"
         raise entry.error(beyond(asked, MOST_CELLS))
-
-
-MOST_BEFORE = 10**9
-"""Up to version 0.4.0 a study could have so many trials."""

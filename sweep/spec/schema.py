@@ -32,8 +32,7 @@ from sweep.spec.schema_parts import (
 )
 from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
 from sweep.spec.search_schema import statistic
-from sweep.spec.sections import sections
-from sweep.spec.study import spec_parts, study_rules
+from sweep.spec.study import sections, spec_parts, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
 """No file of a spec is known."""

@@ -5,12 +5,10 @@ key, how it is read, what cannot stand beside it, which variants of the study it
 for, and what a plan records of it.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any, NamedTuple, Protocol
 
-from sweep.method import methods
 from sweep.spec.axes import Axis
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key
@@ -23,7 +21,7 @@ Shape = Any
 """The shape of a value from JSON, as `sweep.store.regular.fits` compares it."""
 
 
-class Around(NamedTuple):
+class SpecContext(NamedTuple):
     """What a section must suit.
 
     Attributes
@@ -120,7 +118,7 @@ class StudyVariant:
     spec: dict[str, Any]
 
 
-def _nothing_to_check(_root: Entry, _value: Any, _around: Around) -> None:
+def _nothing_to_check(_root: Entry, _value: Any, _context: SpecContext) -> None:
     """Do nothing."""
 
 
@@ -148,7 +146,7 @@ class SpecSection:
         key alone is right.
     not_beside
         Keys that cannot stand beside this one, each with the reason, "" where none is
-        said. The section is not read where one of them is given.
+        said.
     needs
         What a spec with the key needs besides, as JSON Schema.
     check_points
@@ -173,10 +171,10 @@ class SpecSection:
     """
 
     key: Key
-    read: Callable[[Entry, Around], Any]
+    read: Callable[[Entry, SpecContext], Any]
     recorded: Callable[[Any, Any], Any]
     shape: Shape
-    check: Callable[[Entry, Any, Around], None] = _nothing_to_check
+    check: Callable[[Entry, Any, SpecContext], None] = _nothing_to_check
     not_beside: Mapping[str, str] = field(default_factory=dict)
     needs: Schema | None = None
     check_points: Callable[[Any, Any, int], None] = _no_points_to_check
@@ -186,27 +184,15 @@ class SpecSection:
     check_recorded: Callable[[Any, Mapping[str, Any]], None] = lambda *_: None
 
 
-@cache
-def sections() -> Mapping[str, SpecSection]:
-    """Return the sections of all methods by their keys. Of several with one key the
-    first is taken: ours come first.
+def check_names(what: str, names: Sequence[str], known: Collection[str]) -> None:
+    """Raise ValueError for a name that is not known, and for one that stands twice.
+    `what` says what the names are of.
     """
-    found = dict[str, SpecSection]()
-    for method in methods().values():
-        for section in method.sections():
-            found.setdefault(section.key.name, section)
-    return found
-
-
-def section_keys() -> tuple[Key, ...]:
-    """Return the keys of the sections of all methods."""
-    return tuple(section.key for section in sections().values())
-
-
-def variants_of(values: Mapping[str, Any], study: Any) -> Iterator[StudyVariant]:
-    """Return the variants that the sections of a study ask for, by their `values`."""
-    for name, value in values.items():
-        yield from sections()[name].variants(study, value)
+    for name in names:
+        if name not in known:
+            raise ValueError(f'there is no {what} "{name}"')
+    if len(names) > len(set(names)):
+        raise ValueError(f"a {what} stands twice")
 
 
 def recorded_rule(rule: GrowthRule) -> dict[str, Any]:

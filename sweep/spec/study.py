@@ -1,9 +1,10 @@
 """From a spec to a Study. All validation happens here and in what this module calls."""
 
+import logging
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from difflib import get_close_matches
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
@@ -12,6 +13,7 @@ from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.analysis.sequential import Until
+from sweep.method import methods
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import (
     Content,
@@ -51,13 +53,13 @@ from sweep.spec.keys import (
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
-from sweep.spec.replication import SEEDS, Replicates, read_replication
+from sweep.spec.replication import SEEDS, Replicates, Replication, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
-from sweep.spec.sections import Around, GrowthRule, section_keys, sections
+from sweep.spec.sections import GrowthRule, SpecContext, SpecSection, StudyVariant
 from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
@@ -87,6 +89,7 @@ from sweep.spec.study_folder import (
 )
 from sweep.text import shortened
 
+log = logging.getLogger("sweep")
 Stream = Literal["common", "independent", "lasting"]
 Order = Literal["longest", "coarse"]
 NeighbourSearch = Literal["grid", "all_pairs"]
@@ -483,6 +486,14 @@ class Study:
         grown = (value for key, value in values if sections()[key].strategy)
         return self.until or next(grown, None)
 
+    def variants(self) -> list[StudyVariant]:
+        """Return the variants that sections ask for. Raises SpecError."""
+        return [
+            variant
+            for key, value in self.sections.items()
+            for variant in sections()[key].variants(self, value)
+        ]
+
     @property
     def trials_per_point(self) -> int:
         """The number of replicates or of seeds; the most trials where a rule adds
@@ -544,9 +555,28 @@ def parse_spec(
     return read_study(parse_document(text, path), known)
 
 
+@cache
+def sections() -> Mapping[str, SpecSection]:
+    """Return the sections of all methods by their keys.
+
+    A section of a package is left out, with a warning, where its key is one of a study
+    or of another method.
+    """
+    own = {key.name for key in keys_of(Study, Policy)}
+    found = dict[str, SpecSection]()
+    for name, method in methods().items():
+        for section in method.sections():
+            key = section.key.name
+            if key in own or key in found:
+                log.warning('the section "%s" of %s: its key is taken', key, name)
+            else:
+                found[key] = section
+    return found
+
+
 def spec_parts() -> tuple[type[Any] | Key, ...]:
     """Return what has the keys of a spec: classes, and keys of sections of methods."""
-    return (Study, Policy, *section_keys())
+    return (Study, Policy, *(section.key for section in sections().values()))
 
 
 GONE = {
@@ -644,12 +674,12 @@ def _flown(
     names = record.names if record else (*known.metrics, *metrics.derived)
     replication = mistakes.read(read_replication, root, names, known.metrics)
     streams = mistakes.read(_streams, given.get("streams"), search)
-    around = Around(name, swept, replication, names, metrics, settings)
+    context = SpecContext(name, swept, replication, names, metrics, settings)
     asked = dict[str, Any]()
     for key, section in sections().items():
         if key in root.value:
             with mistakes.noted():
-                asked[key] = section.read(root, around)
+                asked[key] = section.read(root, context)
             mistakes.read(check_beside, root, key, section.not_beside)
     mistakes.read(check_beside_continued, root, swept or ())
     mistakes.check()
@@ -669,8 +699,9 @@ def _flown(
     assert record
     assert streams
     mistakes.read(check_continued, root, axes, settings, [*fixed, *derive])
+    mistakes.read(_check_rules, root, replication, asked)
     for key, value in asked.items():
-        mistakes.read(sections()[key].check, root, value, around._replace(axes=axes))
+        mistakes.read(sections()[key].check, root, value, context._replace(axes=axes))
     mistakes.check()
     if continued_axis(axes):
         fixed, record = fixed | held(axes), replace(record, last_flocks=True)
@@ -688,6 +719,20 @@ def _flown(
         "record": record,
     }
     return read | replication._asdict()
+
+
+def _check_rules(
+    root: Entry, replication: Replication, asked: Mapping[str, Any]
+) -> None:
+    """Raise SpecError for a second rule that adds trials or points."""
+    growing = [key for key in asked if sections()[key].strategy]
+    until = ["until"] if replication.until else []
+    first, *others = [*until, *growing] or [""]
+    if others:
+        raise root.child(others[0]).error(
+            "one rule adds trials or points of a study:"
+            f' "{others[0]}" cannot stand beside "{first}"'
+        )
 
 
 def _maps_flown(

@@ -9,8 +9,8 @@ import pyarrow as pa
 
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.continued_checks import continued_axis
-from sweep.spec.sections import recorded_rule, sections
-from sweep.spec.study import Study
+from sweep.spec.sections import recorded_rule
+from sweep.spec.study import Study, sections
 from sweep.store.origin import PROVENANCE
 
 OPTIONAL = (
@@ -160,6 +160,8 @@ class PlanAbout:
         for name in OPTIONAL:
             if getattr(self, name) is not None:
                 about[name] = getattr(self, name)
+        if taken := about.keys() & self.sections.keys():
+            raise ValueError(f"a plan has these itself: {', '.join(sorted(taken))}")
         about |= self.sections
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})

@@ -5,7 +5,7 @@ Its shape is checked where it is read, in `sweep/store/origin.py`. Here it is wh
 names mean, and which numbers go together.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,9 @@ from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_BEFORE, MOST_TRIALS
 from sweep.spec.replication import read_replication
 from sweep.spec.samplers import SAMPLERS, in_blocks
-from sweep.spec.sections import sections
+from sweep.spec.sections import check_names
 from sweep.spec.settings import settings_of
+from sweep.spec.study import sections
 from sweep.tables.stored_links import check_links
 from sweep.text import shortened
 
@@ -43,8 +44,8 @@ def check_plan(
 def _check(about: dict[str, Any], named: Catalogue) -> None:
     known = _settings(about, named)
     chained = {DIRECTION} if "continued" in about else set[str]()
-    _check_names("setting", about["varied"], known | chained)
-    _check_names("metric", about["record"], set(about["record"]) - known)
+    check_names("setting", about["varied"], known | chained)
+    check_names("metric", about["record"], set(about["record"]) - known)
     if not about["record"]:
         raise ValueError("it records nothing")
     ablated = about.get("ablated", {})
@@ -57,9 +58,9 @@ def _check(about: dict[str, Any], named: Catalogue) -> None:
         if not groups or not all(groups):
             raise ValueError(f'"{preset}" ablates nothing')
         names = [name for group in groups for name in group]
-        _check_names("setting", names, about["varied"])
+        check_names("setting", names, about["varied"])
     for name, axis in about.get("axes", {}).items():
-        _check_names("setting", axis["fields"], known)
+        check_names("setting", axis["fields"], known)
         if not axis["fields"]:
             raise ValueError(f'axis "{name}" has no settings')
         if axis["sampler"] in in_blocks():
@@ -90,25 +91,17 @@ def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
     return {*settings, *settings.spreads}
 
 
-def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
-    for name in names:
-        if name not in known:
-            raise ValueError(f'there is no {what} "{name}"')
-    if len(names) > len(set(names)):
-        raise ValueError(f"a {what} stands twice")
-
-
 def _check_details(
-    names: list[str], ablated: dict[str, Any], axes: Iterable[str]
+    names: list[str], ablated: dict[str, Any], axes: Collection[str]
 ) -> None:
     """The details that a spec names are those of one of its axes."""
     if len(ablated) != 1:
         raise ValueError("one axis has details with names")
     ((axis, groups),) = ablated.items()
-    _check_names("axis", [axis], axes)
+    check_names("axis", [axis], axes)
     if len(names) != len(groups):
         raise ValueError(f"{len(groups)} details have {len(names)} names")
-    _check_names("detail", names, names)
+    check_names("detail", names, names)
     for name in names:
         if why := why_no_detail(name):
             raise ValueError(f'no detail is called "{shortened(name)}": {why}')
@@ -151,6 +144,6 @@ def _check_until(
 
 def _check_continued(rule: dict[str, Any], about: dict[str, Any]) -> None:
     """One axis is continued, in directions that a spec can have."""
-    _check_names("axis", [rule["axis"]], about.get("axes", {}))
+    check_names("axis", [rule["axis"]], about.get("axes", {}))
     if tuple(rule["directions"]) not in WAYS.values():
         raise ValueError(f"chains have no directions {rule['directions']}")

@@ -31,8 +31,8 @@ from sweep.spec.recorded import (
     columns_of,
     declaration_of,
 )
-from sweep.spec.sections import sections
 from sweep.spec.settings import Setting, settings_of
+from sweep.spec.study import sections
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance, stamps

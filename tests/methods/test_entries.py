@@ -87,11 +87,11 @@ def sections():
         LaterSectionOf(Repeat), "runs it again", name="repeat", otherwise="once"
     )
 
-    def read(root, around):
+    def read(root, context):
         return read_section(Repeat, root.child("repeat"))
 
-    def check(root, value, around):
-        if around.replication.replicates == 1:
+    def check(root, value, context):
+        if context.replication.replicates == 1:
             raise root.child("repeat").error("one trial is nothing to repeat")
 
     def variants(study, value):
@@ -201,9 +201,9 @@ class Doubling:
         self.progress.settled = self.design.n_points
 
 
-def read(root, around):
+def read(root, context):
     times = read_section(Keys, root.child("double")).times
-    return Rule(around.replication.replicates, times)
+    return Rule(context.replication.replicates, times)
 
 
 def status(study):
@@ -357,6 +357,32 @@ def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None
     assert "doubled   2 times" in status.stdout
     assert "trials    24" in status.stdout
     assert table.stdout.count("\n") == 3
+
+
+def test_a_key_that_is_taken_and_a_second_rule_are_said(tmp_path: Path) -> None:
+    """A package can bring no section under a key of ours, and a study has one rule."""
+    offered = {
+        "doubling": "doubling.method:METHOD",
+        "seeding": "doubling.seeding:METHOD",
+    }
+    files = {
+        "__init__.py": "",
+        "method.py": DOUBLING,
+        "seeding.py": DOUBLING.replace('name="double"', 'name="seed"'),
+    }
+    packages = install(tmp_path, {"boidsweep.methods": offered}, files, name="doubling")
+    spec = f"{SMALL}double: {{times: 1}}\n"
+    until = "replicates: {until: {metric: speed, half_width: 0.1}, min: 3, max: 9}"
+    (tmp_path / "small.yaml").write_text(spec, encoding="utf-8")
+    (tmp_path / "two.yaml").write_text(spec.replace("replicates: 3", until))
+    plan, refused = started_in_turn(
+        tmp_path, packages, ("plan", "small.yaml"), ("plan", "two.yaml")
+    )
+    assert plan.returncode == 0
+    assert 'the section "seed" of seeding: its key is taken' in plan.stderr
+    assert 'two.yaml:11: one rule adds trials or points of a study: "double"' in (
+        refused.stderr
+    )
 
 
 def test_every_report_is_a_command() -> None:

@@ -31,7 +31,8 @@ from sweep.spec.recorded import (
 )
 from sweep.spec.replication import LEAST_LOOK, Replication
 from sweep.spec.schema_parts import Schema
-from sweep.spec.sections import Around, SpecSection, recorded_rule
+from sweep.spec.sections import SpecContext, SpecSection, check_names, recorded_rule
+from sweep.spec.study import Study
 from sweep.text import shortened, unknown
 
 LEAST_REPLICATES = 2
@@ -127,7 +128,7 @@ KEY = Key(
 )
 
 
-def read_refine(root: Entry, around: Around) -> Refinement | None:
+def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
     """The rule that the section writes; None where another key is wrong."""
     entry, mistakes = root.child(KEY.name), Mistakes()
     entry.mapping()
@@ -135,14 +136,14 @@ def read_refine(root: Entry, around: Around) -> Refinement | None:
         check_keys(entry, Refine)
     given = read_values(Refine, entry, mistakes)
     if "metric" in given:
-        mistakes.read(_check_metric, entry, given, around)
-    if around.replication:
-        mistakes.read(_check_trials, root, given["most"], around.replication)
+        mistakes.read(_check_metric, entry, given, context)
+    if context.replication:
+        mistakes.read(_check_trials, root, given["most"], context.replication)
     axes = list[Axis]()
-    if "axes" in given and around.axes is not None:
+    if "axes" in given and context.axes is not None:
         for child in entry.child("axes").entries():
             with mistakes.noted():
-                axes.append(_axis(child, around))
+                axes.append(_axis(child, context))
     with mistakes.noted():
         if given.get("at") == STEEPEST and len(given.get("axes", ())) > 1:
             raise entry.child("axes").error(
@@ -150,11 +151,11 @@ def read_refine(root: Entry, around: Around) -> Refinement | None:
                 " takes one; other axes of sweep become groups"
             )
     mistakes.check()
-    if around.axes is None or around.replication is None:
+    if context.axes is None or context.replication is None:
         return None
     rule = Refine(**given)
-    scales = {axis.name: _scale(axis, around, rule.until) for axis in axes}
-    least = around.replication.replicates
+    scales = {axis.name: _scale(axis, context, rule.until) for axis in axes}
+    least = context.replication.replicates
     assert least
     return Refinement(
         metric=rule.metric,
@@ -168,9 +169,9 @@ def read_refine(root: Entry, around: Around) -> Refinement | None:
     )
 
 
-def _check_metric(entry: Entry, given: Mapping[str, Any], around: Around) -> None:
-    column, metrics = given["metric"], around.known.known.metrics
-    check_recorded(entry.child("metric"), column, around.recorded, metrics)
+def _check_metric(entry: Entry, given: Mapping[str, Any], context: SpecContext) -> None:
+    column, metrics = given["metric"], context.known.known.metrics
+    check_recorded(entry.child("metric"), column, context.recorded, metrics)
     name = Column.read(column).metric
     if name not in metrics or given.get("at", STEEPEST) == STEEPEST:
         return
@@ -206,9 +207,9 @@ def _check_trials(root: Entry, most: int | None, given: Replication) -> None:
         )
 
 
-def _axis(entry: Entry, around: Around) -> Axis:
+def _axis(entry: Entry, context: SpecContext) -> Axis:
     """The axis that an entry names, if it can be refined."""
-    name, axes = entry.text(), around.axes or ()
+    name, axes = entry.text(), context.axes or ()
     names = list(dict.fromkeys(axis.name for axis in axes))
     if name not in names:
         raise entry.error(unknown("axis", name, names))
@@ -222,7 +223,7 @@ def _axis(entry: Entry, around: Around) -> Axis:
         )
     if axis.when:
         raise entry.error(f'"{name}" cannot be refined: it has a condition, "when"')
-    if around.settings[name].kind not in NUMBERS:
+    if context.settings[name].kind not in NUMBERS:
         raise entry.error(f'"{name}" cannot be refined: its values are no numbers')
     values = axis.columns[name].tolist()
     if len(values) < 2 or sorted(values) != values:
@@ -232,14 +233,14 @@ def _axis(entry: Entry, around: Around) -> Axis:
     return axis
 
 
-def _scale(axis: Axis, around: Around, until: float) -> RefinedAxis:
-    values, whole = axis.columns[axis.name].tolist(), around.settings[axis.name].kind
+def _scale(axis: Axis, context: SpecContext, until: float) -> RefinedAxis:
+    values, whole = axis.columns[axis.name].tolist(), context.settings[axis.name].kind
     return RefinedAxis.until(
         values, until, geometric=axis.geometric, whole=whole == "int"
     )
 
 
-def check_points(study: Any, rule: Refinement, points: int) -> None:
+def check_points(study: Study, rule: Refinement, points: int) -> None:
     """Raise SpecError for a budget that the first points of a study exceed."""
     if points * rule.least > rule.budget:
         raise study.document.error(
@@ -255,9 +256,7 @@ def check_record(rule: dict[str, Any], about: Mapping[str, Any]) -> None:
     columns, scales = columns_of(about["record"]), rule["scales"]
     if rule["metric"] not in columns:
         raise ValueError(f'it refines by "{rule["metric"]}", which is not recorded')
-    for name in scales:
-        if name not in about.get("axes", {}):
-            raise ValueError(f'there is no axis "{name}"')
+    check_names("axis", list(scales), about.get("axes", {}))
     if (
         not scales
         or math.prod(len(one["values"]) for one in scales.values()) > MOST_POINTS
@@ -291,7 +290,7 @@ def check_record(rule: dict[str, Any], about: Mapping[str, Any]) -> None:
         raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")
 
 
-def _strategy(study: Any, rule: Refinement) -> Any:
+def _strategy(study: Study, rule: Refinement) -> Any:
     """Return what asks for the trials of a study, which imports campaigns."""
     from sweep.methods.refinement.strategy import RefineStrategy
 

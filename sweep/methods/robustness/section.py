@@ -15,7 +15,7 @@ from sweep.spec.document import Entry
 from sweep.spec.keys import Key, LaterSectionOf, read_section
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema
-from sweep.spec.sections import Around
+from sweep.spec.sections import SpecContext
 from sweep.spec.settings import Setting
 from sweep.spec.study import ALL_PAIRS
 
@@ -100,7 +100,7 @@ KEY = Key(
 )
 
 
-def read_validate(root: Entry, _around: Around) -> Validate:
+def read_validate(root: Entry, _context: SpecContext) -> Validate:
     """Return the section, each key checked alone."""
     entry = root.child(KEY.name)
     found = read_section(Validate, entry)
@@ -112,28 +112,28 @@ def read_validate(root: Entry, _around: Around) -> Validate:
     return found
 
 
-def check_validate(root: Entry, given: Validate, around: Around) -> None:
+def check_validate(root: Entry, given: Validate, context: SpecContext) -> None:
     """Raise SpecError where a study of the model, with such axes, cannot be run as the
     section says, or has nothing that could be concluded from it.
     """
     entry, mistakes = root.child(KEY.name), Mistakes()
     with mistakes.noted():
-        if all(len(axis) < 2 for axis in around.axes or ()):
+        if all(len(axis) < 2 for axis in context.axes or ()):
             raise entry.error(
                 'there is nothing to conclude: "validate" needs an axis of "sweep" with'
                 " at least two values, whose differences it looks at"
             )
     with mistakes.noted():
-        if given.dt and time_step(around.settings) is None:
+        if given.dt and time_step(context.settings) is None:
             raise entry.child("dt").error(
-                f"model {around.model} has no time step that could be shorter: none of"
+                f"model {context.model} has no time step that could be shorter: none of"
                 " its settings says that its equations are continuous in time"
                 ' (InParts("time")); leave dt out'
             )
     with mistakes.noted():
-        if given.update and UPDATE not in around.settings:
+        if given.update and UPDATE not in context.settings:
             raise entry.child("update").error(
-                f'model {around.model} has no setting "{UPDATE}", and so one order of'
+                f'model {context.model} has no setting "{UPDATE}", and so one order of'
                 " updates; leave update out"
             )
     mistakes.check()

@@ -19,7 +19,7 @@ from sweep.methods.robustness.section import (
 from sweep.spec.axes import Axis
 from sweep.spec.axis_keys import HOLD
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.sections import SpecSection, StudyVariant
+from sweep.spec.sections import SpecSection, StudyVariant, check_names
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import ALL_PAIRS, Study
@@ -110,15 +110,12 @@ def check_record(record: list[dict[str, Any]], about: Mapping[str, Any]) -> None
     """Raise ValueError unless the variants have names of studies, each its own, and the
     metrics are those of the study.
     """
-    names = [one["name"] for one in record]
-    if len(names) > len({*names}):
-        raise ValueError("a variant stands twice")
+    check_names("variant", names := [one["name"] for one in record], names)
     for one in record:
         name = one["name"]
         if "/" in name or why_no_name(name):
             raise ValueError(f'no variant can be called "{shortened(name)}"')
-        if unknown := [*{*one["unjudged"]} - {*about["record"]}]:
-            raise ValueError(f'there is no metric "{unknown[0]}"')
+        check_names("metric", one["unjudged"], about["record"])
 
 
 def unjudged(study: Study, asked: Validate, variant: str) -> list[str]:
