@@ -13,6 +13,7 @@ prints every place that breaks one. `make check` runs it.
     extras       which extras there are
     systems      who asks for what one operating system lacks
     writing      who writes files, and how
+    plain        names, assignments, arguments and docstrings
     documents    links, names of files, decisions, words, the page on trust
 
 A rule is a function that yields findings. `test_rules.py` breaks each of them.

@@ -11,6 +11,7 @@ from tests.house import (
     kernels,
     names,
     packages,
+    plain,
     scripts,
     systems,
     writing,
@@ -19,7 +20,7 @@ from tests.house.sources import Checkout, Finding, Rule
 
 SUBJECTS = (
     *(imports, kernels, names, packages, figures, scripts, documents),
-    *(evaluation, extras, systems, writing),
+    *(evaluation, extras, systems, writing, plain),
 )
 RULES: list[Rule] = [rule for subject in SUBJECTS for rule in subject.RULES]
 

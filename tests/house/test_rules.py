@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from types import FunctionType
 from typing import get_type_hints
@@ -20,6 +21,7 @@ from tests.house import (
     kernels,
     names,
     packages,
+    plain,
     scripts,
     systems,
     writing,
@@ -417,6 +419,33 @@ BROKEN += [
     )
 ]
 BROKEN += [
+    (rule, {"sweep/a.py": f"\n{line}"}, f"sweep/a.py:2: {what}")
+    for rule, line, what in (
+        (plain.names_say_something, "found = 1", "the name found says nothing"),
+        (plain.names_say_something, "def f(_one): 1", "the name _one says nothing"),
+        (
+            plain.a_line_has_one_fact,
+            "low, high = 0, 1",
+            "several facts in one assignment",
+        ),
+        (
+            plain.few_arguments_have_no_name,
+            "f(1, 2, 3, 4, 5)",
+            "5 arguments without names",
+        ),
+        (
+            plain.docstrings_begin_with_their_subject,
+            "def f(): 'What it does.'",
+            'a docstring begins "What"',
+        ),
+        (
+            plain.parameters_are_described,
+            "def f(a, b, *, c): 'Add.'",
+            "f does not describe its 3 parameters",
+        ),
+    )
+]
+BROKEN += [
     (rule, {}, f"{file}:1: no longer {what} {name}, for which a reason is said")
     for rule, what, file, name in (
         (
@@ -452,9 +481,34 @@ def made_up(files: dict[str, str], root: Path) -> Checkout:
     ids=[f"{number} {rule.__name__}" for number, (rule, _, _) in enumerate(BROKEN)],
 )
 def test_what_breaks_a_rule_is_found_in_its_line(
-    rule: Rule, files: dict[str, str], expected: str, tmp_path: Path
+    rule: Rule,
+    files: dict[str, str],
+    expected: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(plain, "PLAIN", ("sweep/",))
     assert expected in map(str, rule(made_up(files, tmp_path)))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "x, y = 0, 1",
+        "low, high = high, low",
+        "low, high = f()",
+        "f(1, 2, 3, 4, e=5)",
+        "def f(a, b): 'Add.'",
+        "def _f(a, b, c): 'Add.'",
+        "def f(a, b, c): 'Add.\\n\\nParameters\\n----------'",
+    ],
+)
+def test_what_is_plain_is_no_finding(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plain, "PLAIN", ("sweep/",))
+    checkout = made_up({"sweep/a.py": line}, tmp_path)
+    assert [*chain.from_iterable(rule(checkout) for rule in plain.RULES)] == []
 
 
 def test_an_arrow_that_points_down_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
