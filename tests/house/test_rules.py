@@ -4,7 +4,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 from types import FunctionType
 from typing import get_type_hints
@@ -419,30 +418,34 @@ BROKEN += [
     )
 ]
 BROKEN += [
-    (rule, {"sweep/a.py": f"\n{line}"}, f"sweep/a.py:2: {what}")
-    for rule, line, what in (
-        (plain.names_say_something, "found = 1", "the name found says nothing"),
-        (plain.names_say_something, "def f(_one): 1", "the name _one says nothing"),
+    (
+        plain.modules_are_plain,
+        {"sweep/new/a.py": f"\n{line}"},
+        f"sweep/new/a.py:2: {what}",
+    )
+    for line, what in (
+        ("found = 1", "the name found fits any value: name what it holds"),
+        ("def f(_one): 1", "the name _one fits any value: name what it holds"),
         (
-            plain.a_line_has_one_fact,
             "low, high = 0, 1",
-            "several facts in one assignment",
+            "several facts in one assignment: write a line for each",
         ),
+        ("f(1, 2, 3, 4, 5)", "5 arguments without names: at most 4"),
         (
-            plain.few_arguments_have_no_name,
-            "f(1, 2, 3, 4, 5)",
-            "5 arguments without names",
-        ),
-        (
-            plain.docstrings_begin_with_their_subject,
             "def f(): 'What it does.'",
-            'a docstring begins "What"',
+            'a docstring opens with "What": take a verb or a noun',
         ),
         (
-            plain.parameters_are_described,
             "def f(a, b, *, c): 'Add.'",
-            "f does not describe its 3 parameters",
+            "f needs a section Parameters, as numpydoc has it",
         ),
+    )
+]
+BROKEN += [
+    (
+        plain.folders_that_are_plain_are_not_listed,
+        {"sweep/web/a.py": "x = 1", "sweep/web/b/c.py": "found = 1"},
+        f"{plain.LIST}:1: sweep/web keeps the rules: take it from the list",
     )
 ]
 BROKEN += [
@@ -481,13 +484,8 @@ def made_up(files: dict[str, str], root: Path) -> Checkout:
     ids=[f"{number} {rule.__name__}" for number, (rule, _, _) in enumerate(BROKEN)],
 )
 def test_what_breaks_a_rule_is_found_in_its_line(
-    rule: Rule,
-    files: dict[str, str],
-    expected: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    rule: Rule, files: dict[str, str], expected: str, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(plain, "PLAIN", ("sweep/",))
     assert expected in map(str, rule(made_up(files, tmp_path)))
 
 
@@ -503,12 +501,16 @@ def test_what_breaks_a_rule_is_found_in_its_line(
         "def f(a, b, c): 'Add.\\n\\nParameters\\n----------'",
     ],
 )
-def test_what_is_plain_is_no_finding(
-    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(plain, "PLAIN", ("sweep/",))
-    checkout = made_up({"sweep/a.py": line}, tmp_path)
-    assert [*chain.from_iterable(rule(checkout) for rule in plain.RULES)] == []
+def test_what_is_plain_is_no_finding(line: str, tmp_path: Path) -> None:
+    checkout = made_up({"sweep/new/a.py": line}, tmp_path)
+    assert [*plain.modules_are_plain(checkout)] == []
+
+
+def test_a_folder_of_the_list_is_left_out(tmp_path: Path) -> None:
+    checkout = made_up({"sweep/web/a.py": "found = 1"}, tmp_path)
+    assert [*plain.modules_are_plain(checkout)] == []
+    listed = plain.folders_that_are_plain_are_not_listed(checkout)
+    assert "sweep/web" not in "".join(map(str, listed))
 
 
 def test_an_arrow_that_points_down_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
