@@ -37,6 +37,9 @@ TABLE = imports.TABLE
 PROJECT, EXTRAS = extras.PROJECT, "[project.optional-dependencies]\na = []\n"
 INEXACT = "has other bits elsewhere"
 
+NOT_YET = """[tool.ruff.lint.per-file-ignores]
+"sweep/web/*" = ["D"]
+"""
 BROKEN: list[tuple[Rule, dict[str, str], str]] = [
     (
         imports.no_import_is_relative,
@@ -443,9 +446,9 @@ BROKEN += [
 ]
 BROKEN += [
     (
-        plain.folders_that_are_plain_are_not_listed,
-        {"sweep/web/a.py": "x = 1", "sweep/web/b/c.py": "found = 1"},
-        f"{plain.LIST}:1: sweep/web keeps the rules: take it from the list",
+        plain.what_is_plain_is_not_listed,
+        {"pyproject.toml": NOT_YET, "sweep/web/a.py": "x = 1"},
+        "pyproject.toml:2: sweep/web/* keeps the rules: take it away",
     )
 ]
 BROKEN += [
@@ -506,11 +509,11 @@ def test_what_is_plain_is_no_finding(line: str, tmp_path: Path) -> None:
     assert [*plain.modules_are_plain(checkout)] == []
 
 
-def test_a_folder_of_the_list_is_left_out(tmp_path: Path) -> None:
-    checkout = made_up({"sweep/web/a.py": "found = 1"}, tmp_path)
+def test_a_file_whose_docstrings_are_not_checked_is_left_out(tmp_path: Path) -> None:
+    files = {"pyproject.toml": NOT_YET, "sweep/web/a.py": "found = 1"}
+    checkout = made_up(files, tmp_path)
     assert [*plain.modules_are_plain(checkout)] == []
-    listed = plain.folders_that_are_plain_are_not_listed(checkout)
-    assert "sweep/web" not in "".join(map(str, listed))
+    assert [*plain.what_is_plain_is_not_listed(checkout)] == []
 
 
 def test_an_arrow_that_points_down_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
