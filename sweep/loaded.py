@@ -15,6 +15,7 @@ from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
 from sweep.errors import ChoiceError
 from sweep.method import methods
+from sweep.methods.adaptive import stopping
 from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
@@ -105,6 +106,15 @@ class LoadedStudy(StoredStudy):
             chance=chance,
         )
         return found.rows
+
+    @property
+    def stopping(self) -> pd.DataFrame:
+        """When and why points got their last trials, of a study that adds trials until
+        intervals are narrow: see `sweep.methods.adaptive.stopping`.
+
+        Raises ChoiceError for another study.
+        """
+        return stopping(self)
 
     def boundary(self) -> Boundary:
         """Where the mean of a metric crosses a level, of a study whose spec has

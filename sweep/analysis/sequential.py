@@ -29,10 +29,9 @@ covered; trials of one point never do, as each has random numbers of its own.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,8 +50,10 @@ GROWTH = 1.25
 PATHS = 400_000
 SEED = 20240611
 ALL_NORMAL: Mapping[str, Declared] = MappingProxyType({})
+LEAST_LOOK = 3
+"""The fewest trials of a point at its first look."""
 MOST_METRICS = 10
-"""Of more of them, PATHS would be too few for the confidence of each."""
+"""The most metrics of a rule: of more, PATHS would be too few for each confidence."""
 SAFETY = 2.0
 """Standard errors of the simulation by which the nominal confidence is on the safe
 side: 0.07 % at 95 %.
@@ -86,112 +87,6 @@ class Width(NamedTuple):
         """How wide it may be, as a reader has it."""
         width = self.as_json()
         return f"{width} of its mean" if isinstance(width, str) else f"{width:g}"
-
-
-@dataclass(frozen=True)
-class Until:
-    """A point gets trials until the interval of the mean of each metric is as narrow as
-    `widths` says, or `most`.
-
-    `widths` are by columns of the trials; the first look is after `least` trials.
-    """
-
-    place: ClassVar = ("replicates", "until")
-    """The key of a spec that writes it."""
-    adds_points: ClassVar = False
-    counted: ClassVar = (
-        "its trials are counted at their most; it stops before, where an interval is"
-        " narrow"
-    )
-    """Which trials of a spec are counted, in words."""
-    where: ClassVar = ""
-
-    widths: Mapping[str, Width]
-    confidence: float
-    least: int
-    most: int
-
-    def most_trials(self, points: int) -> int:
-        """The most trials of a study with so many points."""
-        return points * self.most
-
-    @property
-    def looks(self) -> tuple[int, ...]:
-        """The numbers of trials after which a point is looked at."""
-        return looks(self.least, self.most)
-
-    @property
-    def nominal(self) -> float:
-        """Student's confidence of each metric at each look; the first call takes about
-        a second.
-        """
-        missing = (1.0 - self.confidence) / len(self.widths)
-        return nominal_confidence(self.looks, 1.0 - missing)
-
-    @property
-    def in_words(self) -> str:
-        """Until when trials are added, in words."""
-        widths = ", ".join(
-            f"of {name} is {width.in_words}" for name, width in self.widths.items()
-        )
-        return f", until the half width {widths}"
-
-    def as_json(self) -> dict[str, object]:
-        """The rule by the keys of a spec."""
-        widths = {name: width.as_json() for name, width in self.widths.items()}
-        about = {"half_width": widths, "confidence": self.confidence}
-        return about | {"min": self.least, "max": self.most}
-
-
-def from_json(about: Mapping[str, Any]) -> Until:
-    """The rule that `Until.as_json` has written. Up to 0.9 it had one `metric`, whose
-    `half_width` was a number.
-    """
-    widths = about["half_width"]
-    if not isinstance(widths, Mapping):
-        widths = {about["metric"]: widths}
-    return Until(
-        {name: _width(one) for name, one in widths.items()},
-        about["confidence"],
-        about["min"],
-        about["max"],
-    )
-
-
-def _width(stored: float | str) -> Width:
-    if isinstance(stored, str):
-        return Width(float(stored.removesuffix("%")) / 100.0, relative=True)
-    return Width(stored)
-
-
-class SeenMetric(NamedTuple):
-    """What is seen of one metric of P points: how many values, half widths, and how
-    wide these may be, (P,) each; `half_width` is NaN where it is not known, as for
-    fewer than two values.
-    """
-
-    values: Counts
-    half_width: Floats
-    allowed: Floats
-
-    @property
-    def narrow(self) -> NDArray[np.bool_]:
-        """Which intervals are narrow enough."""
-        return np.asarray(self.half_width <= self.allowed)
-
-    @property
-    def known(self) -> NDArray[np.bool_]:
-        """Which points have two values, as an interval needs."""
-        return np.asarray(self.values > 1)
-
-
-class Look(NamedTuple):
-    """What is seen of P points: of each metric, and how many trials each point gets
-    from now on: the present number where it has had its last trial.
-    """
-
-    seen: Mapping[str, SeenMetric]
-    further: Counts
 
 
 def looks(least: int, most: int) -> tuple[int, ...]:
@@ -291,55 +186,3 @@ def repeated_interval(
         )
     nominal = nominal_confidence(tuple(looks), confidence)
     return mean_interval(array, nominal, distribution=distribution)
-
-
-def look(
-    until: Until,
-    nominal: float,
-    trials: Counts,
-    values: Mapping[str, ArrayLike],
-    distributions: Mapping[str, Declared] = ALL_NORMAL,
-) -> Look:
-    """Look at P points with `trials` (P,) each. The `values` of each metric follow one
-    another, point after point; `distributions` are those of the metrics, "normal" where
-    one is not named.
-
-    What is not finite is no value. No point waits for a metric of which it has fewer
-    than two values, whatever its number of trials: it might go on to `most` without
-    ever having one. The half width is half of the distance of both bounds, before the
-    interval is cut off where values end: what could not be anyway says nothing of how
-    well a mean is known. It is NaN, and never narrow, where values are equal and say
-    nothing of how much they vary, see `sweep.analysis.mean_bounds`.
-    """
-    numbers = np.asarray(until.looks)
-    following = numbers[
-        np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)
-    ]
-    seen = {
-        name: _seen(width, nominal, trials, values[name], distributions.get(name))
-        for name, width in until.widths.items()
-    }
-    wide = [one.known & ~one.narrow for one in seen.values()]
-    open_ = np.logical_or.reduce(wide)
-    return Look(seen, np.where(open_, following, trials))
-
-
-def _seen(
-    width: Width,
-    nominal: float,
-    trials: Counts,
-    values: ArrayLike,
-    distribution: Declared | None,
-) -> SeenMetric:
-    import pandas as pd
-
-    from sweep.analysis.intervals import group_bounds
-
-    array = np.asarray(values, np.float64)
-    known = pd.Series(np.where(np.isfinite(array), array, np.nan))
-    groups = known.groupby(np.repeat(np.arange(len(trials)), trials))
-    # As wide as it is before it is cut: a range says nothing of how much is known.
-    low, high = group_bounds(groups, nominal, distribution or "normal", cut=False)
-    means = np.asarray(groups.mean(), np.float64)
-    counts: Counts = np.asarray(groups.count(), np.int64)
-    return SeenMetric(counts, (high - low) / 2.0, width.allowed(means))

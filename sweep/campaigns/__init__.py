@@ -6,7 +6,6 @@ search asks for.
     campaign       the driver: asks a strategy, runs what is missing, asks again
     strategy       what the driver needs of a strategy
     fixed          a strategy: the same number of trials for every point
-    until          a strategy: trials until the interval of a point is narrow
     search/        a strategy: candidates that are asked for, raced and judged
     design_plan    the plan of a study whose points come from its axes
     stored_trials  what is stored when a launch begins, and what it adds

@@ -10,7 +10,6 @@ from sweep.campaigns.progress import Progress, SearchProgress
 from sweep.campaigns.search.asked_trials import stored_repetitions
 from sweep.campaigns.search.strategy import SearchStrategy
 from sweep.campaigns.strategy import Strategy
-from sweep.campaigns.until import UntilStrategy
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError
@@ -92,7 +91,7 @@ def _strategy(study: Study, share: Share | None) -> Strategy[Progress]:
         if make := sections()[key].strategy:
             strategy: Strategy[Progress] = make(study, value)
             return strategy
-    return UntilStrategy(study, study.until) if study.until else FixedStrategy(study)
+    return FixedStrategy(study)
 
 
 def search(

@@ -3,11 +3,10 @@ for.
 
 A strategy asks in rounds. What it asks for follows only from the spec and from what is
 stored. So the number of workers, the order in which results come back, and
-interruptions change nothing. A method may bring one, as `refine` is. Ours are:
+interruptions change nothing. Methods have strategies of their own. Here are:
 
     FixedStrategy    one round: all trials of the design
-    UntilStrategy    a round a look: more trials for points whose interval is wide
-    SearchStrategy   a round a rung of a race, and one for the held-out trials
+    SearchStrategy   a round per rung of a race, and one for the held-out trials
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -94,3 +93,45 @@ class Strategy(Protocol[P_co]):
         The next one is asked for when all trials of the last one are stored. In a
         launch of a share, trials of other shares may be missing.
         """
+
+
+def beyond(before: Counts, trials: Counts) -> NDArray[np.bool_]:
+    """Return which trials come after the first ones of their points.
+
+    Parameters
+    ----------
+    before
+        How many trials each point had, shape (P,).
+    trials
+        How many it has now, shape (P,).
+
+    Returns
+    -------
+    Whether each trial is new, point after point, shape (sum of trials,).
+    """
+    first = np.repeat(np.cumsum(trials) - trials, trials)
+    replicate = np.arange(trials.sum()) - first
+    new: NDArray[np.bool_] = replicate >= np.repeat(before, trials)
+    return new
+
+
+def filled(
+    new: NDArray[np.bool_],
+    values: NDArray[np.float64],
+    before: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Merge the values of new trials with those from before, each in its order.
+
+    Parameters
+    ----------
+    new
+        Whether each trial is new, as `beyond` returns it.
+    values
+        The values of the new trials.
+    before
+        The values of the other trials.
+    """
+    merged = np.empty(len(new))
+    merged[new] = values
+    merged[~new] = before
+    return merged

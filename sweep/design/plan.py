@@ -65,7 +65,7 @@ class Plan:
         about = asdict(replace(self, rule=None))
         del about["rule"]
         growing = [key for key, one in sections().items() if one.strategy]
-        about |= {**dict.fromkeys(["until", *growing]), "boundary": ""}
+        about |= {**dict.fromkeys(growing), "boundary": ""}
         if rule := self.rule:
             about["boundary"] = rule.where
             about[str(rule.place[-1])] = rule.as_json()

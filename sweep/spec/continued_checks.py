@@ -20,14 +20,9 @@ LEAST = 2
 OWN = "parameters"
 """The group of the settings that the model alone has."""
 BARRED = {
-    "refine": "which points follow would depend on chains that are not run yet",
     "order": "links run one after the other",
 }
 """Keys that cannot stand beside a continued axis, and why."""
-UNTIL = (
-    'a study with "continue" takes a fixed number of replicates: each is a whole chain,'
-    ' and "until" would add trials to single points'
-)
 LONGER = (
     'a study with "continue" takes no "last_states": a link with more steps has another'
     " parent, and cannot go on from a shorter one"
@@ -43,7 +38,6 @@ COMMON = (
 
 
 WITHIN = (
-    ("replicates", "until", None, UNTIL),
     ("record", "last_states", True, LONGER),
     ("record", "last_flocks", False, KEPT),
     ("streams", "noise", "common", COMMON),

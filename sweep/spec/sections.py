@@ -3,13 +3,19 @@
 A method has its sections in its entry, see `sweep.method`. Each is described once: its
 key, how it is read, what cannot stand beside it, which variants of the study it asks
 for, and what a plan records of it.
+
+A section stands under its key, or it is the form of a key of the study that is a
+mapping: `replicates` is a number, or the mapping of a method that adds trials.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, NamedTuple, Protocol
 
+from sweep.method import methods
 from sweep.spec.axes import Axis
+from sweep.spec.contents import Content
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key
 from sweep.spec.recorded import KnownMetrics
@@ -138,6 +144,10 @@ class SpecSection:
     ----------
     key
         The key, with its name and what may stand under it.
+    form_of
+        The key of a study whose form as a mapping the section is, which has the keys of
+        the section; `key` is then one of them, and names the section. "" where the
+        section stands under `key`.
     read
         Returns the value of the section, from the root of the spec and from what the
         value must suit. Called where the key is given. Raises SpecError.
@@ -179,9 +189,63 @@ class SpecSection:
     needs: Schema | None = None
     check_points: Callable[[Any, Any, int], None] = _no_points_to_check
     strategy: Callable[[Any, Any], Any] | None = None
+    form_of: str = ""
     looks_at: Callable[[Any], tuple[str, ...]] = lambda _record: ()
     variants: Callable[[Any, Any], Sequence[StudyVariant]] = _no_variants
     check_recorded: Callable[[Any, Mapping[str, Any]], None] = lambda *_: None
+
+    @property
+    def place(self) -> Place:
+        """The key in a spec that the section stands under, or is a form of."""
+        return (self.form_of, self.key.name) if self.form_of else (self.key.name,)
+
+    def is_in(self, root: Entry) -> bool:
+        """Return whether a spec has the section."""
+        entry = root.get(self.form_of or self.key.name)
+        return entry is not None and (not self.form_of or isinstance(entry.value, dict))
+
+
+@dataclass(frozen=True)
+class OrForm(Content[Any]):
+    """A plain value, or the mapping of a section that is a form of the key `name`.
+
+    Reading gives on the entry of such a mapping.
+    """
+
+    plain: Content[Any]
+    name: str
+
+    @property
+    def words(self) -> str:
+        if form := self._form:
+            return f"{self.plain.words}, or a mapping with `{form.key.name}`"
+        return self.plain.words
+
+    def read(self, entry: Entry) -> Any:
+        if self._form and isinstance(entry.value, dict):
+            return entry
+        return self.plain.read(entry)
+
+    def schema(self) -> Schema:
+        if form := self._form:
+            return {"anyOf": [self.plain.schema(), form.key.content.schema()]}
+        return self.plain.schema()
+
+    @property
+    def sections(self) -> tuple[type[Any], ...]:
+        form = self._form
+        return form.key.content.sections if form else ()
+
+    @property
+    def _form(self) -> SpecSection | None:
+        return form_of(self.name)
+
+
+@cache
+def form_of(name: str) -> SpecSection | None:
+    """Return the section that is the form of a key of a study, if there is one."""
+    every = (section for each in methods().values() for section in each.sections())
+    return next((section for section in every if section.form_of == name), None)
 
 
 def check_names(what: str, names: Sequence[str], known: Collection[str]) -> None:

@@ -12,7 +12,6 @@ from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.mean_bounds import Declaration, in_full
-from sweep.analysis.sequential import Until
 from sweep.method import methods
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import (
@@ -53,13 +52,20 @@ from sweep.spec.keys import (
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
-from sweep.spec.replication import SEEDS, Replicates, Replication, read_replication
+from sweep.spec.replication import SEEDS, TRIALS, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
-from sweep.spec.sections import GrowthRule, SpecContext, SpecSection, StudyVariant
+from sweep.spec.sections import (
+    GrowthRule,
+    OrForm,
+    SpecContext,
+    SpecSection,
+    StudyVariant,
+    form_of,
+)
 from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
@@ -273,8 +279,8 @@ class Study:
     `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
     `sections` has the values of the sections of methods that the spec has, by key.
     `checkpoint` is after how many seconds a trial writes down where it is, None for
-    never. One of `replicates` (trials a point), `seeds` (one literal seed a trial) and
-    `until` (a rule, under the key `replicates`) is given.
+    never. One of `replicates` (trials per point) and `seeds` (a literal seed per trial)
+    is given, or a section is the form of `replicates`.
     """
 
     document: Document
@@ -372,13 +378,12 @@ class Study:
     replicates: Annotated[
         int | None,
         Key(
-            Replicates(),
+            OrForm(TRIALS, "replicates"),
             "trials a point: either these, or `seeds`",
             otherwise="as many as `seeds`",
             example="100",
         ),
     ]
-    until: Until | None
     seeds: Annotated[
         tuple[int, ...] | None,
         Key(
@@ -484,7 +489,7 @@ class Study:
         """What adds trials or points after looks at those that are stored."""
         values = self.sections.items()
         grown = (value for key, value in values if sections()[key].strategy)
-        return self.until or next(grown, None)
+        return next(grown, None)
 
     def variants(self) -> list[StudyVariant]:
         """Return the variants that sections ask for. Raises SpecError."""
@@ -560,14 +565,15 @@ def sections() -> Mapping[str, SpecSection]:
     """Return the sections of all methods by their keys.
 
     A section of a package is left out, with a warning, where its key is one of a study
-    or of another method.
+    or of another method, or another one is the form of that key already.
     """
     own = {key.name for key in keys_of(Study, Policy)}
     found = dict[str, SpecSection]()
     for name, method in methods().items():
         for section in method.sections():
             key = section.key.name
-            if key in own or key in found:
+            taken = key in own or key in found
+            if taken or (section.form_of and form_of(section.form_of) is not section):
                 log.warning('the section "%s" of %s: its key is taken', key, name)
             else:
                 found[key] = section
@@ -576,7 +582,8 @@ def sections() -> Mapping[str, SpecSection]:
 
 def spec_parts() -> tuple[type[Any] | Key, ...]:
     """Return what has the keys of a spec: classes, and keys of sections of methods."""
-    return (Study, Policy, *(section.key for section in sections().values()))
+    keys = (one.key for one in sections().values() if not one.form_of)
+    return (Study, Policy, *keys)
 
 
 GONE = {
@@ -672,12 +679,12 @@ def _flown(
     columns = search.columns if search else ()
     record = mistakes.read(_record, recorded, metrics, derived, columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
-    replication = mistakes.read(read_replication, root, names, known.metrics)
+    replication = mistakes.read(read_replication, root)
     streams = mistakes.read(_streams, given.get("streams"), search)
     context = SpecContext(name, swept, replication, names, metrics, settings)
     asked = dict[str, Any]()
     for key, section in sections().items():
-        if key in root.value:
+        if section.is_in(root):
             with mistakes.noted():
                 asked[key] = section.read(root, context)
             mistakes.read(check_beside, root, key, section.not_beside)
@@ -699,7 +706,7 @@ def _flown(
     assert record
     assert streams
     mistakes.read(check_continued, root, axes, settings, [*fixed, *derive])
-    mistakes.read(_check_rules, root, replication, asked)
+    mistakes.read(_check_rules, root, asked)
     for key, value in asked.items():
         mistakes.read(sections()[key].check, root, value, context._replace(axes=axes))
     mistakes.check()
@@ -721,17 +728,14 @@ def _flown(
     return read | replication._asdict()
 
 
-def _check_rules(
-    root: Entry, replication: Replication, asked: Mapping[str, Any]
-) -> None:
+def _check_rules(root: Entry, asked: Mapping[str, Any]) -> None:
     """Raise SpecError for a second rule that adds trials or points."""
     growing = [key for key in asked if sections()[key].strategy]
-    until = ["until"] if replication.until else []
-    first, *others = [*until, *growing] or [""]
-    if others:
-        raise root.child(others[0]).error(
+    for key in growing[1:]:
+        raise root.document.error(
+            sections()[key].place,
             "one rule adds trials or points of a study:"
-            f' "{others[0]}" cannot stand beside "{first}"'
+            f' "{key}" cannot stand beside "{growing[0]}"',
         )
 
 

@@ -38,7 +38,6 @@ LATER = {
     "ablated": {str: [[str]]},
 }
 STAMPS = {kind: {str: str} for kind in Code._fields[1:]}
-NUMBERS = ("confidence", "nominal_confidence")
 COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
@@ -56,8 +55,6 @@ ALONE = COMPUTED | {
     "series": [str],
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
-    "until": {"min": int, "max": int, "half_width": object}
-    | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"
 

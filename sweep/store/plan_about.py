@@ -9,12 +9,10 @@ import pyarrow as pa
 
 from sweep.spec.axes import Axis, by_design
 from sweep.spec.continued_checks import continued_axis
-from sweep.spec.sections import recorded_rule
 from sweep.spec.study import Study, sections
 from sweep.store.origin import PROVENANCE
 
 OPTIONAL = (
-    "until",
     "series",
     "tables",
     "designs",
@@ -76,7 +74,6 @@ class PlanAbout:
     brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
     preset that an axis ablates, or of the axis whose `details` the spec names, None
     where it names none; `axes` what each axis samples, None in plans of before 0.2;
-    `until` the rule by which trials are added, None where their number is fixed;
     `sections` what the sections of methods record, by key.
     Where several `designs` are united, it has the names of the axes of each. Where an
     axis is continued, `continued` has its name and the directions of its chains.
@@ -87,7 +84,6 @@ class PlanAbout:
     maps: dict[str, Any]
     ablated: dict[str, Sequence[Sequence[str]]]
     axes: dict[str, AxisAbout] | None
-    until: dict[str, Any] | None = None
     designs: list[list[str]] | None = None
     series: list[str] | None = None
     tables: list[str] | None = None
@@ -113,7 +109,6 @@ class PlanAbout:
             maps={name: own.as_json() for name, own in study.maps.items()},
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
-            until=recorded_rule(study.until) if study.until else None,
             sections={
                 name: sections()[name].recorded(study, value)
                 for name, value in study.sections.items()
@@ -137,7 +132,6 @@ class PlanAbout:
             axes=None
             if axes is None
             else {name: AxisAbout.read(axis) for name, axis in axes.items()},
-            until=provenance.get("until"),
             designs=provenance.get("designs"),
             series=provenance.get("series"),
             tables=provenance.get("tables"),

@@ -6,18 +6,14 @@ names mean, and which numbers go together.
 """
 
 from collections.abc import Collection
-from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from kernels.catalogue import Catalogue
-from sweep.errors import SpecError, StoreError
+from sweep.errors import StoreError
 from sweep.spec.ablation import why_no_detail
 from sweep.spec.continuing import DIRECTION, WAYS
-from sweep.spec.document import Document, Entry
-from sweep.spec.limits import MOST_BEFORE, MOST_TRIALS
-from sweep.spec.replication import read_replication
 from sweep.spec.samplers import SAMPLERS, in_blocks
 from sweep.spec.sections import check_names
 from sweep.spec.settings import settings_of
@@ -65,8 +61,6 @@ def _check(about: dict[str, Any], named: Catalogue) -> None:
             raise ValueError(f'axis "{name}" has no settings')
         if axis["sampler"] in in_blocks():
             _check_blocks(name, axis)
-    if "until" in about:
-        _check_until(about["until"], tuple(about["record"]), named)
     if "continued" in about:
         _check_continued(about["continued"], about)
     for name, section in sections().items():
@@ -123,23 +117,6 @@ def _check_blocks(name: str, axis: dict[str, Any]) -> None:
         )
     if rules.leveled and not (type(levels) is int and levels >= 2):
         raise ValueError(f'axis "{name}" has no levels')
-
-
-def _check_until(
-    rule: dict[str, Any], recorded: tuple[str, ...], named: Catalogue
-) -> None:
-    """The rule passes the checks of `replicates` in a spec."""
-    names = ("metric", "half_width", "confidence")
-    asked = {name: rule[name] for name in names if name in rule}
-    most = MOST_TRIALS if MOST_TRIALS < rule["max"] <= MOST_BEFORE else rule["max"]
-    spec = {"replicates": {"until": asked, "min": rule["min"], "max": most}}
-    try:
-        entry = Entry(Document(Path("plan.parquet"), ""), (), spec)
-        read_replication(entry, recorded, named.metrics)
-    except SpecError as error:
-        raise ValueError(f"{error}") from None
-    if not 0.0 < rule["nominal_confidence"] < 1.0:
-        raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")
 
 
 def _check_continued(rule: dict[str, Any], about: dict[str, Any]) -> None:

@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.identity import Code
-from sweep.analysis import Interval, by_point, mean_interval, undefined_shares
+from sweep.analysis import Interval, by_point, mean_interval
 from sweep.analysis.mean_bounds import Declaration, in_full
-from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset, label
 from sweep.spec.continuing import DIRECTION
@@ -71,8 +70,6 @@ DETAIL = "detail"
 TABLES = ("trials", "series", "heatmaps", "trajectories")
 ABOUT = (b"unit", b"text")
 """What is stored of a column, beside its values."""
-NOT_YET, MOST, FEW, NARROW = WHYS = ("not yet", "max", "too few values", "half width")
-"""Why a point gets no more trials, the first that holds for one of its metrics."""
 POINT_COLUMNS = (
     *("point", "model", "preset", "replicate", "seed", "seed_listed"),
     *("status", "error"),
@@ -506,26 +503,13 @@ class StoredStudy:
         return axes
 
     @property
-    def rule(self) -> Until:
-        """The rule that adds trials. Raises ChoiceError where there is none."""
-        rule = self.about.until
-        if rule is None:
-            raise ChoiceError(
-                'its number of trials is fixed; "replicates" has no "until"', self.name
-            )
-        return from_json(rule)
-
-    @property
     def looks(self) -> Looks | None:
         """By which metrics it was decided how many trials a point has, None where that
         number is fixed.
         """
-        until = self.about.until
         for key, record in self.about.sections.items():
             if metrics := sections()[key].looks_at(record):
                 return Looks(metrics, *(record[name] for name in CONFIDENCES))
-        if until:
-            return Looks((*self.rule.widths,), *(until[name] for name in CONFIDENCES))
         return None
 
     @property
@@ -537,63 +521,6 @@ class StoredStudy:
         """
         looks = self.looks
         return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}
-
-    @cached_property
-    def stopping(self) -> pd.DataFrame:
-        """One row a point, and metric of the rule, of a study that adds trials `until`
-        intervals are narrow, in the order of the plan.
-
-        Columns: point; metric; n, the number of trials of the point, which is its last
-        look; values, how many of them have a value; undefined, the share of the done
-        ones that have none; the half_width of the repeated interval, and how wide it
-        may be, allowed, both in the unit of the metric; reached, whether it is narrow
-        enough and final; and why no trials follow: "half width", "max" or "too few
-        values", or "not yet" where some do. Raises ChoiceError for a study with a fixed
-        number of trials.
-        """
-        rule, nominal = self.rule, self.repeated
-        stored = self.trials.set_index("trial_id")[list(rule.widths)]
-        ids, point = (self.plan[name].to_pandas() for name in ("trial_id", "point"))
-        missing = (~ids.isin(stored.index)).groupby(point, sort=False).sum()
-        trials = point.value_counts(sort=False)[missing.index].to_numpy(np.int64)
-        values = stored.reindex(ids)
-        seen = look(
-            rule,
-            next(iter(nominal.values())),
-            trials,
-            {name: values[name].to_numpy(np.float64) for name in rule.widths},
-            self.distributions,
-        )
-        open_ = (missing.to_numpy() > 0) | (seen.further > trials)
-        tables = [
-            self._stopped(name, one, missing.index, trials, open_)
-            for name, one in seen.seen.items()
-        ]
-        # A point has its metrics one after the other.
-        together = pd.concat(tables).sort_index(kind="stable")
-        return together.reset_index(drop=True)
-
-    def _stopped(
-        self,
-        metric: str,
-        seen: SeenMetric,
-        points: "pd.Index[str]",
-        trials: NDArray[np.int64],
-        open_: NDArray[np.bool_],
-    ) -> pd.DataFrame:
-        """`stopping` of one metric."""
-        why = np.select([open_, seen.narrow, ~seen.known], [NOT_YET, NARROW, FEW], MOST)
-        undefined = undefined_shares(self.trials, metric)
-        columns = {
-            "point": points,
-            "metric": metric,
-            "n": trials,
-            "values": seen.values,
-            "undefined": undefined.reindex(points, fill_value=0.0).to_numpy(),
-            "half_width": seen.half_width,
-            "allowed": seen.allowed,
-        }
-        return pd.DataFrame(columns | {"reached": why == NARROW, "why": why})
 
     @cached_property
     def trials(self) -> pd.DataFrame:

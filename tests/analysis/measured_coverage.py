@@ -23,7 +23,8 @@ from sweep.analysis.mean_bounds import (
     in_full,
     mean_bounds,
 )
-from sweep.analysis.sequential import Until, Width, look
+from sweep.analysis.sequential import Width
+from sweep.methods.adaptive.rule import Until, look
 
 Floats = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
@@ -380,7 +381,7 @@ def covered_together_at_stopping(
         open_, trials = bool((found.further > trials).any()), found.further
     ends = np.cumsum(trials)
     covered = np.ones(points, np.bool_)
-    for name, one in found.seen.items():
+    for name, one in found.metrics.items():
         sums = np.add.reduceat(had[name], ends - trials)
         covered &= np.abs(sums / trials - 2.0) <= one.half_width
     return 100.0 * float(covered.mean()), trials

@@ -23,7 +23,8 @@ from sweep.analysis import (
 )
 from sweep.analysis.estimate import LEAST_P, MeanEstimate, Sample
 from sweep.analysis.mean_bounds import BOUNDS, Declaration
-from sweep.analysis.sequential import Until, Width, look
+from sweep.analysis.sequential import Width
+from sweep.methods.adaptive.rule import Until, look
 from tests.analysis.measured_coverage import (
     AGAINST,
     COMPARED,
@@ -270,7 +271,7 @@ def test_a_rare_count_does_not_stop_because_nothing_was_seen() -> None:
     rule = Until({"escapes": Width(0.05)}, 0.95, 10, 400)
     trials, values = np.array([10]), {"escapes": np.zeros(10)}
     found = look(rule, 0.99, trials, values, {"escapes": "count"})
-    assert found.seen["escapes"].half_width[0] > 0.2
+    assert found.metrics["escapes"].half_width[0] > 0.2
     assert found.further[0] > 10
 
 
@@ -283,7 +284,7 @@ def test_constant_samples_stop_no_rule() -> None:
         trials, values = np.array([10]), {"x": np.array([0.0] * 9 + [last])}
         for open_ in ("normal", "skewed", Declaration.of("skewed", 0.0, math.inf)):
             found = look(rule, 0.99, trials, values, {"x": open_})
-            assert math.isnan(found.seen["x"].half_width[0])
+            assert math.isnan(found.metrics["x"].half_width[0])
             assert found.further[0] == 13
     ranged = {"x": Declaration.of("normal", 0.0, 1.0)}
     found = look(rule, 0.99, np.array([10]), {"x": np.zeros(10)}, ranged)

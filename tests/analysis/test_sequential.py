@@ -14,13 +14,12 @@ from scipy.stats import t
 
 from sweep.analysis import mean_interval
 from sweep.analysis.sequential import (
-    Until,
     Width,
-    look,
     looks,
     nominal_confidence,
     repeated_interval,
 )
+from sweep.methods.adaptive.rule import Until, look
 from tests.analysis.measured_coverage import covered_together_at_stopping
 from tests.cases import slow_but
 
@@ -99,7 +98,7 @@ def stopped(
         n = int(trials[going[0]])
         seen = values[going, :n]
         further = look(until, nominal, trials[going], {"x": seen.ravel()})
-        half = further.seen["x"].half_width
+        half = further.metrics["x"].half_width
         covers[going] = np.abs(seen.mean(axis=1)) <= half
         trials[going] = further.further
         going = going[further.further > n]
@@ -270,7 +269,7 @@ def test_what_a_look_decides_about_each_point() -> None:
     trials = np.array([len(point) for point in points])
     found = look(until, until.nominal, trials, {"x": np.concatenate(points)})
     assert found.further.tolist() == [4, 5, 5, 4, 4, 6, 6]
-    seen = found.seen["x"]
+    seen = found.metrics["x"]
     assert seen.values.tolist() == [4, 4, 4, 0, 1, 3, 6]
     assert np.isnan(seen.half_width).tolist() == [
         False,

@@ -25,7 +25,8 @@ from sweep.analysis import (
 )
 from sweep.analysis.mean_bounds import FEW
 from sweep.analysis.pairing import Units
-from sweep.analysis.sequential import Until, Width, look, repeated_interval
+from sweep.analysis.sequential import Width, repeated_interval
+from sweep.methods.adaptive.rule import Until, look
 from sweep.spec.recorded import declaration_of
 from tests.analysis.measured_coverage import covered, lognormal
 
@@ -92,7 +93,7 @@ def test_a_look_asks_how_well_a_mean_is_known() -> None:
         np.array([3]),
         {"polarization": NEAR_ONE},
         {"polarization": POLARIZATION},
-    ).seen["polarization"]
+    ).metrics["polarization"]
     uncut, cut = (
         mean_interval(NEAR_ONE),
         mean_interval(NEAR_ONE, 0.95, None, POLARIZATION),

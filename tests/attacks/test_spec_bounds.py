@@ -14,7 +14,6 @@ from scipy.stats.qmc import LatinHypercube
 import sweep.spec.document
 import sweep.spec.limits as limits
 import sweep.spec.replication as replication
-from kernels.metrics import METRICS
 from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
@@ -188,7 +187,7 @@ def test_many_seeds_are_compared_once_each() -> None:
     document = sweep.spec.document.Document(Path("spec.yaml"), "")
     seeds = [Seed(number) for number in range(5000)]
     root = sweep.spec.document.Entry(document, (), {"seeds": seeds})
-    assert replication.read_replication(root, ("speed",), METRICS).seeds == tuple(seeds)
+    assert replication.read_replication(root).seeds == tuple(seeds)
 
 
 def test_a_latin_hypercube_is_that_of_scipy_in_a_quarter_of_its_memory() -> None:

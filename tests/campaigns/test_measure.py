@@ -19,6 +19,7 @@ from sweep.campaigns.launch import launch
 from sweep.campaigns.measure import MeasuredStudy, measure
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import ChoiceError, CodeError, SpecError, StoreError
+from sweep.methods.adaptive import stopping
 from sweep.replays.verify import verify
 from sweep.spec.adding import with_metrics
 from sweep.spec.built_in import EXPERIMENTS
@@ -443,7 +444,7 @@ def test_a_rule_goes_on_with_what_is_measured(tmp_path: Path) -> None:
     before = launched(spec, tmp_path)
     measured(tmp_path, "polarization")
     after = StoredStudy("small", tmp_path)
-    assert after.stopping.equals(before.stopping)
+    assert stopping(after).equals(stopping(before))
     progress = relaunch(more(spec, "polarization"), tmp_path)
     assert (progress.missing, progress.troubled) == (0, 0)
     assert StoredStudy("small", tmp_path).trials.equals(after.trials)

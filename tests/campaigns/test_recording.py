@@ -13,6 +13,7 @@ from sweep.campaigns.launch import launch
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.design.recording import Recording
 from sweep.errors import StoreError
+from sweep.methods.adaptive import stopping
 from sweep.replays.verify import verify
 from sweep.store.manifest import table_names
 from sweep.store.parquet import load_table
@@ -162,7 +163,7 @@ def test_looks_at_intervals_see_what_is_served(tmp_path: Path) -> None:
     before = launched(more, tmp_path)
     assert relaunch(fewer, tmp_path).missing == 0
     after = StoredStudy("small", tmp_path)
-    assert after.stopping.equals(before.stopping)
+    assert stopping(after).equals(stopping(before))
     assert after.trials["trial_id"].equals(before.trials["trial_id"])
 
 

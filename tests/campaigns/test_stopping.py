@@ -12,16 +12,8 @@ from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
 import sweep.workers.flying as flying_module
-from kernels.metrics import METRICS
 from sweep.analysis import by_point, mean_interval
-from sweep.analysis.sequential import (
-    Until,
-    Width,
-    from_json,
-    look,
-    looks,
-    nominal_confidence,
-)
+from sweep.analysis.sequential import Width, looks, nominal_confidence
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
 from sweep.cli.listing import status_text
@@ -31,10 +23,10 @@ from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import ChoiceError, SpecError
+from sweep.methods.adaptive import stopping
+from sweep.methods.adaptive.rule import Until, from_json, look
 from sweep.methods.sensitivity import morris
-from sweep.spec.replication import read_replication
 from sweep.spec.schema import json_schema
-from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
 from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
@@ -63,7 +55,7 @@ def identical(one: StoredStudy, other: StoredStudy) -> None:
     """
     assert one.plan.equals(other.plan)
     assert one.provenance["until"] == other.provenance["until"]
-    pd.testing.assert_frame_equal(one.stopping, other.stopping, check_exact=True)
+    pd.testing.assert_frame_equal(stopping(one), stopping(other), check_exact=True)
     same(one, other)
 
 
@@ -80,9 +72,9 @@ def test_each_point_stops_at_its_first_look_with_a_narrow_interval(
     """Worked out again from the stored values alone; points differ, so the rule has
     been at work.
     """
-    assert whole.stopping["n"].nunique() > 1
+    assert stopping(whole)["n"].nunique() > 1
     for (_, point), (_, trials) in zip(
-        whole.stopping.iterrows(),
+        stopping(whole).iterrows(),
         whole.trials.groupby("point", sort=False),
         strict=True,
     ):
@@ -92,13 +84,13 @@ def test_each_point_stops_at_its_first_look_with_a_narrow_interval(
         assert (
             min(before) > 0.25 >= last == pytest.approx(point["half_width"], rel=1e-12)
         )
-    assert whole.stopping["reached"].all()
-    assert set(whole.stopping["why"]) == {"half width"}
+    assert stopping(whole)["reached"].all()
+    assert set(stopping(whole)["why"]) == {"half width"}
     assert (
         len(whole.trials)
         == whole.plan.num_rows
-        == whole.stopping["n"].sum()
-        == whole.stopping["values"].sum()
+        == stopping(whole)["n"].sum()
+        == stopping(whole)["values"].sum()
     )
 
 
@@ -122,7 +114,7 @@ def test_an_interrupted_launch_goes_on_to_the_same_decisions(
         patch.setattr(flying_module, "run", interrupting_after(stop_after))
         with pytest.raises(KeyboardInterrupt):
             relaunch(GROWING, tmp_path)
-    assert "not yet" in set(StoredStudy("small", tmp_path).stopping["why"])
+    assert "not yet" in set(stopping(StoredStudy("small", tmp_path))["why"])
     assert relaunch(GROWING, tmp_path).stored > stop_after
     identical(StoredStudy("small", tmp_path), whole)
 
@@ -170,17 +162,17 @@ def test_a_point_whose_interval_stays_wide_stops_at_the_maximum(tmp_path: Path) 
     study = launched(
         GROWING.replace("0.25", "1e-9").replace("max: 60", "max: 6"), tmp_path
     )
-    assert set(study.stopping["why"]) == {"max"}
-    assert not study.stopping["reached"].any()
-    assert set(study.stopping["n"]) == {6}
+    assert set(stopping(study)["why"]) == {"max"}
+    assert not stopping(study)["reached"].any()
+    assert set(stopping(study)["n"]) == {6}
 
 
 def test_points_without_a_value_are_given_up_at_the_first_look(tmp_path: Path) -> None:
     spec = IMPOSSIBLE.replace("replicates: 3", RULE)
     assert relaunch(spec, tmp_path).statuses == {"failed": 6}
     study = StoredStudy("small", tmp_path)
-    assert set(study.stopping["why"]) == {"too few values"}
-    assert study.stopping["half_width"].isna().all()
+    assert set(stopping(study)["why"]) == {"too few values"}
+    assert stopping(study)["half_width"].isna().all()
     assert relaunch(spec, tmp_path).missing == 0
     assert relaunch(spec, tmp_path, retry=True).statuses == {"failed": 6}
 
@@ -188,7 +180,7 @@ def test_points_without_a_value_are_given_up_at_the_first_look(tmp_path: Path) -
 def test_trials_that_failed_are_no_values_and_a_retry_makes_up_for_them(
     whole: StoredStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first, second = list(whole.stopping["point"])[:2]
+    first, second = list(stopping(whole)["point"])[:2]
 
     def failing(job: Job) -> Result:
         return (
@@ -200,14 +192,14 @@ def test_trials_that_failed_are_no_values_and_a_retry_makes_up_for_them(
     with monkeypatch.context() as patch:
         patch.setattr(flying_module, "run", failing)
         relaunch(GROWING, tmp_path)
-    stopping = StoredStudy("small", tmp_path).stopping.set_index("point")
-    assert tuple(stopping.loc[first, ["n", "values", "why"]]) == (
+    points = stopping(StoredStudy("small", tmp_path)).set_index("point")
+    assert tuple(points.loc[first, ["n", "values", "why"]]) == (
         3,
         1,
         "too few values",
     )
-    assert stopping.loc[second, "values"] == stopping.loc[second, "n"] - 1 > 2
-    assert stopping.loc[second, "why"] in ("half width", "max")
+    assert points.loc[second, "values"] == points.loc[second, "n"] - 1 > 2
+    assert points.loc[second, "why"] in ("half width", "max")
     progress = relaunch(GROWING, tmp_path, retry=True)
     assert progress.statuses.keys() == {"done"}
     identical(StoredStudy("small", tmp_path), whole)
@@ -268,7 +260,7 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
     pd.testing.assert_frame_equal(rows.drop(columns="trial_id"), expected)
     usual = by_point(whole.trials, whole.varied, names, distributions=declared)
     assert (rows["speed_high"] - rows["speed"]).to_numpy() == pytest.approx(
-        whole.stopping["half_width"].to_numpy()
+        stopping(whole)["half_width"].to_numpy()
     )
     assert (rows["speed_high"] > usual["speed_high"]).all()
     pd.testing.assert_series_equal(
@@ -293,7 +285,7 @@ def test_a_mean_over_the_last_half_may_decide(tmp_path: Path) -> None:
     rows = point_means(study, ["speed"], half=True).rows
     assert list(study.repeated) == ["speed_mean"]
     assert (rows["speed_mean_high"] - rows["speed_mean"]).to_numpy() == pytest.approx(
-        study.stopping["half_width"]
+        stopping(study)["half_width"]
     )
 
 
@@ -309,9 +301,11 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
     study = launched(SEVERAL, tmp_path)
     nominal = nominal_confidence(NUMBERS, 0.975)
     assert study.repeated == {"speed": nominal, "flock_radius": nominal}
-    assert len(study.stopping) == 8
-    assert study.stopping["reached"].all()
-    assert study.stopping["point"].tolist() == np.repeat(study.points.index, 2).tolist()
+    assert len(stopping(study)) == 8
+    assert stopping(study)["reached"].all()
+    assert (
+        stopping(study)["point"].tolist() == np.repeat(study.points.index, 2).tolist()
+    )
     last = {}
     for point, part in study.trials.groupby("point"):
         for n in (one for one in NUMBERS if one <= len(part)):
@@ -326,7 +320,7 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
             wide |= half["flock_radius"] > 0.25 * found["flock_radius"].value
             assert wide == (n < len(part)), (point, n)
         last[point] = half
-    for _, row in study.stopping.iterrows():
+    for _, row in stopping(study).iterrows():
         assert row["half_width"] == pytest.approx(last[row["point"]][row["metric"]])
     assert "settled   4 of 4 points, 4 by half width" in status_text(study)
     print_report(means_report(study, point_means(study)))
@@ -344,17 +338,15 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
 
 def test_one_metric_by_name_is_the_rule_of_before() -> None:
     """So that its trials stay: the looks, their confidence, and what is stored."""
-    before = parse_spec(GROWING).until
+    before = parse_spec(GROWING).rule
     named = "{half_width: {speed: 0.25}}"
-    after = parse_spec(
-        GROWING.replace("{metric: speed, half_width: 0.25}", named)
-    ).until
+    after = parse_spec(GROWING.replace("{metric: speed, half_width: 0.25}", named)).rule
     assert before == after
     assert before
     assert before.nominal == nominal_confidence(NUMBERS, 0.95)
     old = {"metric": "speed", "half_width": 0.25, "confidence": 0.95}
     assert from_json(old | {"min": 3, "max": 60}) == before
-    several = parse_spec(SEVERAL).until
+    several = parse_spec(SEVERAL).rule
     assert several
     assert from_json(json.loads(json.dumps(several.as_json()))) == several
 
@@ -374,8 +366,8 @@ def test_a_point_waits_for_no_metric_without_values() -> None:
     }
     found = look(rule, rule.nominal, trials, values)
     assert found.further.tolist() == [4, 4, 5]
-    assert found.seen["b"].known.tolist() == [False, True, True]
-    assert found.seen["b"].allowed[1:] == pytest.approx([0.505, 0.7])
+    assert found.metrics["b"].known.tolist() == [False, True, True]
+    assert found.metrics["b"].allowed[1:] == pytest.approx([0.505, 0.7])
 
 
 def test_what_is_said_before_during_and_after(
@@ -402,7 +394,7 @@ def test_a_study_of_a_fixed_number_has_no_stopping(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     assert study.repeated == {}
     with pytest.raises(ChoiceError, match="study small: its number of trials is fixed"):
-        _ = study.stopping
+        _ = stopping(study)
 
 
 def test_elementary_effects_come_from_points_with_unlike_numbers_of_trials(
@@ -415,7 +407,7 @@ def test_elementary_effects_come_from_points_with_unlike_numbers_of_trials(
     study = launched(
         GROWING.replace("separation_weight: [0.5, 1, 2, 4]", axis), tmp_path
     )
-    assert study.stopping["n"].nunique() > 1
+    assert stopping(study)["n"].nunique() > 1
     assert morris(study, "speed")["mu_star"].notna().all()
 
 
@@ -432,14 +424,14 @@ def valid(text: str) -> bool:
 
 def test_a_rule_is_read_with_its_defaults() -> None:
     text = spec_with("{until: {metric: speed_mean, half_width: 2}, max: 50}")
-    assert parse_spec(text).until == Until({"speed_mean": Width(2.0)}, 0.95, 10, 50)
+    assert parse_spec(text).rule == Until({"speed_mean": Width(2.0)}, 0.95, 10, 50)
     assert parse_spec(text).trials_per_point == 50
     assert parse_spec(
         spec_with(
             "{until: {metric: speed, half_width: 1, confidence: 0.9}, min: 4, max: 4}"
         )
-    ).until
-    assert short_study().until is None
+    ).rule
+    assert short_study().rule is None
     assert valid(text)
 
 
@@ -581,11 +573,7 @@ def test_a_rule_and_seeds_exclude_each_other() -> None:
 
 
 def test_a_search_has_a_fixed_number() -> None:
-    root = parse_document(
-        spec_with("{until: {metric: speed, half_width: 1}, max: 50}\nsearch: {}"),
-        Path("spec.yaml"),
-    )
-    with pytest.raises(
-        SpecError, match=r"spec.yaml:5: a search races its candidates itself"
-    ):
-        read_replication(root, ("speed",), METRICS)
+    text = spec_with("{until: {metric: speed, half_width: 1}, max: 50}\nsearch: {}")
+    said = r'spec.yaml:6: a study with "until" takes no "search": "replicates" must be'
+    with pytest.raises(SpecError, match=said):
+        parse_spec(text)

@@ -9,10 +9,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sweep.analysis import mean_interval
-from sweep.analysis.sequential import Until, Width
+from sweep.analysis.sequential import Width
 from sweep.errors import ChoiceError
 from sweep.figures import coverage_figure
 from sweep.figures.drawing import draw_visits, estimated
+from sweep.methods.adaptive.rule import Until
 from sweep.trial.world import TrialWorld
 from tests.plotted import shown, study, titles
 from tests.studies import SMALL, launched

@@ -8,10 +8,11 @@ import pytest
 from matplotlib.figure import Figure
 
 from sweep.analysis import curves
-from sweep.analysis.sequential import Until, Width
+from sweep.analysis.sequential import Width
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves, save, saved_about
 from sweep.figures.saving import FORMATS, about_study
+from sweep.methods.adaptive.rule import Until
 from sweep.tables.stored_study import StoredStudy
 from tests import plotted
 from tests.studies import SMALL, launched

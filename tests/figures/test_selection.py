@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 
 from sweep.analysis import mean_interval
-from sweep.analysis.sequential import Until, Width
+from sweep.analysis.sequential import Width
 from sweep.errors import ChoiceError
 from sweep.figures.selection import select
+from sweep.methods.adaptive.rule import Until
 from tests.plotted import study
 from tests.sampled import axis, study_of
 from tests.studies import IMPOSSIBLE, launched

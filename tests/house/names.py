@@ -126,6 +126,7 @@ WORDS_OF_ENTRIES = {
         "sweep/campaigns/search/repetitions.py",
         "sweep/campaigns/search/report.py",
         "sweep/methods/ablation/analysis.py",
+        "sweep/methods/adaptive/rule.py",
         "sweep/spec/objectives.py",
         "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",

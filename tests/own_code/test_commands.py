@@ -9,6 +9,7 @@ import pytest
 import sweep as boidsweep
 from sweep.campaigns.launch import search
 from sweep.errors import SpecError
+from sweep.methods.adaptive import stopping
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation
 from sweep.web.replaying import Replay
@@ -59,7 +60,7 @@ def test_trials_are_added_until_an_interval_is_narrow(tmp_path: Path) -> None:
     spec = written(tmp_path, spec=UNTIL)
     assert "6 to 18 (3 to 9 a point" in said(tmp_path, "plan", "drawn.yaml")
     study = launched(spec, tmp_path / "results")
-    assert study.stopping["n"].min() > 3
+    assert stopping(study)["n"].min() > 3
     assert "nothing was missing" in said(tmp_path, "launch", "drawn.yaml")
     edited(tmp_path, *OTHER_RULE)
     assert "0 of them stored already" in said(tmp_path, "launch", "drawn.yaml")

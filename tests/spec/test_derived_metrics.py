@@ -189,7 +189,7 @@ def test_a_search_may_ask_for_it() -> None:
 def test_a_rule_may_ask_for_it() -> None:
     rule = "{until: {metric: gain, half_width: 0.1}, max: 20}"
     spec = short(GAIN).replace("replicates: 2", f"replicates: {rule}")
-    assert list(parse_spec(spec).until.widths) == ["gain"]
+    assert list(parse_spec(spec).rule.widths) == ["gain"]
     assert is_valid(spec)
 
 

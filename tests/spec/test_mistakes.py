@@ -7,7 +7,7 @@ from itertools import combinations
 import pytest
 
 from sweep.errors import SpecError
-from sweep.spec.continued_checks import COMMON, KEPT, LONGER, UNTIL
+from sweep.spec.continued_checks import COMMON, KEPT, LONGER
 from sweep.spec.mistakes import MOST_SAID
 from sweep.spec.study import parse_spec
 
@@ -109,7 +109,8 @@ record: {last_states: true, last_flocks: false}
 streams: {noise: common}
 """) == [
         '4: missing key "half_width" in "until"',
-        f"4: {UNTIL}",
+        '4: a study with "continue" takes a fixed number of replicates: each is a whole'
+        ' chain, and "until" would add trials to single points',
         f"5: {LONGER}",
         f"5: {KEPT}",
         f"6: {COMMON}",
@@ -135,8 +136,8 @@ replicates: 9
         '5 missing key "axes" in "refine"',
         '5 missing key "until" in "refine"',
         '5 missing key "budget" in "refine"',
-        '5 a study with "validate" takes no "refine"',
         '5 a study with "continue" takes no "refine": w',
+        '5 a study with "validate" takes no "refine"',
         '6 unknown key "updat"',
         '7 a spec has "search" or "sweep", not both: ax',
         '7 missing key "parameters" in "search"',

@@ -18,6 +18,7 @@ import pandas as pd
 import pytest
 
 import sweep
+from sweep.methods.adaptive import stopping
 from sweep.spec.study import Study
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep as command
@@ -183,7 +184,7 @@ def test_maps_ablations_and_the_rule_of_stopping_are_read(here: Path) -> None:
     assert world.obstacles.tolist() == [[30, 25, 8, 8, 1], [85, 50, 8, 6, 0]]
     assert narrow.details("as_written").nunique() == 12
     assert narrow.units["speed"] == "px/step"
-    assert Counter(narrow.stopping["why"]) == {"half width": 11, "max": 1}
+    assert Counter(stopping(narrow)["why"]) == {"half width": 11, "max": 1}
 
 
 @pytest.mark.parametrize("study", TRIALS)

@@ -9,6 +9,7 @@ import pytest
 from sweep.analysis import by_point, contrast
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves
+from sweep.methods.adaptive import stopping
 from sweep.tables.choosing import Chooser, spelled
 from tests.plotted import made_up, shown, study
 
@@ -251,5 +252,5 @@ def test_the_rule_of_a_study_is_seen_for_the_points_that_are_left() -> None:
         "looks": [2],
     }
     part = made.where(n=3)
-    assert part.stopping["point"].tolist() == list(part.points.index)
-    assert len(part.stopping) == 2 < len(made.stopping) == 4
+    assert stopping(part)["point"].tolist() == list(part.points.index)
+    assert len(stopping(part)) == 2 < len(stopping(made)) == 4

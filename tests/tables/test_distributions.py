@@ -12,6 +12,7 @@ from sweep.analysis import contrast, mean_interval, undefined_shares
 from sweep.cli.listing import metric_table
 from sweep.cli.reporting import print_report
 from sweep.figures.selection import select
+from sweep.methods.adaptive import stopping
 from sweep.methods.comparison import compare_sides, comparison_report, read_side
 from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
@@ -192,15 +193,13 @@ def test_a_table_has_no_value_that_cannot_be(
 def test_until_does_not_stop_because_nothing_was_seen(tmp_path: Path) -> None:
     """No boid escapes: a half width of 0.2 takes 12 trials and more, by Poisson."""
     study = launched(UNTIL, tmp_path)
-    stopping = study.stopping
+    points = stopping(study)
     assert (study.trials["escapes"] == 0).all()
-    assert (stopping["n"] >= 12).all()
-    assert (stopping["why"] == "half width").all()
-    assert (stopping["undefined"] == 0.0).all()
-    assert ((stopping["half_width"] > 0.1) & (stopping["half_width"] <= 0.2)).all()
+    assert (points["n"] >= 12).all()
+    assert (points["why"] == "half width").all()
+    assert (points["undefined"] == 0.0).all()
+    assert ((points["half_width"] > 0.1) & (points["half_width"] <= 0.2)).all()
     rows = study.means(["escapes"])
     nominal = study.repeated["escapes"]
-    wanted = mean_interval(
-        np.zeros(stopping["n"].iloc[0]), nominal, distribution="count"
-    )
+    wanted = mean_interval(np.zeros(points["n"].iloc[0]), nominal, distribution="count")
     assert rows["escapes_high"].iloc[0] == pytest.approx(wanted.high)

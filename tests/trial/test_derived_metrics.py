@@ -16,6 +16,7 @@ from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.errors import StoreError
 from sweep.figures import metric_curves, scatter_figure
 from sweep.figures.directions import direction
+from sweep.methods.adaptive import stopping
 from sweep.replays.replay import replay
 from sweep.replays.verify import verify
 from sweep.spec.derived_metrics import read_derived
@@ -274,10 +275,10 @@ def test_trials_are_added_until_its_mean_is_known(tmp_path: Path) -> None:
         "every: 2", 'every: 2, derive: {gain: "polarization / speed"}'
     )
     study = launched(spec, tmp_path)
-    stopping = study.stopping
-    assert stopping["reached"].all()
-    assert (stopping["half_width"] <= 0.05).all()
-    assert 3 < stopping["n"].max() < 40
+    points = stopping(study)
+    assert points["reached"].all()
+    assert (points["half_width"] <= 0.05).all()
+    assert 3 < points["n"].max() < 40
 
 
 def test_a_search_makes_it_better_within_its_bound(tmp_path: Path) -> None:

@@ -2,7 +2,102 @@
 
 from collections import Counter
 
-from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sweep.analysis import undefined_shares
+from sweep.errors import ChoiceError
+from sweep.methods.adaptive.rule import SeenMetric, Until, from_json, look
+from sweep.methods.adaptive.section import KEY as SECTION_KEY
+from sweep.tables.stored_study import StoredStudy
+
+KEY = SECTION_KEY.name
+NOT_YET = "not yet"
+MOST = "max"
+FEW = "too few values"
+NARROW = "half width"
+REASONS = (NOT_YET, MOST, FEW, NARROW)
+"""Why a point gets no more trials: the first that holds for one of its metrics."""
+
+
+def rule_of(study: StoredStudy) -> Until:
+    """Return the rule that adds trials.
+
+    Raises ChoiceError for a study with a fixed number of trials.
+    """
+    if not has_rule(study):
+        raise ChoiceError(
+            f'its number of trials is fixed; "replicates" has no "{KEY}"', study.name
+        )
+    return from_json(study.about.sections[KEY])
+
+
+def stopping(study: StoredStudy) -> pd.DataFrame:
+    """Return when and why each point of a study got its last trial.
+
+    Parameters
+    ----------
+    study
+        A stored study whose `replicates` are a rule.
+
+    Returns
+    -------
+    One row per point and metric of the rule, in the order of the plan. Columns: point;
+    metric; n, the number of trials of the point, which is its last look; values, how
+    many of them have a value; undefined, the fraction of the done ones that have none;
+    half_width of the repeated confidence interval, and allowed, the largest that the
+    rule allows, both in the unit of the metric; reached, whether the interval is narrow
+    enough and final; why no trials follow, one of `REASONS`.
+
+    Raises
+    ------
+    ChoiceError
+        For a study with a fixed number of trials.
+    """
+    rule = rule_of(study)
+    names = list(rule.widths)
+    stored = study.trials.set_index("trial_id")[names]
+    ids = study.plan["trial_id"].to_pandas()
+    point = study.plan["point"].to_pandas()
+    missing = (~ids.isin(stored.index)).groupby(point, sort=False).sum()
+    trials = point.value_counts(sort=False)[missing.index].to_numpy(np.int64)
+    values = stored.reindex(ids)
+    points = look(
+        rule,
+        next(iter(study.repeated.values())),
+        trials,
+        {name: values[name].to_numpy(np.float64) for name in names},
+        distributions=study.distributions,
+    )
+    is_open = (missing.to_numpy() > 0) | (points.further > trials)
+    tables = [
+        pd.DataFrame(
+            {
+                "point": missing.index,
+                "metric": name,
+                "n": trials,
+                "values": metric.values,
+                "undefined": undefined_shares(study.trials, name)
+                .reindex(missing.index, fill_value=0.0)
+                .to_numpy(),
+                "half_width": metric.half_width,
+                "allowed": metric.allowed,
+                "reached": metric.narrow & ~is_open,
+                "why": _reasons(metric, is_open),
+            }
+        )
+        for name, metric in points.metrics.items()
+    ]
+    # A point has its metrics one after the other.
+    return pd.concat(tables).sort_index(kind="stable").reset_index(drop=True)
+
+
+def _reasons(metric: SeenMetric, is_open: NDArray[np.bool_]) -> NDArray[np.str_]:
+    """Return why each point gets no more trials, by one metric."""
+    return np.select(
+        [is_open, metric.narrow, ~metric.known], [NOT_YET, NARROW, FEW], MOST
+    )
 
 
 def settled_points(study: StoredStudy) -> str:
@@ -10,14 +105,20 @@ def settled_points(study: StoredStudy) -> str:
 
     Raises ChoiceError for a study with a fixed number of trials.
     """
-    why = study.stopping.groupby("point")["why"].agg(lambda of: min(of, key=WHYS.index))
-    counts = Counter(why[why != NOT_YET])
-    reasons = "".join(f", {count:,} by {one}" for one, count in sorted(counts.items()))
-    return f"{counts.total():,} of {len(why):,} points{reasons}"
+    by_point = stopping(study).groupby("point")["why"]
+    reasons = by_point.agg(lambda whys: min(whys, key=REASONS.index))
+    counts = Counter(reasons[reasons != NOT_YET])
+    words = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
+    return f"{counts.total():,} of {len(reasons):,} points{words}"
 
 
 def why_unfinished(study: StoredStudy) -> str:
     """Return why more trials follow, in words, or "" where none do."""
-    if study.about.until and (study.stopping["why"] == NOT_YET).any():
+    if has_rule(study) and (stopping(study)["why"] == NOT_YET).any():
         return f"more trials of {study.name} follow by its rule"
     return ""
+
+
+def has_rule(study: StoredStudy) -> bool:
+    """Return whether a study adds trials until intervals are narrow."""
+    return KEY in study.about.sections

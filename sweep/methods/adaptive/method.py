@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING
 from sweep.method import Method
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sweep.figures.planning import FigureKind
+    from sweep.spec.sections import SpecSection
     from sweep.tables.stored_study import StoredStudy
 
 
@@ -18,9 +21,9 @@ def figures() -> "dict[str, FigureKind]":
 
 def status(study: "StoredStudy") -> dict[str, str]:
     """Return how many points need no more trials."""
-    from sweep.methods.adaptive.analysis import settled_points
+    from sweep.methods.adaptive.analysis import has_rule, settled_points
 
-    return {"settled": settled_points(study)} if study.about.until else {}
+    return {"settled": settled_points(study)} if has_rule(study) else {}
 
 
 def unfinished(study: "StoredStudy") -> str:
@@ -30,9 +33,17 @@ def unfinished(study: "StoredStudy") -> str:
     return why_unfinished(study)
 
 
+def sections() -> "Sequence[SpecSection]":
+    """Return the form of `replicates` that is a rule."""
+    from sweep.methods.adaptive.section import SECTION
+
+    return (SECTION,)
+
+
 METHOD = Method(
     figures=figures,
     in_figures=("narrowing_figure",),
     status=status,
     unfinished=unfinished,
+    sections=sections,
 )

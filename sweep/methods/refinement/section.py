@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any
 
+from sweep.analysis.sequential import LEAST_LOOK
 from sweep.methods.refinement.rule import (
     MOST_HALVINGS,
     STEEPEST,
@@ -18,6 +19,7 @@ from sweep.methods.refinement.rule import (
 )
 from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, Text, Whole
+from sweep.spec.continued_checks import continued_axis
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_values
 from sweep.spec.limits import MOST_BEFORE, MOST_POINTS, MOST_TRIALS
@@ -29,7 +31,7 @@ from sweep.spec.recorded import (
     columns_of,
     declaration_of,
 )
-from sweep.spec.replication import LEAST_LOOK, Replication
+from sweep.spec.replication import Replication
 from sweep.spec.schema_parts import Schema
 from sweep.spec.sections import SpecContext, SpecSection, check_names, recorded_rule
 from sweep.spec.study import Study
@@ -144,6 +146,12 @@ def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
         for child in entry.child("axes").entries():
             with mistakes.noted():
                 axes.append(_axis(child, context))
+    with mistakes.noted():
+        if continued_axis(context.axes or ()):
+            raise entry.error(
+                'a study with "continue" takes no "refine": which points follow would'
+                " depend on chains that are not run yet"
+            )
     with mistakes.noted():
         if given.get("at") == STEEPEST and len(given.get("axes", ())) > 1:
             raise entry.child("axes").error(

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
-from sweep.campaigns.strategy import Look, Round
-from sweep.campaigns.until import beyond, filled
+from sweep.campaigns.strategy import Look, Round, beyond, filled
 from sweep.design.design import Design, expand
 from sweep.design.jobs import Counts, Jobs
 from sweep.methods.refinement import rule as rules

@@ -1,0 +1,222 @@
+"""The rule of adaptive replicates: a point gets trials until the repeated confidence
+intervals of its means are narrow.
+
+The intervals of all looks hold together, see `sweep.analysis.sequential`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from sweep.analysis.intervals import group_bounds
+from sweep.analysis.mean_bounds import Declared
+from sweep.analysis.sequential import (
+    Counts,
+    Floats,
+    Width,
+    looks,
+    nominal_confidence,
+)
+
+ALL_NORMAL: Mapping[str, Declared] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Until:
+    """A rule that gives a point trials until the confidence intervals of its means are
+    narrow, or until it has the most.
+
+    Attributes
+    ----------
+    widths
+        The largest half-width of the interval of a metric, by columns of the trials.
+    confidence
+        The confidence with which the intervals of all looks and all metrics hold.
+    least
+        The trials of a point at its first look.
+    most
+        The most trials of a point.
+    """
+
+    place: ClassVar = ("replicates", "until")
+    adds_points: ClassVar = False
+    counted: ClassVar = (
+        "its trials are counted at their most; it stops before, where an interval is"
+        " narrow"
+    )
+    where: ClassVar = ""
+
+    widths: Mapping[str, Width]
+    confidence: float
+    least: int
+    most: int
+
+    def most_trials(self, points: int) -> int:
+        """Return the most trials of a study that has so many points."""
+        return points * self.most
+
+    @property
+    def looks(self) -> tuple[int, ...]:
+        """The numbers of trials after which a point is looked at."""
+        return looks(self.least, self.most)
+
+    @property
+    def nominal(self) -> float:
+        """The confidence of the interval of each metric at each look.
+
+        The first call takes about a second.
+        """
+        missing = (1.0 - self.confidence) / len(self.widths)
+        return nominal_confidence(self.looks, 1.0 - missing)
+
+    @property
+    def in_words(self) -> str:
+        """When no more trials are added, in words."""
+        widths = ", ".join(
+            f"of {name} is {width.in_words}" for name, width in self.widths.items()
+        )
+        return f", until the half width {widths}"
+
+    def as_json(self) -> dict[str, object]:
+        """Return the rule by the keys of a spec."""
+        widths = {name: width.as_json() for name, width in self.widths.items()}
+        keys = {"half_width": widths, "confidence": self.confidence}
+        return keys | {"min": self.least, "max": self.most}
+
+
+def from_json(record: Mapping[str, Any]) -> Until:
+    """Return the rule that `Until.as_json` has written.
+
+    Up to 0.9 a rule had one `metric`, whose `half_width` was a number.
+    """
+    widths = record["half_width"]
+    if not isinstance(widths, Mapping):
+        widths = {record["metric"]: widths}
+    return Until(
+        {name: _width(width) for name, width in widths.items()},
+        record["confidence"],
+        record["min"],
+        record["max"],
+    )
+
+
+def _width(stored: float | str) -> Width:
+    if isinstance(stored, str):
+        return Width(float(stored.removesuffix("%")) / 100.0, relative=True)
+    return Width(stored)
+
+
+class SeenMetric(NamedTuple):
+    """One metric of P points at a look.
+
+    Attributes
+    ----------
+    values
+        How many values each point has, shape (P,).
+    half_width
+        Half-widths of their confidence intervals, shape (P,). NaN where one is not
+        known, as for fewer than two values.
+    allowed
+        The largest half-widths that the rule allows, shape (P,).
+    """
+
+    values: Counts
+    half_width: Floats
+    allowed: Floats
+
+    @property
+    def narrow(self) -> NDArray[np.bool_]:
+        """Which intervals are narrow enough."""
+        return np.asarray(self.half_width <= self.allowed)
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which points have two values, as an interval needs."""
+        return np.asarray(self.values > 1)
+
+
+class PointsSeen(NamedTuple):
+    """P points at a look.
+
+    Attributes
+    ----------
+    metrics
+        The metrics of the rule by their names.
+    further
+        How many trials each point gets from now on, shape (P,): the present number
+        where a point has had its last trial.
+    """
+
+    metrics: Mapping[str, SeenMetric]
+    further: Counts
+
+
+def look(
+    until: Until,
+    nominal: float,
+    trials: Counts,
+    values: Mapping[str, ArrayLike],
+    distributions: Mapping[str, Declared] = ALL_NORMAL,
+) -> PointsSeen:
+    """Look at P points, and find how many trials each needs.
+
+    A value that is not finite does not count. No point waits for a metric of which it
+    has fewer than two values: it might run to `most` without ever having one. The
+    half-width is half of the distance of both bounds before they are cut off at the
+    ends of the support: a bound of the support does not tell how well a mean is known.
+    It is NaN, and never narrow, where all values are equal, see
+    `sweep.analysis.mean_bounds`.
+
+    Parameters
+    ----------
+    until
+        The rule.
+    nominal
+        The confidence of each interval, `until.nominal`.
+    trials
+        How many trials each point has, shape (P,).
+    values
+        The values of each metric, one point after another, shape (sum of trials,).
+    distributions
+        The distributions of the metrics, "normal" for a metric that is missing.
+
+    Returns
+    -------
+    PointsSeen
+    """
+    numbers = np.asarray(until.looks)
+    following = numbers[
+        np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)
+    ]
+    metrics = {
+        name: _look_at_metric(
+            width, nominal, trials, values[name], distribution=distributions.get(name)
+        )
+        for name, width in until.widths.items()
+    }
+    wide = [metric.known & ~metric.narrow for metric in metrics.values()]
+    is_open = np.logical_or.reduce(wide)
+    return PointsSeen(metrics, np.where(is_open, following, trials))
+
+
+def _look_at_metric(
+    width: Width,
+    nominal: float,
+    trials: Counts,
+    values: ArrayLike,
+    *,
+    distribution: Declared | None,
+) -> SeenMetric:
+    array = np.asarray(values, np.float64)
+    finite = pd.Series(np.where(np.isfinite(array), array, np.nan))
+    groups = finite.groupby(np.repeat(np.arange(len(trials)), trials))
+    # Not cut: the ends of the support do not tell how well a mean is known.
+    low, high = group_bounds(groups, nominal, distribution or "normal", cut=False)
+    means = np.asarray(groups.mean(), np.float64)
+    counts: Counts = np.asarray(groups.count(), np.int64)
+    return SeenMetric(counts, (high - low) / 2.0, width.allowed(means))

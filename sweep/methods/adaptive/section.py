@@ -1,0 +1,282 @@
+"""The form of `replicates` that is a mapping: trials are added until means are known
+well.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from sweep.analysis.sequential import LEAST_LOOK, MOST_METRICS, Width
+from sweep.errors import SpecError
+from sweep.methods.adaptive.rule import Until, from_json
+from sweep.spec.contents import SHARE, Content, Number, Text, Whole, share
+from sweep.spec.continued_checks import continued_axis
+from sweep.spec.document import Document, Entry
+from sweep.spec.keys import Key, LaterSectionOf, SectionOf, read_section
+from sweep.spec.limits import MOST_BEFORE, MOST_TRIALS
+from sweep.spec.mistakes import Mistakes
+from sweep.spec.recorded import ANY_METRIC, check_recorded
+from sweep.spec.schema_parts import Schema, named
+from sweep.spec.sections import SpecContext, SpecSection, recorded_rule
+from sweep.spec.study import Study
+
+FIRST_LOOK = 10
+LOOK = Whole(LEAST_LOOK, MOST_TRIALS)
+NOT_ZERO = r"(?!0{1,2}(?:\.0{1,9})? ?%)"
+FORM_OF = "replicates"
+
+
+@dataclass(frozen=True)
+class HalfWidth(Content[Width]):
+    """A number in the unit of the metric, or a share of the mean, as 5%."""
+
+    number = Number(above=0, note="in the unit of the metric")
+
+    @property
+    def words(self) -> str:
+        return f"{self.number.words}, or a share of the mean, as 5%"
+
+    def read(self, entry: Entry) -> Width:
+        if not isinstance(entry.value, str):
+            return Width(self.number.read(entry))
+        part = share(entry.value)
+        if not part:
+            raise entry.expected(self.words)
+        return Width(float(part), relative=True)
+
+    def schema(self) -> Schema:
+        part = {"type": "string", "pattern": f"^{NOT_ZERO}{SHARE.pattern}$"}
+        return {"anyOf": [self.number.schema(), part]}
+
+    def write(self, value: Width) -> Any:
+        return value.as_json()
+
+
+@dataclass(frozen=True)
+class HalfWidths(Content[Width | Mapping[str, Width]]):
+    """A half width, or one for each of several metrics by name."""
+
+    one = HalfWidth()
+
+    @property
+    def words(self) -> str:
+        return f"{self.one.words}; or a mapping from metrics to such half widths"
+
+    def read(self, entry: Entry) -> Width | Mapping[str, Width]:
+        if not isinstance(entry.value, dict):
+            return self.one.read(entry)
+        mistakes, found = Mistakes(), {}
+        for name, child in entry.mapping():
+            with mistakes.noted():
+                found[name] = self.one.read(child)
+        mistakes.check()
+        if len(found) > MOST_METRICS:
+            raise entry.error(
+                f'"{entry.name}" has {len(found)} metrics; at most {MOST_METRICS} are'
+                " allowed, as their intervals hold together"
+            )
+        return found
+
+    def schema(self) -> Schema:
+        several = named(self.one.schema()) | {"maxProperties": MOST_METRICS}
+        return {"anyOf": [*self.one.schema()["anyOf"], several]}
+
+    def write(self, value: Width | Mapping[str, Width]) -> Any:
+        if isinstance(value, Width):
+            return self.one.write(value)
+        return {name: self.one.write(one) for name, one in value.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Precision:
+    """How narrow the intervals of the means of metrics must be: of one `metric`, or of
+    those that `half_width` names.
+    """
+
+    metric: Annotated[
+        str | None,
+        Key(
+            Text("a name"),
+            "a recorded metric, or `<metric>_mean` for its last half",
+            otherwise="those that `half_width` names",
+            example=ANY_METRIC,
+        ),
+    ] = None
+    half_width: Annotated[
+        Width | Mapping[str, Width],
+        Key(
+            HalfWidths(),
+            "of the interval of the mean of the metric, or of each of several by name",
+            example="{speed: 0.02, dispersion: 5%}",
+        ),
+    ]
+    confidence: Annotated[
+        float,
+        Key(
+            Number(least=0.5, most=0.999),
+            "with which the intervals of all looks, of all metrics, hold together",
+            example="0.99",
+        ),
+    ] = 0.95
+
+
+class PrecisionSection(SectionOf):
+    """The section `Precision`, with what its keys must fulfil together as schema."""
+
+    def schema(self) -> Schema:
+        several = {"properties": {"half_width": {"type": "object"}}}
+        alone: Schema = {"not": {"required": ["metric"]}}
+        rules = {"if": several, "then": alone, "else": {"required": ["metric"]}}
+        return super().schema() | rules
+
+
+@dataclass(frozen=True, kw_only=True)
+class UntilPrecise:
+    """The mapping under `replicates`: trials are added until a mean is known well."""
+
+    until: Annotated[
+        Precision, Key(PrecisionSection(Precision), "how well means must be known")
+    ]
+    least: Annotated[
+        int, Key(LOOK, "trials before the first look", name="min", example="20")
+    ] = FIRST_LOOK
+    most: Annotated[int, Key(LOOK, "most trials a point", name="max", example="200")]
+
+
+KEY = Key(
+    LaterSectionOf(UntilPrecise),
+    "trials are added until means are known well",
+    name="until",
+    otherwise="a fixed number of trials",
+)
+
+
+def read_until(root: Entry, context: SpecContext) -> Until:
+    """Return the rule that the mapping under `replicates` writes.
+
+    Raises SpecError.
+    """
+    entry = root.child(FORM_OF)
+    mistakes = Mistakes()
+    rule = mistakes.read(_read, entry)
+    until = entry.get("until")
+    if until is not None and isinstance(until.value, dict):
+        mistakes.read(_check_metrics, until, context)
+        with mistakes.noted():
+            if continued_axis(context.axes or ()):
+                raise until.error(
+                    'a study with "continue" takes a fixed number of replicates: each'
+                    ' is a whole chain, and "until" would add trials to single points'
+                )
+    mistakes.check()
+    assert rule
+    return rule
+
+
+def _read(entry: Entry) -> Until:
+    """Return the rule without a look at the rest of the spec. Raises SpecError."""
+    rule = read_section(UntilPrecise, entry)
+    mistakes = Mistakes()
+    with mistakes.noted():
+        _check_limits(entry, rule)
+    precision = rule.until
+    widths = precision.half_width
+    if isinstance(widths, Width) == (precision.metric is None):
+        with mistakes.noted():
+            raise entry.child("until").error(
+                'needs "metric" with one "half_width", or a mapping from metrics'
+                ' to half widths under "half_width", as {speed: 0.02,'
+                " dispersion: 5%}"
+            )
+    mistakes.check()
+    if isinstance(widths, Width):
+        assert precision.metric is not None
+        widths = {precision.metric: widths}
+    return Until(widths, precision.confidence, rule.least, rule.most)
+
+
+def _check_limits(entry: Entry, rule: UntilPrecise) -> None:
+    """Raise SpecError where the first look comes after the most trials."""
+    if rule.least <= rule.most:
+        return
+    if "min" in entry.value:
+        raise entry.child("min").error(
+            f'"min" must be at most "max", which is {rule.most}, not {rule.least}'
+        )
+    raise entry.child("max").error(
+        f'"max" is {rule.most}, below the default of "min", {rule.least}:'
+        ' give "min" too'
+    )
+
+
+def _check_metrics(until: Entry, context: SpecContext) -> None:
+    """Raise SpecError where a metric of the rule is not recorded.
+
+    A value that is not a name has an error of its own.
+    """
+    metric = until.get("metric")
+    widths = until.get("half_width")
+    entries = dict[str, Entry]()
+    if metric and isinstance(metric.value, str):
+        entries[metric.value] = metric
+    if widths and isinstance(widths.value, dict):
+        entries |= dict(widths.mapping())
+    mistakes = Mistakes()
+    for name, entry in entries.items():
+        mistakes.read(
+            check_recorded, entry, name, context.recorded, context.known.known.metrics
+        )
+    mistakes.check()
+
+
+def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
+    """Raise ValueError unless a spec can have the rule of a record."""
+    names = ("metric", "half_width", "confidence")
+    most = record["max"]
+    if MOST_TRIALS < most <= MOST_BEFORE:  # earlier versions allowed more
+        most = MOST_TRIALS
+    written = {
+        "until": {name: record[name] for name in names if name in record},
+        "min": record["min"],
+        "max": most,
+    }
+    entry = Entry(Document(Path("plan.parquet"), ""), (), written)
+    try:
+        rule = _read(entry)
+        for name in rule.widths:
+            check_recorded(entry, name, plan["record"], plan["record"])
+    except SpecError as error:
+        raise ValueError(f"{error}") from None
+    if not 0.0 < record["nominal_confidence"] < 1.0:
+        raise ValueError(f"nominal_confidence is {record['nominal_confidence']}")
+
+
+def _strategy(study: Study, rule: Until) -> Any:
+    """Return the strategy of a study, which imports campaigns."""
+    from sweep.methods.adaptive.strategy import AdaptiveStrategy
+
+    return AdaptiveStrategy(study, rule)
+
+
+NUMBER = int | float
+SECTION = SpecSection(
+    KEY,
+    form_of=FORM_OF,
+    read=read_until,
+    not_beside={
+        "search": '"replicates" must be a whole number there, as a search races its'
+        " candidates itself"
+    },
+    strategy=_strategy,
+    recorded=lambda _study, rule: recorded_rule(rule),
+    shape={
+        "min": int,
+        "max": int,
+        "half_width": object,
+        "confidence": NUMBER,
+        "nominal_confidence": NUMBER,
+    },
+    check_recorded=check_record,
+    looks_at=lambda record: (*from_json(record).widths,),
+)
