@@ -85,7 +85,7 @@ class TwoPeaks(NamedTuple):
     valley: float = np.nan
     high: float = np.nan
 
-    def told(self, confidence: float = CONFIDENCE) -> bool:
+    def significant(self, confidence: float = CONFIDENCE) -> bool:
         """Return whether the test finds two peaks at this confidence."""
         return self.tested and self.p < 1.0 - confidence
 
@@ -122,7 +122,7 @@ def two_peaks(curve: SizeCurve, confidence: float = CONFIDENCE) -> TwoPeaks:
     best = int(np.argmin(p))
     both = min(1.0, 2.0 * p[best])
     peaks = TwoPeaks(curve.n, both, True)
-    if not peaks.told(confidence):
+    if not peaks.significant(confidence):
         return peaks
     centres = 0.5 * (edges[:-1] + edges[1:])
     low, valley, high = centres[choices[best].bands].tolist()
@@ -215,12 +215,12 @@ def transition_order(
     each = simultaneous_confidence(2, confidence)
     peaks = [two_peaks(curve, each) for curve in curves]
     minima = [binder_minimum(curve, each) for curve in curves]
-    if peaks[-1].told(each):
+    if peaks[-1].significant(each):
         return TransitionOrder("first order", "the order of the largest has two peaks")
     if minima[-1].sign == "negative":
         return TransitionOrder("first order", "Binder's cumulant falls below zero")
     lacking = []
-    if any(test.told(each) for test in peaks):
+    if any(test.significant(each) for test in peaks):
         lacking.append("the order of a smaller size has two peaks")
     if not all(test.tested for test in peaks):
         lacking.append(f"fewer than {FEWEST_TRIALS} trials a point")

@@ -16,20 +16,20 @@ Floats = NDArray[np.float64]
 
 
 class Recovery(NamedTuple):
-    """Of one pair of trials: the part of the level that is `kept`, and the `time` from
+    """Of one pair of trials: the part of the level that is `retained`, and the `time` from
     the failure until the level is reached again, NaN where it is not.
     """
 
-    kept: float
+    retained: float
     time: float
 
 
 class Resilience(NamedTuple):
-    """Of several pairs the mean part that is `kept`, the share of them that have
+    """Of several pairs the mean part that is `retained`, the share of them that have
     `recovered`, and the mean `time` of those, each with its interval.
     """
 
-    kept: Interval
+    retained: Interval
     recovered: Interval
     time: Interval
 
@@ -68,7 +68,7 @@ def resilience(pairs: list[Recovery]) -> Resilience:
     proportion. A pair whose values are NaN for another reason than that the level was
     not reached takes no part.
     """
-    known = np.array([one for one in pairs if np.isfinite(one.kept)]).reshape(-1, 2)
+    known = np.array([one for one in pairs if np.isfinite(one.retained)]).reshape(-1, 2)
     back = np.isfinite(known[:, 1])
     return Resilience(
         mean_interval(known[:, 0], distribution="skewed"),

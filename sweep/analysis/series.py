@@ -35,7 +35,7 @@ class BurnIn(NamedTuple):
     """
 
     frames: int
-    found: bool
+    end_found: bool
 
 
 class Autocorrelation(NamedTuple):
@@ -66,7 +66,7 @@ def burn_in(series: ArrayLike) -> BurnIn:
     Means of five frames are left out from the start until the error of the mean of the
     rest, as if it were white, is smallest (White 1997, Simulation 69, 323-334; Franklin
     and White 2008, Proc. Winter Simul. Conf., 541-546). Found in the second half, that
-    only says that the transient has no end there: `found` is false and nothing is left
+    only says that the transient has no end there: `end_found` is False and nothing is left
     out. Not for series that oscillate with a period of their length or longer. Raises
     ValueError for fewer than 20 frames and for values that are not finite.
     """

@@ -98,7 +98,7 @@ def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadySta
     few = len(values) < ENOUGH_SERIES
     problems += (
         ["no end of a burn-in was found"]
-        if not start.found and (few or problems)
+        if not start.end_found and (few or problems)
         else []
     )
     problems += (
