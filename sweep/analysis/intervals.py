@@ -115,8 +115,8 @@ def mean_interval(
     92 and 94 %, 30 lognormal values with sigma = 1 88, 89 and 93 %.
     """
     _check_interval(interval)
-    as_taken = _as_taken(interval, distribution)
-    estimate = mean_estimate(np.asarray(values, np.float64), distribution=as_taken)
+    declaration = _declaration_for(interval, distribution)
+    estimate = mean_estimate(np.asarray(values, np.float64), distribution=declaration)
     n = estimate.samples[0].n
     if not estimate.testable:
         return Interval(estimate.value, np.nan, np.nan, n)
@@ -131,7 +131,7 @@ def mean_interval(
     return Interval(estimate.value, float(low), float(high), n)
 
 
-def _as_taken(interval: MeanKind | None, declared: Declared) -> Declaration:
+def _declaration_for(interval: MeanKind | None, declared: Declared) -> Declaration:
     """Return the declaration that an interval uses: normal, if its kind is named."""
     declaration = in_full(declared)
     return declaration._replace(distribution="normal") if interval else declaration
@@ -431,7 +431,9 @@ def _group_means(
         ]
         columns = ["mean", "low", "high", "n"]
         return pd.DataFrame(intervals, columns=columns, index=groups.count().index)
-    low, high = group_bounds(groups, confidence, _as_taken(interval, distribution))
+    low, high = group_bounds(
+        groups, confidence, _declaration_for(interval, distribution)
+    )
     return pd.DataFrame(
         {"mean": groups.mean(), "low": low, "high": high, "n": groups.count()}
     )
