@@ -18,18 +18,18 @@ table, and the coverage of Student's, is in `docs/decisions/intervals-of-few-val
             Poisson, mean 3                     99   98   96   95
             clustered, mean 5, variance 88      90   94   95   96
             clustered, mean 1, variance 3       80   93   95   95
-    share:  0 or 1 with chance 0.01             97  100   99   98
+    0 to 1: 0 or 1 with chance 0.01             97  100   99   98
             0 or 1 with chance 0.3              97   96   94   95
             beta 0.9, a tenth of that variance  95   96   95   95
             beta 0.9, half of that variance     69   90   97   96
 
-"share" are proportions. Intervals cover less than 93 % where a sample cannot show the
-whole distribution: the long tail of ten lognormal values (92.6 %); the variance of 3 to
-10 clustered counts, or of proportions near an end, of which often all are equal; and 40
-values of two regimes with noise, one of them rare (87 %). They cover more than 97 % for
-few possible means, such as those of rare and few events, for counts that vary less than
-Poisson's, and for 3 values of most kinds. Two to five values are too few to show a
-longer tail: 86 % of four lognormal values with sigma 1.5 (FEW).
+Intervals cover less than 93 % where a sample cannot show the whole distribution: the
+long tail of ten lognormal values (92.6 %); the variance of 3 to 10 clustered counts, or
+of proportions near an end, of which often all are equal; and 40 values of two regimes
+with noise, one of them rare (87 %). They cover more than 97 % for few possible means,
+such as those of rare and few events, for counts that vary less than Poisson's, and for
+3 values of most kinds. Two to five values are too few to show a longer tail: 86 % of
+four lognormal values with sigma 1.5 (FEW).
 
 Values of which all but at most one are equal do not show how much they vary. Events
 have an interval with a width all the same. Other values have one from the range of the
