@@ -1,33 +1,33 @@
-"""From tables to estimates with intervals, contrasts, effect sizes and steady states.
+"""Estimates with confidence intervals, contrasts, effect sizes and steady states.
 
-Every result says on how many values it rests; trials that are not done take no part and
-are counted.
+Every result has the number of values behind it. Trials that are not done take no part
+and are counted.
 
-    mean_bounds   the interval of a mean for each distribution of values
-    estimate      a number with its interval
-    notation      the same as text
+    mean_bounds   confidence interval of a mean for each distribution of values
+    estimate      a number with its confidence interval
+    notation      such a number as text
     intervals     means and quantiles of tables, and the bootstrap
     resampling    bootstrap and jackknife
     pairing       values that share randomness
     pooling       trials of several points together
     contrasting   differences between groups
     effect_sizes  Hedges' g, Cliff's delta
-    simultaneous  intervals that hold together
-    futures       what a pilot lets one expect
-    replication   how many values a goal needs
-    sequential    the same while trials are added
+    simultaneous  simultaneous confidence intervals and adjusted p-values
+    futures       predictive distributions of samples to come, from a pilot
+    replication   number of values that a goal needs
+    sequential    tests that are repeated while trials are added
     hysteresis    the loop between two directions
-    resilience    what a failure leaves, and when that is mended
-    series        curves against time
+    resilience    performance after a failure, and time to recover
+    series        burn-in, autocorrelation and drift of time series
     steady        means after the transient
     order         susceptibility and Binder cumulant
-    size_curves   where those of several sizes cross and peak
+    size_curves   crossings and peaks of the curves of several sizes
     collapse      the exponents of finite-size scaling
-    coexistence   whether a transition jumps
+    coexistence   transitions of first order and continuous ones
     offered       all their names, which this package offers too
 
-A worker knows what metrics declare of their values, by `mean_bounds`, and analyses
-nothing: the other modules, with pandas, are imported at the first use of a name.
+A worker needs only `mean_bounds`, for what metrics declare of their values. Therefore
+the other modules, with pandas, are imported at the first use of a name.
 """
 
 from importlib import import_module

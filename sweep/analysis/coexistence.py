@@ -1,9 +1,9 @@
-"""Whether a transition jumps: two phases that coexist, or one that changes gradually.
+"""Order of a transition: two phases that coexist, or one that changes gradually.
 
-At a transition of first order, systems hold both phases at one value of the control
-parameter: the order has two peaks, and Binder's cumulant falls below zero (Binder and
-Landau 1984, Phys. Rev. B 30, 1477-1485). At a continuous one the cumulants of all sizes
-cross in one point, and the susceptibility grows with the size.
+At a transition of first order, a system has both phases at one value of the control
+parameter. The order parameter has two peaks, and Binder's cumulant falls below zero
+(Binder and Landau 1984, Phys. Rev. B 30, 1477-1485). At a continuous transition the
+cumulants of all sizes cross in one point, and the susceptibility grows with the size.
 """
 
 from collections.abc import Sequence
@@ -26,15 +26,19 @@ Sign = Literal["negative", "positive", "not decided"]
 Order = Literal["first order", "continuous", "not decided"]
 
 BANDS = 12
+"""Number of bands of equal width into which the range of the order is divided."""
 TRIPLES = np.array([*combinations(range(BANDS), 3)])
+"""All choices of a low peak, a valley and a high peak among the bands, (M, 3)."""
 FEWEST_TRIALS = 6
+"""Fewest trials per point for which two peaks are tested."""
 
 
 class BinderMinimum(NamedTuple):
-    """The smallest cumulant of `n` boids, at `x`, with its interval, and its `sign`.
+    """The smallest Binder cumulant of a system of `n` boids, at `x`, and its `sign`.
 
-    The intervals of all values of the control parameter hold together: it is negative
-    where that of the smallest lies below zero, and positive where all lie above.
+    `low` and `high` bound its confidence interval. The intervals of all values of the
+    control parameter are simultaneous. The sign is negative where an interval lies
+    below zero, and positive where all intervals lie above zero.
     """
 
     n: int
@@ -46,7 +50,7 @@ class BinderMinimum(NamedTuple):
 
 
 def binder_minimum(curve: SizeCurve, confidence: float = CONFIDENCE) -> BinderMinimum:
-    """The smallest of Binder's cumulants of one size."""
+    """Return the smallest of Binder's cumulants of one size."""
     lows, highs = curve.binder.bounds(simultaneous_confidence(len(curve.x), confidence))
     least = int(np.argmin(curve.binder.value))
     sign: Sign = "not decided"
@@ -54,18 +58,23 @@ def binder_minimum(curve: SizeCurve, confidence: float = CONFIDENCE) -> BinderMi
         sign = "negative"
     elif (lows > 0.0).all():
         sign = "positive"
-    value = float(curve.binder.value[least])
-    bounds = float(lows[least]), float(highs[least])
-    return BinderMinimum(curve.n, float(curve.x[least]), value, *bounds, sign)
+    return BinderMinimum(
+        n=curve.n,
+        x=float(curve.x[least]),
+        value=float(curve.binder.value[least]),
+        low=float(lows[least]),
+        high=float(highs[least]),
+        sign=sign,
+    )
 
 
 class TwoPeaks(NamedTuple):
-    """Whether the order of `n` boids has two peaks at some value of the control
-    parameter, and p, the chance of such data if it has one at all of them.
+    """Test of two peaks in the order parameter of a system of `n` boids.
 
-    Where they are told, `x` is that value, and the peaks lie about the orders `low` and
-    `high`, with a valley about `valley`; else NaN. `tested` is false for fewer than six
-    trials a point.
+    `p` is the p-value of one peak at every value of the control parameter. If the test
+    finds two peaks, they lie about the orders `low` and `high`, at the control
+    parameter `x`. Between them is a valley about `valley`. Otherwise these four are
+    NaN. `tested` is False for fewer than FEWEST_TRIALS trials per point.
     """
 
     n: int
@@ -76,92 +85,101 @@ class TwoPeaks(NamedTuple):
     valley: float = np.nan
     high: float = np.nan
 
-    def told(self, confidence: float = CONFIDENCE) -> bool:
-        """Whether there surely are two peaks."""
+    def significant(self, confidence: float = CONFIDENCE) -> bool:
+        """Return whether the test finds two peaks at this confidence."""
         return self.tested and self.p < 1.0 - confidence
 
 
 class _Valley(NamedTuple):
-    """A value of the control parameter, and three bands of the order at it."""
+    """A value of the control parameter, by index, and three bands of the order there.
+
+    The bands are those of the low peak, the valley and the high peak.
+    """
 
     point: int
     bands: NDArray[np.int64]
 
 
 def two_peaks(curve: SizeCurve, confidence: float = CONFIDENCE) -> TwoPeaks:
-    """A test of two peaks that takes whole trials as its units.
+    """Test whether the order parameter of one size has two peaks.
 
-    The range of the order is parted into twelve bands of one width. One half of the
-    trials chooses where to look: the value of the control parameter and the three bands
-    of which the middle one is the most surely held for less time than either other. The
-    other half says by two one-sided Student tests whether it is (Cox 1975, Biometrika
-    62, 441-444, of data that are split; both tests must reject: Berger 1982,
-    Technometrics 24, 295-300). Both halves do both; p is twice the smaller one.
+    Whole trials are the units. The range of the order is divided into twelve bands of
+    equal width. One half of the trials chooses a value of the control parameter and
+    three bands there: those for which the statistic of `_statistics` is largest. The
+    other half tests whether the middle band has fewer frames than either other one.
+    These are two one-sided Student tests on split data (Cox 1975, Biometrika 62,
+    441-444). Both must reject (Berger 1982, Technometrics 24, 295-300). The halves then
+    change roles, and p is twice the smaller p.
     """
-    if min(len(one) for one in curve.samples) < FEWEST_TRIALS:
+    if min(len(samples) for samples in curve.samples) < FEWEST_TRIALS:
         return TwoPeaks(curve.n, np.nan, False)
     edges = _edges(curve)
-    shares = [_shares(samples, edges) for samples in curve.samples]
-    halves = [[one[first::2] for one in shares] for first in (0, 1)]
-    chosen = [_choice(half) for half in halves]
-    p = [_test(halves[1 - number], one) for number, one in enumerate(chosen)]
+    fractions = [_fractions(samples, edges) for samples in curve.samples]
+    halves = [[trials[first::2] for trials in fractions] for first in (0, 1)]
+    choices = [_choice(half) for half in halves]
+    # Each choice is tested with the half that did not make it.
+    p = [_test(halves[1 - number], valley) for number, valley in enumerate(choices)]
     best = int(np.argmin(p))
     both = min(1.0, 2.0 * p[best])
-    found = TwoPeaks(curve.n, both, True)
-    if not found.told(confidence):
-        return found
+    peaks = TwoPeaks(curve.n, both, True)
+    if not peaks.significant(confidence):
+        return peaks
     centres = 0.5 * (edges[:-1] + edges[1:])
-    low, valley, high = centres[chosen[best].bands].tolist()
-    x = float(curve.x[chosen[best].point])
-    return found._replace(x=x, low=low, valley=valley, high=high)
+    low, valley, high = centres[choices[best].bands].tolist()
+    x = float(curve.x[choices[best].point])
+    return peaks._replace(x=x, low=low, valley=valley, high=high)
 
 
 def _edges(curve: SizeCurve) -> Floats:
-    """The edges of the bands, from the least to the largest order of this size."""
-    least = min(float(one.min()) for one in curve.samples)
-    most = max(float(one.max()) for one in curve.samples)
+    """Return the edges of the bands, from the least to the largest order of a size."""
+    least = min(float(samples.min()) for samples in curve.samples)
+    most = max(float(samples.max()) for samples in curve.samples)
     return np.linspace(least, max(most, np.nextafter(least, np.inf)), BANDS + 1)
 
 
-def _shares(samples: Floats, edges: Floats) -> Floats:
-    """The share of frames of each trial in each band, (k, BANDS)."""
+def _fractions(samples: Floats, edges: Floats) -> Floats:
+    """Return the fraction of frames of each trial in each band, (k, BANDS)."""
     bands = np.clip(np.searchsorted(edges, samples, "right") - 1, 0, BANDS - 1)
     return np.stack([(bands == band).mean(axis=1) for band in range(BANDS)], axis=1)
 
 
-def _statistics(shares: Floats, triples: NDArray[np.int64]) -> Floats:
-    """The smaller Student statistic of both differences between a peak and the valley,
-    for each of the triples of bands (M, 3).
+def _statistics(fractions: Floats, triples: NDArray[np.int64]) -> Floats:
+    """Return the smaller Student statistic of the two differences, peak - valley.
+
+    One value for each of the triples of bands (M, 3), shape (M,).
     """
     least = np.full(len(triples), np.inf)
-    middle = shares[:, triples[:, 1]]
+    middle = fractions[:, triples[:, 1]]
     for peak in (0, 2):
-        apart = shares[:, triples[:, peak]] - middle
-        mean = apart.mean(axis=0)
-        error = apart.std(axis=0, ddof=1) / np.sqrt(len(shares))
+        differences = fractions[:, triples[:, peak]] - middle
+        mean = differences.mean(axis=0)
+        error = differences.std(axis=0, ddof=1) / np.sqrt(len(fractions))
         ratio = np.divide(mean, error, out=np.zeros_like(mean), where=error > 0.0)
         least = np.minimum(least, ratio)
     return least
 
 
 def _choice(points: Sequence[Floats]) -> _Valley:
-    """The point and the bands with the largest statistic."""
-    found = [_statistics(one, TRIPLES) for one in points]
-    point = int(np.argmax([one.max() for one in found]))
-    return _Valley(point, TRIPLES[int(np.argmax(found[point]))])
+    """Return the point and the bands with the largest statistic."""
+    statistics = [_statistics(fractions, TRIPLES) for fractions in points]
+    point = int(np.argmax([of_point.max() for of_point in statistics]))
+    return _Valley(point, TRIPLES[int(np.argmax(statistics[point]))])
 
 
-def _test(points: Sequence[Floats], chosen: _Valley) -> float:
-    """The larger p of both one-sided tests, for what others have chosen."""
+def _test(points: Sequence[Floats], valley: _Valley) -> float:
+    """Return the larger p of both one-sided tests of a valley.
+
+    The valley must come from other trials than these points.
+    """
     from scipy.stats import t
 
-    shares = points[chosen.point]
-    statistic = _statistics(shares, chosen.bands[None])[0]
-    return float(t.sf(statistic, len(shares) - 1))
+    fractions = points[valley.point]
+    statistic = _statistics(fractions, valley.bands[None])[0]
+    return float(t.sf(statistic, len(fractions) - 1))
 
 
 class TransitionOrder(NamedTuple):
-    """Of which order a transition is as far as these sizes tell, and why in words."""
+    """The order of a transition as far as some sizes show it, and `why` in words."""
 
     order: Order
     why: str
@@ -170,38 +188,49 @@ class TransitionOrder(NamedTuple):
 def transition_order(
     curves: Sequence[SizeCurve], confidence: float = CONFIDENCE
 ) -> TransitionOrder:
-    """The order of the transition of systems of several sizes, smallest first.
+    """Decide the order of the transition of systems of several sizes.
 
-    first order   in the largest system the order has two peaks, or the smallest
-                  cumulant is negative
-    continuous    neither in any size, all cumulants surely positive; curves of
-                  cumulants cross; and the peak of the susceptibility of the largest
-                  system is surely higher than that of the smallest
-    not decided   otherwise
+    Parameters
+    ----------
+    curves : sequence of SizeCurve
+        Smallest size first.
+    confidence : float, default 0.95
 
-    Where one of several tests is enough, they are a family (Bonferroni): the two of
-    first order, and the crossings of all pairs of neighbouring sizes. Tests all of
-    which must agree need no correction (Berger 1982, Technometrics 24, 295-300).
+    Returns
+    -------
+    TransitionOrder
+        "first order": in the largest system the order has two peaks, or the smallest
+        cumulant is negative.
+        "continuous": no size has two peaks, and all cumulants are significantly
+        positive. Curves of cumulants cross, and the peak of the susceptibility of the
+        largest system is significantly higher than that of the smallest.
+        "not decided": otherwise.
+
+    Notes
+    -----
+    Tests of which one is enough are a family (Bonferroni). Such families are the two
+    tests of first order, and the crossings of all pairs of neighbouring sizes. Tests
+    all of which must agree need no correction (Berger 1982, Technometrics 24, 295-300).
     """
     each = simultaneous_confidence(2, confidence)
-    peaks = [two_peaks(one, each) for one in curves]
-    minima = [binder_minimum(one, each) for one in curves]
-    if peaks[-1].told(each):
+    peaks = [two_peaks(curve, each) for curve in curves]
+    minima = [binder_minimum(curve, each) for curve in curves]
+    if peaks[-1].significant(each):
         return TransitionOrder("first order", "the order of the largest has two peaks")
     if minima[-1].sign == "negative":
         return TransitionOrder("first order", "Binder's cumulant falls below zero")
     lacking = []
-    if any(one.told(each) for one in peaks):
+    if any(test.significant(each) for test in peaks):
         lacking.append("the order of a smaller size has two peaks")
-    if not all(one.tested for one in peaks):
+    if not all(test.tested for test in peaks):
         lacking.append(f"fewer than {FEWEST_TRIALS} trials a point")
-    if any(one.sign != "positive" for one in minima):
+    if any(minimum.sign != "positive" for minimum in minima):
         lacking.append("not all cumulants are surely positive")
     pairs = simultaneous_confidence(len(curves) - 1, confidence)
     if not binder_crossings(curves, pairs):
         lacking.append("no cumulants cross, all pairs of sizes together")
     smallest, largest = (
-        susceptibility_peak(one, confidence) for one in (curves[0], curves[-1])
+        susceptibility_peak(curve, confidence) for curve in (curves[0], curves[-1])
     )
     if not largest.height_low > smallest.height_high:
         lacking.append("the susceptibility does not surely grow with the size")

@@ -1,12 +1,11 @@
-"""Finite-size scaling: the exponents and the critical point with which the curves of
-systems of several sizes collapse onto one.
+"""Finite-size scaling: the exponents and the critical point of a collapse of curves.
 
 Near a continuous transition the order m of a system of linear length L is
-L^(-beta/nu) f((x - x_c) L^(1/nu)) with one function f for all sizes (Fisher and Barber
-1972, Phys. Rev. Lett. 28, 1516-1519). How well curves collapse is measured without a
-form of f, by the distance of each point from what neighbours of the other sizes say: S
-of Houdayer and Hartmann (2004, Phys. Rev. B 70, 014418, appendix), with cubics in place
-of their straight lines, which cut off the bends of a curve between points. S is about 1
+L^(-beta/nu) f((x - x_c) L^(1/nu)), with one function f for all sizes (Fisher and Barber
+1972, Phys. Rev. Lett. 28, 1516-1519). The quality of a collapse needs no form of f. It
+is S of Houdayer and Hartmann (2004, Phys. Rev. B 70, 014418, appendix): the mean square
+distance of each point from the curve of its neighbours of other sizes. Cubics replace
+their straight lines, which cut off the bends of a curve between points. S is about 1
 where the curves differ by their errors alone.
 """
 
@@ -25,26 +24,37 @@ Floats = NDArray[np.float64]
 
 RESAMPLES = 200
 OPEN = "the curves leave the critical point open, or 1/nu"
-FEWEST_SIZES, FEWEST_POINTS = 3, 6
+FEWEST_SIZES = 3
+FEWEST_POINTS = 6
+"""Fewest values of the control parameter per size."""
 FIRST_PLACES = np.linspace(0.05, 0.95, 19)
+"""Critical points of the coarse grid, as fractions of the range of x."""
 FIRST_INVERSE_NU = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0])
 FIRST_BETA_NU = np.array([0.0, 0.05, 0.125, 0.25, 0.5])
 MOST_CALLS = 60
+"""Most evaluations of the distances per least-squares fit."""
 STARTS = 5
-PRECISION, RIDGE = 1e-4, 1e-12
+"""Number of points of the coarse grid from which a fit starts."""
+PRECISION = 1e-4
+"""Relative tolerance of a fit, and its relative step for derivatives."""
+RIDGE = 1e-12
+"""Ridge of the cubic fits, as a fraction of the trace of their normal matrix."""
 LEAST_OVERLAP = 0.5
-SIDES, POWERS = (-2, -1, 0, 1), np.arange(4)
-"""Which points of another size stand about a place between two of them, and the powers
-of the cubic through them.
-"""
+"""Least fraction of points that must have points of other sizes on both sides."""
+SIDES = (-2, -1, 0, 1)
+"""Indices of the points of another size about a place, relative to the one after it."""
+POWERS = np.arange(4)
+"""Powers of the cubic through these points."""
 APART = 1e3
-"""The distance of points, in errors, where too few of them have others to compare."""
+"""Distance in errors given to all points where too few can be compared."""
 
 
 class Scaled(NamedTuple):
-    """Curves of S sizes as they are collapsed: the S lengths, and of each point of all
-    sizes, (P,) each, the number of its size, the control parameter, the order and its
-    error. Points of a size stand together, by the control parameter.
+    """Points of the curves of S sizes, in one array of P points per quantity.
+
+    `lengths` are (S,): the linear length of each size. The others are (P,): `size` is
+    the index of the size, `x` the control parameter, `order` the mean order parameter
+    and `error` its standard error. Points of a size are consecutive, ascending in `x`.
     """
 
     lengths: Floats
@@ -55,11 +65,11 @@ class Scaled(NamedTuple):
 
 
 class Collapse(NamedTuple):
-    """The critical point x_c and the exponents 1/nu and beta/nu, each as an estimate
-    and the bounds of its interval, and the `quality` S.
+    """The critical point `place`, the exponents 1/nu and beta/nu, and the quality S.
 
-    `compared` is the share of points that have points of other sizes on both sides. All
-    but this are NaN where the curves cannot be collapsed: `why` says so in words.
+    The first three are each an estimate and the two bounds of its confidence interval.
+    `compared` is the fraction of points with points of other sizes on both sides.
+    Numbers are NaN where the curves cannot be collapsed, and `why` has the reason.
     """
 
     place: tuple[float, float, float]
@@ -75,64 +85,89 @@ def collapse(
     confidence: float = CONFIDENCE,
     resamples: int = RESAMPLES,
 ) -> Collapse:
-    """The collapse of the mean order of some sizes, with intervals by the bootstrap.
+    """Collapse the mean order parameter of several sizes onto one curve.
 
-    S is made smallest by x_c, 1/nu and beta/nu. The intervals are Student's, of k - 1
-    degrees of freedom, with the standard deviation of estimates from resampled trials:
-    of each point k - 1 of its k trials are drawn, with replacement, so that its
-    variance is without bias (Rao and Wu 1988, J. Am. Stat. Assoc. 83, 231-241). They
-    say nothing of corrections to scaling: points far from the transition, and small
-    systems, belong to no collapse, which a large S shows.
+    The critical point x_c, 1/nu and beta/nu minimise S. Their confidence intervals are
+    Student's with k - 1 degrees of freedom, k being the fewest trials of a point. The
+    standard deviation is that of estimates from resampled trials. Each resample draws
+    k - 1 of the k trials of a point with replacement, so that the variance has no bias
+    (Rao and Wu 1988, J. Am. Stat. Assoc. 83, 231-241). The intervals do not cover
+    corrections to scaling: points far from the transition, and small systems, do not
+    collapse, and a large S shows it.
+
+    Parameters
+    ----------
+    curves : sequence of SizeCurve
+        At least 3 sizes with 6 values of the control parameter each.
+    confidence : float, default 0.95
+        Coverage of each interval alone.
+    resamples : int, default 200
+
+    Returns
+    -------
+    Collapse
+        With NaN and a reason where the curves cannot be collapsed.
     """
     if len(curves) < FEWEST_SIZES:
         return _none(f"fewer than {FEWEST_SIZES} sizes")
-    if min(len(one.x) for one in curves) < FEWEST_POINTS:
+    if min(len(curve.x) for curve in curves) < FEWEST_POINTS:
         return _none(f"fewer than {FEWEST_POINTS} values of the control parameter")
     data = scaled(curves)
     if not (data.error > 0.0).all():
         return _none("all trials of a point agree")
-    best = _first(data)
-    found = _improved(data, best)
-    distances = _distances(data, found)
+    exponents = _improved(data, _first(data))
+    distances = _distances(data, exponents)
     known = np.isfinite(distances)
     rng = np.random.default_rng(RESAMPLING_SEED)
     again = np.array(
         [
-            _improved(data._replace(order=_resampled(curves, rng)), found)
+            _improved(data._replace(order=_resampled(curves, rng)), exponents)
             for _ in range(resamples)
         ]
     )
-    fewest = min(len(samples) for one in curves for samples in one.samples)
+    fewest = min(len(samples) for curve in curves for samples in curve.samples)
     half = student_quantile(0.5 + confidence / 2, fewest - 1) * again.std(axis=0)
     parts = [
         (float(value), float(value - width), float(value + width))
-        for value, width in zip(found, half, strict=True)
+        for value, width in zip(exponents, half, strict=True)
     ]
     (_, low, high), (_, least, _), _ = parts
     if not (data.x.min() < low and high < data.x.max() and least > 0.0):
         return _none(OPEN)
-    quality = float(np.mean(distances[known] ** 2))
-    return Collapse(parts[0], parts[1], parts[2], quality, float(known.mean()))
+    return Collapse(
+        place=parts[0],
+        inverse_nu=parts[1],
+        beta_nu=parts[2],
+        quality=float(np.mean(distances[known] ** 2)),
+        compared=float(known.mean()),
+    )
 
 
 def _none(why: str) -> Collapse:
     nothing = (np.nan, np.nan, np.nan)
-    return Collapse(nothing, nothing, nothing, np.nan, np.nan, why)
+    return Collapse(
+        place=nothing,
+        inverse_nu=nothing,
+        beta_nu=nothing,
+        quality=np.nan,
+        compared=np.nan,
+        why=why,
+    )
 
 
 def scaled(curves: Sequence[SizeCurve]) -> Scaled:
-    """The points of some sizes, in one row."""
+    """Return the points of several sizes, joined into one array per quantity."""
     return Scaled(
-        np.array([one.length for one in curves]),
-        np.repeat(np.arange(len(curves)), [len(one.x) for one in curves]),
-        np.concatenate([one.x for one in curves]),
-        np.concatenate([one.order.value for one in curves]),
-        np.concatenate([one.order.error for one in curves]),
+        lengths=np.array([curve.length for curve in curves]),
+        size=np.repeat(np.arange(len(curves)), [len(curve.x) for curve in curves]),
+        x=np.concatenate([curve.x for curve in curves]),
+        order=np.concatenate([curve.order.value for curve in curves]),
+        error=np.concatenate([curve.order.error for curve in curves]),
     )
 
 
 def _resampled(curves: Sequence[SizeCurve], rng: np.random.Generator) -> Floats:
-    """The mean order at each point, of k - 1 trials drawn from its k."""
+    """Return the mean order at each point (P,), of k - 1 trials drawn from its k."""
     means = []
     for curve in curves:
         for samples in curve.samples:
@@ -142,23 +177,23 @@ def _resampled(curves: Sequence[SizeCurve], rng: np.random.Generator) -> Floats:
 
 
 def quality(curves: Sequence[SizeCurve], exponents: Floats) -> float:
-    """S of Houdayer and Hartmann for x_c, 1/nu and beta/nu, (3,)."""
+    """Return S of Houdayer and Hartmann for x_c, 1/nu and beta/nu, (3,)."""
     distances = _distances(scaled(curves), np.asarray(exponents, np.float64))
     return float(np.nanmean(distances**2))
 
 
 def _distances(data: Scaled, exponents: Floats) -> Floats:
-    """How far each point (P,) lies from the others, in standard errors; NaN where no
-    other size has two points on both sides.
+    """Return the distance of each point from the other sizes, in standard errors, (P,).
 
-    The others are two neighbours on either side of each other size, near which the
-    cubic goes that fits them best by their errors.
+    NaN where no other size has two points on both sides. The distance is to a cubic
+    through two neighbours on either side of each other size, weighted by their errors.
     """
     place, inverse_nu, beta_nu = exponents
     # Lengths in units of their mean: the exponents depend less on each other so.
     lengths = (data.lengths / np.exp(np.log(data.lengths).mean()))[data.size]
     x = (data.x - place) * lengths**inverse_nu
-    y, error = (one * lengths**beta_nu for one in (data.order, data.error))
+    y = data.order * lengths**beta_nu
+    error = data.error * lengths**beta_nu
     near, weights = _neighbours(data, x, 1.0 / error)
     known = (weights > 0.0).sum(axis=1) >= len(SIDES)
     apart = np.where(weights > 0.0, x[near] - x[:, None], 0.0)
@@ -177,11 +212,13 @@ def _distances(data: Scaled, exponents: Floats) -> Floats:
 def _neighbours(
     data: Scaled, x: Floats, weights: Floats
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Which points stand on either side of each point at `x` (P,), two of each other
-    size on each side, and their weights, (P, 4 S) each; these are 0 where a size has no
-    two points on both sides.
+    """Return indices and weights of the neighbours of each point, (P, 4 S) each.
+
+    The neighbours are two points of each other size on either side of `x` (P,). Their
+    weights are 0 where a size lacks two points on both sides.
     """
-    near, counted = [], []
+    near = []
+    counted = []
     for size in range(len(data.lengths)):
         own = np.flatnonzero(data.size == size)
         after = np.searchsorted(x[own], x)
@@ -194,20 +231,24 @@ def _neighbours(
 
 
 def _first(data: Scaled) -> list[Floats]:
-    """The best of a coarse grid of exponents."""
-    low, high = data.x.min(), data.x.max()
+    """Return the STARTS best of a coarse grid of exponents, best first."""
+    low = data.x.min()
+    high = data.x.max()
     grid = [
-        np.array([low + share * (high - low), inverse_nu, beta_nu])
-        for share, inverse_nu, beta_nu in product(
+        np.array([low + fraction * (high - low), inverse_nu, beta_nu])
+        for fraction, inverse_nu, beta_nu in product(
             FIRST_PLACES, FIRST_INVERSE_NU, FIRST_BETA_NU
         )
     ]
-    worth = [float(np.sum(_residuals(one, data) ** 2)) for one in grid]
-    return [grid[number] for number in np.argsort(worth, kind="stable")[:STARTS]]
+    costs = [float(np.sum(_residuals(exponents, data) ** 2)) for exponents in grid]
+    return [grid[number] for number in np.argsort(costs, kind="stable")[:STARTS]]
 
 
 def _residuals(exponents: Floats, data: Scaled) -> Floats:
-    """The distances, as parts of S, which is the sum of their squares."""
+    """Return the distances scaled so that the sum of their squares is S, (P,).
+
+    All are APART where too few points can be compared, or the exponents are outside.
+    """
     distances = _distances(data, exponents)
     known = np.isfinite(distances)
     place, inverse_nu, _ = exponents
@@ -219,13 +260,15 @@ def _residuals(exponents: Floats, data: Scaled) -> Floats:
 
 
 def _improved(data: Scaled, starts: list[Floats] | Floats) -> Floats:
-    """The exponents of the smallest S that is found from one start, or from several."""
+    """Return the exponents with the smallest S, from one start or from several."""
     from scipy.optimize import least_squares
 
     if isinstance(starts, list):
-        found = [_improved(data, start) for start in starts]
-        worth = [float(np.sum(_residuals(one, data) ** 2)) for one in found]
-        return found[int(np.argmin(worth))]
+        minima = [_improved(data, start) for start in starts]
+        costs = [
+            float(np.sum(_residuals(exponents, data) ** 2)) for exponents in minima
+        ]
+        return minima[int(np.argmin(costs))]
     reach = float(np.ptp(data.x))
     result = least_squares(
         _residuals,

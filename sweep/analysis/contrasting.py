@@ -1,10 +1,9 @@
-"""What a change of settings does: the difference of two selections of trials, paired
-where they share random numbers.
+"""Differences between two selections of trials, paired by common random numbers.
 
-Two selections whose trials start alike differ less by chance than independent ones:
-with common random numbers the variance of the difference is var(first) + var(second) -
-2 cov(first, second) (Law 2015, Simulation Modeling and Analysis, section 11.2). Each
-result says whether it is paired and what that brought.
+With common random numbers the variance of the difference is var(first) + var(second) -
+2 cov(first, second) (Law 2015, Simulation Modeling and Analysis, section 11.2).
+Therefore two selections with the same initial conditions differ less by chance than
+independent ones. Each contrast has whether it is paired, and the reduction of variance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,30 +31,35 @@ Together = Literal["holm", "bonferroni", "sidak", "max_t"]
 
 
 class TrialTables(Protocol):
-    """What a contrast needs of a stored study: its trials and the names of the settings
-    that differ between points.
-    """
+    """A stored study, as far as a contrast needs it."""
 
     @property
     def trials(self) -> pd.DataFrame:
-        """One row a trial."""
+        """The trials, one row per trial."""
 
     @property
     def varied(self) -> list[str]:
-        """Names of settings."""
+        """Names of the parameters that differ between points."""
 
     @property
     def distributions(self) -> Mapping[str, Declared]:
-        """How the values of columns are distributed over trials."""
+        """Distribution of the values over trials, by the name of the column."""
 
 
 @dataclass(frozen=True, eq=False)
 class Contrast:
-    """The mean of b minus that of a, as `sweep compare A B` has it.
+    """The difference between two group means, b - a, with the sign of `sweep compare`.
 
-    `a` and `b` hold the independent values that count: where paired, (n,) each in the
-    order of `pairs`, what tells pairs apart (else None), and of any two lengths where
-    not. `left_out` counts trials without a result.
+    Attributes
+    ----------
+    estimate : MeanEstimate
+    a, b : array
+        Independent values of each group. Paired values are (n,) each, in the order of
+        `pairs`. Otherwise the lengths may differ.
+    pairs : Index or None
+        Keys of the pairs; None if the groups are not paired.
+    left_out : int
+        Number of trials without a result.
     """
 
     estimate: MeanEstimate
@@ -66,18 +70,19 @@ class Contrast:
 
     @property
     def paired(self) -> bool:
-        """Whether it is the mean of differences within pairs."""
+        """True if the value is the mean of differences within pairs."""
         return self.pairs is not None
 
     @property
     def value(self) -> float:
-        """The difference, b minus a."""
+        """The difference, b - a."""
         return self.estimate.value
 
     @property
     def correlation(self) -> float:
-        """Pearson's correlation within pairs; NaN where not paired, where a side does
-        not vary, or below 2 pairs.
+        """Pearson's correlation within pairs.
+
+        NaN if not paired, if a side does not vary, and for fewer than 2 pairs.
         """
         if (
             not self.paired
@@ -90,12 +95,12 @@ class Contrast:
 
     @property
     def variance_reduction(self) -> float:
-        """How many times as many independent trials would be needed for the same error:
-        var(unpaired)/var(paired).
+        """Ratio of variances without and with pairing, var(unpaired)/var(paired).
 
-        Infinite where all differences are equal, below 1 where pairs vary against each
-        other, NaN where not paired or below 2 pairs. For equal variances it is 1/(1 -
-        correlation).
+        Independent groups need so many times as many trials for the same error. For
+        equal variances it is 1/(1 - correlation). Infinite if all differences are
+        equal, below 1 for a negative correlation, and NaN if not paired or for fewer
+        than 2 pairs.
         """
         if not self.paired or len(self.a) < 2:
             return np.nan
@@ -105,9 +110,11 @@ class Contrast:
         return float(unpaired / paired) if paired > 0.0 else np.inf
 
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
-        """The bounds of the interval that the distribution of the values has, see
-        `MeanEstimate`: for normal ones Student's of the mean of differences, and
-        Welch's where not paired; NaN if unknown, as for constant samples.
+        """Return the bounds of the confidence interval of the difference.
+
+        It is that of the distribution of the values, see `MeanEstimate`. Normal values
+        have Student's interval of the mean difference if paired, else Welch's. NaN if
+        unknown, such as for constant samples.
         """
         return (
             self.estimate.interval(confidence)
@@ -116,15 +123,17 @@ class Contrast:
         )
 
     def p_value(self) -> float:
-        """The two-sided p-value of no difference, by the same distribution; NaN if
-        unknown. Of several contrasts that are judged together see `contrasts`.
+        """Return the two-sided p-value of no difference, by the same distribution.
+
+        NaN if unknown. `contrasts` adjusts p-values of several contrasts.
         """
         return self.estimate.p_value()
 
 
 class Family(NamedTuple):
-    """Contrasts looked at together: the bounds of intervals that all hold, and adjusted
-    p-values, (k,) each.
+    """k contrasts with simultaneous confidence intervals and adjusted p-values.
+
+    `low` and `high` bound the intervals, and `p` are the p-values, (k,) each.
     """
 
     contrasts: Sequence[Contrast]
@@ -134,8 +143,10 @@ class Family(NamedTuple):
 
 
 class Equivalence(NamedTuple):
-    """Two one-sided tests: the larger p, the interval at 1 - 2 `level`, and whether it
-    lies within the margins.
+    """Two one-sided tests of equivalence.
+
+    `p` is the larger of both p-values. `low` and `high` bound the confidence interval
+    at 1 - 2 `level`. `equivalent` is True if p is below `level`.
     """
 
     p: float
@@ -145,14 +156,24 @@ class Equivalence(NamedTuple):
 
 
 def compare(a: Units, b: Units, distribution: Declared = "normal") -> Contrast:
-    """b minus a: paired where each unit has its partner, else between independent
-    samples. The values have this `distribution`.
+    """Contrast two groups of units, b - a.
+
+    Parameters
+    ----------
+    a, b : Units
+        Paired if each unit has its partner, else taken as independent samples.
+    distribution : Declared, default "normal"
+        Distribution of the values.
+
+    Returns
+    -------
+    Contrast
     """
     left_out = a.left_out + b.left_out
     if pairable(a, b):
         return paired_contrast(a.values, b.values, left_out, distribution)
-    before, after = (values[~np.isnan(values)] for values in (a.array(), b.array()))
-    return independent_contrast(before, after, left_out, distribution)
+    known_a, known_b = (values[~np.isnan(values)] for values in (a.array(), b.array()))
+    return independent_contrast(known_a, known_b, left_out, distribution)
 
 
 def independent_contrast(
@@ -161,9 +182,23 @@ def independent_contrast(
     left_out: int = 0,
     distribution: Declared = "normal",
 ) -> Contrast:
-    """The mean of b minus that of a, of two independent samples without NaN."""
+    """Contrast the means of two independent samples, b - a.
+
+    Parameters
+    ----------
+    a, b : array
+        Values without NaN, of any two lengths.
+    left_out : int, default 0
+        Number of trials without a result.
+    distribution : Declared, default "normal"
+        Distribution of the values.
+
+    Returns
+    -------
+    Contrast
+    """
     estimate = mean_estimate(a, b, distribution=distribution)
-    return Contrast(estimate, a, b, None, left_out)
+    return Contrast(estimate, a, b, pairs=None, left_out=left_out)
 
 
 def paired_contrast(
@@ -172,10 +207,25 @@ def paired_contrast(
     left_out: int = 0,
     distribution: Declared = "normal",
 ) -> Contrast:
-    """The mean of the differences, b minus a, of two columns whose index pairs them; a
-    pair that lacks a side does not count.
+    """Contrast two columns by the mean of the differences within pairs, b - a.
 
-    Raises ValueError where an index has an entry twice.
+    Parameters
+    ----------
+    a, b : Series
+        The index pairs them. A pair that lacks a value does not count.
+    left_out : int, default 0
+        Number of trials without a result.
+    distribution : Declared, default "normal"
+        Distribution of the values.
+
+    Returns
+    -------
+    Contrast
+
+    Raises
+    ------
+    ValueError
+        If an index has an entry twice.
     """
     if not (a.index.is_unique and b.index.is_unique):
         raise ValueError(
@@ -183,14 +233,16 @@ def paired_contrast(
             " several have the same seed, replicate and settings"
         )
     partners = b.index.get_indexer(a.index)
-    one, column = (np.asarray(side, np.float64) for side in (a, b))
-    other = np.append(column, np.nan)[partners]  # the last one for who has no partner
-    complete = np.flatnonzero(~(np.isnan(one) | np.isnan(other)))
+    first, column = (np.asarray(side, np.float64) for side in (a, b))
+    # The index of a missing partner is -1, which takes the NaN at the end.
+    second = np.append(column, np.nan)[partners]
+    complete = np.flatnonzero(~(np.isnan(first) | np.isnan(second)))
     pairs = a.index[complete]
     order = pairs.argsort()
-    one, other = one[complete][order], other[complete][order]
-    estimate = paired_estimate(one, other, distribution)
-    return Contrast(estimate, one, other, pairs[order], left_out)
+    first = first[complete][order]
+    second = second[complete][order]
+    estimate = paired_estimate(first, second, distribution)
+    return Contrast(estimate, first, second, pairs=pairs[order], left_out=left_out)
 
 
 def contrast(
@@ -201,18 +253,36 @@ def contrast(
     b: Mapping[str, Any],
     unit: Unit | None = None,
 ) -> Contrast:
-    """The mean of a column of trials where settings are `b` minus that where they are
-    `a`: the sign of `sweep compare A B`. Both sides are named in a call.
+    """Estimate the difference in a metric between two groups of trials, b - a.
 
-    `source` is a stored study, or its table of trials, which then is taken to vary in
-    the named settings only. Trials are paired by seed, replicate and the varied
-    settings that neither side names, if all start in common (the spec's `streams:
-    {start: common}`) and both sides have the same; else the two samples are taken to be
-    independent. Where several points are left, `unit` says what is independent:
-    "trial", the means of a "point", or those of a "replicate", the right one for starts
-    in common. The interval is that of the distribution that a stored study knows of the
-    column; a table is taken to have normal values. Raises ValueError for names that do
-    not exist, sides that are empty or overlap, and where `unit` is missing.
+    Trials are paired by seed, replicate and the varied parameters that neither group
+    names. This needs common random numbers for the initial conditions (the spec's
+    `streams: {start: common}`) and the same keys in both groups. Otherwise the groups
+    are taken as independent samples.
+
+    Parameters
+    ----------
+    source : study or DataFrame
+        A stored study, or its trials. A DataFrame is taken to have normal values, and
+        to vary in the named parameters only.
+    metric : str
+        Column of the trials.
+    a, b : mapping
+        Parameter values of each group, such as `{"separation_weight": 2}`. The sign of
+        the difference is that of `sweep compare A B`.
+    unit : {"trial", "point", "replicate"}, optional
+        The independent values if a group has several points: trials, the means of
+        points or those of replicates. Use "replicate" with common random numbers.
+
+    Returns
+    -------
+    Contrast
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, a group is empty, the groups overlap, or `unit` is
+        missing.
     """
     trials, varied, distributions = _table(source)
     for name in (metric, *a, *b):
@@ -226,8 +296,8 @@ def contrast(
             f"{_words(a)} and {_words(b)} share trials; a contrast needs two apart"
         )
     free = [name for name in varied if name not in {*a, *b}]
-    one, other = (_units(side, metric, unit, free) for side in sides)
-    return compare(one, other, distributions.get(metric, "normal"))
+    units_a, units_b = (_units(side, metric, unit, free) for side in sides)
+    return compare(units_a, units_b, distributions.get(metric, "normal"))
 
 
 def contrasts(
@@ -240,12 +310,35 @@ def contrasts(
     confidence: float = CONFIDENCE,
     together: Together = "holm",
 ) -> pd.DataFrame:
-    """Every value of the setting `by` minus `reference`, where the other settings are
-    `settings`.
+    """Contrast every value of a parameter with a reference value, value - reference.
 
-    Columns: `by`, difference, low, high, p, paired, n (of pairs, else of values beside
-    the reference), correlation, variance_reduction, left_out. The intervals hold
-    together, as do the p-values, see `jointly`; `contrast` has pairs, units and errors.
+    `contrast` describes how trials are paired, and the errors.
+
+    Parameters
+    ----------
+    source : study or DataFrame
+        A stored study, or its trials.
+    metric : str
+        Column of the trials.
+    by : str
+        Parameter whose values are compared.
+    reference : object
+        Value of `by` that is subtracted.
+    settings : mapping, optional
+        Values of other parameters that all trials have.
+    unit : {"trial", "point", "replicate"}, optional
+        The independent values if several points remain.
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals.
+    together : {"holm", "bonferroni", "sidak", "max_t"}, default "holm"
+        Correction for multiple comparisons, see `jointly`.
+
+    Returns
+    -------
+    DataFrame
+        One row per value, with columns `by`, difference, low, high, p, paired, n,
+        correlation, variance_reduction and left_out. `n` counts pairs, or the values
+        that are compared with the reference.
     """
     trials, *_ = _table(source)
     _check_column(trials, by)
@@ -288,29 +381,46 @@ def jointly(
     confidence: float = CONFIDENCE,
     together: Together = "holm",
 ) -> Family:
-    """`sides` with intervals that all hold with `confidence`, and p-values that are
-    adjusted for each other.
+    """Return contrasts with simultaneous confidence intervals and adjusted p-values.
 
-    With "bonferroni" and "sidak" both are those of that correction; "holm" has
-    Bonferroni's intervals and Holm's p-values, which are never larger, so that one may
-    be small although its interval has the zero. With "max_t" both come from one
-    bootstrap of whole replicates, for which all must be paired; those that lack a trial
-    are left out of all. `sweep.analysis.simultaneous` says when each is valid. A
-    contrast of less than two values is no test, nor is one of constant samples, unless
-    these have a range or are of events and nothing is resampled. Raises ValueError for
-    another correction, and as `max_t`.
+    "bonferroni" and "sidak" correct intervals and p-values in the same way. "holm" has
+    Bonferroni's intervals and Holm's p-values. These are never larger, so a p-value may
+    be small although its interval includes zero. "max_t" takes both from one bootstrap
+    of whole replicates. It needs paired contrasts, and leaves replicates that lack a
+    trial out of all. `sweep.analysis.simultaneous` describes when each is valid.
+
+    A contrast of fewer than two values is no test. Neither is one of constant samples,
+    unless these have a range or are of events, and nothing is resampled.
+
+    Parameters
+    ----------
+    sides : sequence of Contrast
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals.
+    together : {"holm", "bonferroni", "sidak", "max_t"}, default "holm"
+
+    Returns
+    -------
+    Family
+
+    Raises
+    ------
+    ValueError
+        If the correction is unknown. With "max_t" also if a contrast is not paired, or
+        if `max_t` rejects the values.
     """
     if together not in get_args(Together):
         raise ValueError(unknown("together", together, get_args(Together)))
     if together == "max_t":
         sides = _common(sides)
-        found = max_t(np.column_stack([side.b - side.a for side in sides]), confidence)
+        changes = np.column_stack([side.b - side.a for side in sides])
+        resampled = max_t(changes, confidence)
         cut = [
             side.estimate.support.cut(*bounds)
-            for side, *bounds in zip(sides, *found[:3], strict=True)
+            for side, *bounds in zip(sides, *resampled[:3], strict=True)
         ]
         low, high = np.array(cut, np.float64).T
-        return Family(sides, low, high, found.p)
+        return Family(sides, low, high, resampled.p)
     tests = max(1, sum(side.estimate.testable for side in sides))
     level = simultaneous_confidence(
         tests, confidence, "sidak" if together == "sidak" else "bonferroni"
@@ -323,14 +433,30 @@ def jointly(
 def equivalence(
     estimate: MeanEstimate, low: float, high: float, level: float = 0.05
 ) -> Equivalence:
-    """Whether an estimate is shown to lie between the margins `low` and `high`, chosen
-    before looking.
+    """Test whether an estimate lies between two margins of equivalence.
 
-    Two one-sided tests (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680):
-    equivalent if both reject at `level`, which a true value on or beyond a margin does
-    with at most that chance, where the interval of the estimate holds. Not being shown
-    equivalent does not mean to differ. p and bounds are NaN where the estimate is not
-    testable. Raises ValueError for margins that are not in order.
+    Two one-sided tests (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680): an
+    estimate is equivalent if both reject at `level`. A true value on or beyond a margin
+    does so with at most that probability, if the interval of the estimate is valid.
+    An estimate that is not equivalent need not differ.
+
+    Parameters
+    ----------
+    estimate : MeanEstimate
+    low, high : float
+        Margins in the unit of the estimate, chosen before the data are seen.
+    level : float, default 0.05
+        Level of each one-sided test.
+
+    Returns
+    -------
+    Equivalence
+        With NaN for p and bounds if the estimate is not testable.
+
+    Raises
+    ------
+    ValueError
+        If `low` is not below `high`.
     """
     if not low < high:
         raise ValueError(
@@ -343,7 +469,10 @@ def equivalence(
 
 
 def _common(sides: Sequence[Contrast]) -> list[Contrast]:
-    """The contrasts of the pairs that all have. ValueError if one is not paired."""
+    """Return the contrasts of the pairs that all of them have.
+
+    Raises ValueError if one is not paired.
+    """
     if not all(side.paired for side in sides):
         raise ValueError(
             "max_t resamples whole replicates:"
@@ -357,16 +486,17 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
         common = common.intersection(table.index)
     chosen_pairs = [table.loc[common] for table in tables]
     return [
-        _paired_anew(side, table)
+        _contrast_of_pairs(side, table)
         for table, side in zip(chosen_pairs, sides, strict=True)
     ]
 
 
-def _paired_anew(side: Contrast, table: pd.DataFrame) -> Contrast:
-    """The contrast of some pairs of one."""
-    before = side.estimate
-    found = paired_contrast(table["a"], table["b"], side.left_out, before.distribution)
-    return replace(found, estimate=replace(found.estimate, support=before.support))
+def _contrast_of_pairs(side: Contrast, table: pd.DataFrame) -> Contrast:
+    """Return the contrast of some pairs of another one, with the same support."""
+    distribution = side.estimate.distribution
+    fewer = paired_contrast(table["a"], table["b"], side.left_out, distribution)
+    estimate = replace(fewer.estimate, support=side.estimate.support)
+    return replace(fewer, estimate=estimate)
 
 
 def _units(
@@ -380,13 +510,13 @@ def _units(
             f"({', '.join(get_args(Unit))}), or more settings be named"
         )
     values = trials[metric].astype(np.float64).where(trials["status"] == "done")
-    found = units(trials, values, unit or "trial", free)
-    if points > 1 and not found.values.index.is_unique:
+    independent = units(trials, values, unit or "trial", free)
+    if points > 1 and not independent.values.index.is_unique:
         raise ValueError(
             "trials of the same seed and replicate differ in settings that are not"
             " named"
         )
-    return found
+    return independent
 
 
 def _table(

@@ -1,4 +1,4 @@
-"""How large a difference is beside the spread of single trials, free of units."""
+"""Effect sizes: differences relative to the spread of single trials, without units."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 
 class EffectSize(NamedTuple):
-    """An effect size and the bounds of its interval."""
+    """An effect size and the bounds of its confidence interval."""
 
     value: float
     low: float
@@ -29,30 +29,45 @@ def hedges_g(
     *,
     paired: bool = False,
 ) -> EffectSize:
-    """The mean of b minus that of a in units of the standard deviation of one trial,
-    corrected for its bias.
+    """Return Hedges' g: the difference of means, b - a, in standard deviations.
 
-    The unit is the root of the mean of both variances, so that spreads may differ, and
-    the same for pairs, whose common random numbers narrow the interval but change no
-    effect. The correction is Hedges' (1981, J. Educ. Stat. 6, 107-128) with the degrees
-    of freedom of that variance, the interval that of Bonett (2008, Psychol. Methods 13,
-    99-109). `a` (n,) and `b` (m,) hold independent values, pairs in the same order; one
-    that is NaN does not count, nor does its partner. Valid for values that are about
-    normal and more than about ten. NaN for fewer than three values on a side, and where
-    neither varies.
+    The unit is the root of the mean of both variances, so that variances may differ. It
+    is the same for pairs: common random numbers narrow the interval and do not change
+    the effect. The correction for bias is Hedges' (1981, J. Educ. Stat. 6, 107-128)
+    with the degrees of freedom of the mean variance. The confidence interval is that of
+    Bonett (2008, Psychol. Methods 13, 99-109). Valid for more than about ten values
+    that are about normal.
+
+    Parameters
+    ----------
+    a, b : array_like
+        Independent values, (n,) and (m,). NaN does not count, nor does its partner.
+    confidence : float, default 0.95
+    paired : bool, default False
+        True if values at equal indices are pairs.
+
+    Returns
+    -------
+    EffectSize
+        NaN for fewer than three values on a side, and if neither side varies.
+
+    Raises
+    ------
+    ValueError
+        If pairs have two lengths.
     """
-    one, other = _sides(a, b, paired)
-    if min(len(one), len(other)) < 3 or (np.ptp(one) == 0.0 and np.ptp(other) == 0.0):
+    first, second = _sides(a, b, paired)
+    if min(len(first), len(second)) < 3:
         return UNKNOWN
-    freedoms, variances = (
-        np.array([len(one), len(other)]) - 1.0,
-        np.array([one.var(ddof=1), other.var(ddof=1)]),
-    )
-    covariance = float(np.cov(one, other)[0, 1]) if paired else 0.0
+    if np.ptp(first) == 0.0 and np.ptp(second) == 0.0:
+        return UNKNOWN
+    freedoms = np.array([len(first), len(second)]) - 1.0
+    variances = np.array([first.var(ddof=1), second.var(ddof=1)])
+    covariance = float(np.cov(first, second)[0, 1]) if paired else 0.0
     unit = float(variances.mean())
     spread = float((variances**2 / freedoms).sum()) / 2.0 + covariance**2 / freedoms[0]
     freedom = 2.0 * unit**2 / spread
-    g = float(other.mean() - one.mean()) / math.sqrt(unit) * _correction(freedom)
+    g = float(second.mean() - first.mean()) / math.sqrt(unit) * _correction(freedom)
     error_of_difference = (
         float((variances / freedoms).sum()) - 2.0 * covariance / freedoms[0]
     )
@@ -64,22 +79,33 @@ def hedges_g(
 def superiority(
     a: ArrayLike, b: ArrayLike, confidence: float = CONFIDENCE
 ) -> EffectSize:
-    """The chance that a value of b is larger than one of a, equal ones counting half:
-    0.5 is no effect.
+    """Return the probability that a value of b is larger than a value of a.
 
-    It asks nothing of the distributions. `a` (m,) and `b` (n,) hold independent values,
-    NaN does not count; the interval is Newcombe's method 5 (2006, Stat. Med. 25,
-    559-573), which stays within 0 and 1 and has a width where all of one side are
-    larger. For pairs with common random numbers, and for values many of which are
-    equal, it is too wide rather than too narrow. NaN where a side is empty.
+    Ties count half, so 0.5 is no effect. Nothing is assumed of the distributions. The
+    confidence interval is Newcombe's method 5 (2006, Stat. Med. 25, 559-573). It stays
+    within 0 and 1, and has a width even if all values of one side are larger. It is
+    too wide rather than too narrow for pairs with common random numbers, and for many
+    ties.
+
+    Parameters
+    ----------
+    a, b : array_like
+        Independent values, (m,) and (n,). NaN does not count.
+    confidence : float, default 0.95
+
+    Returns
+    -------
+    EffectSize
+        NaN if a side is empty.
     """
     from scipy.stats import rankdata
 
-    other, one = _sides(a, b, False)
-    if min(len(one), len(other)) == 0:
+    first, second = _sides(a, b, paired=False)
+    n = len(second)
+    m = len(first)
+    if min(n, m) == 0:
         return UNKNOWN
-    n, m = len(one), len(other)
-    ranks = np.asarray(rankdata(np.concatenate([one, other])), np.float64)
+    ranks = np.asarray(rankdata(np.concatenate([second, first])), np.float64)
     value = (float(ranks[:n].sum()) - n * (n + 1) / 2.0) / (n * m)
     high = _score_bound(value, n, m, confidence)
     low = 1.0 - _score_bound(1.0 - value, n, m, confidence)
@@ -89,18 +115,29 @@ def superiority(
 def cliffs_delta(
     a: ArrayLike, b: ArrayLike, confidence: float = CONFIDENCE
 ) -> EffectSize:
-    """The share of pairs in which the value of b is larger than that of a less that in
-    which it is smaller, from -1 to 1.
+    """Return Cliff's delta: P(b > a) - P(b < a), from -1 to 1.
 
-    Cliff (1993, Psychol. Bull. 114, 494-509): twice `superiority` less one, with its
-    interval and its limits.
+    Cliff (1993, Psychol. Bull. 114, 494-509). The value and its confidence interval are
+    2 `superiority` - 1, with the same limits.
+
+    Parameters
+    ----------
+    a, b : array_like
+        Independent values, (m,) and (n,). NaN does not count.
+    confidence : float, default 0.95
+
+    Returns
+    -------
+    EffectSize
+        NaN if a side is empty.
     """
     return EffectSize(*(2.0 * number - 1.0 for number in superiority(a, b, confidence)))
 
 
 def _score_bound(value: float, n: int, m: int, confidence: float) -> float:
-    """The largest chance from which `value` is not further than its error allows if
-    that chance were true.
+    """Return the largest probability that `value` does not reject, by its error there.
+
+    `n` and `m` are the numbers of values on either side.
     """
     from scipy.optimize import brentq
 
@@ -119,21 +156,21 @@ def _score_bound(value: float, n: int, m: int, confidence: float) -> float:
 
 
 def _correction(freedom: float) -> float:
-    """The factor that makes a standardised difference unbiased for normal values,
-    Hedges' exact one.
-    """
+    """Return Hedges' exact factor, which makes g unbiased for normal values."""
     half = freedom / 2.0
     return math.exp(math.lgamma(half) - math.lgamma(half - 0.5)) / math.sqrt(half)
 
 
 def _sides(a: ArrayLike, b: ArrayLike, paired: bool) -> tuple[Floats, Floats]:
-    """Both without NaN, pairs without those that lack a side. Raises ValueError for
-    pairs of two lengths.
+    """Return both sides without NaN, or without incomplete pairs.
+
+    Raises ValueError for pairs of two lengths.
     """
-    one, other = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    first = np.asarray(a, np.float64)
+    second = np.asarray(b, np.float64)
     if not paired:
-        return one[~np.isnan(one)], other[~np.isnan(other)]
-    if one.shape != other.shape:
-        raise ValueError(f"{len(one)} and {len(other)} values are no pairs")
-    complete = ~(np.isnan(one) | np.isnan(other))
-    return one[complete], other[complete]
+        return first[~np.isnan(first)], second[~np.isnan(second)]
+    if first.shape != second.shape:
+        raise ValueError(f"{len(first)} and {len(second)} values are no pairs")
+    complete = ~(np.isnan(first) | np.isnan(second))
+    return first[complete], second[complete]

@@ -1,6 +1,4 @@
-"""Estimates whose interval can be asked for at any confidence: means, differences and
-rank correlations.
-"""
+"""Means, differences and rank correlations with their confidence intervals."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -28,11 +26,13 @@ from sweep.analysis.mean_bounds import (
 Floats = NDArray[np.float64]
 
 CONFIDENCE = 0.95
+"""Default confidence of an interval."""
 
 
 class Sample(NamedTuple):
-    """What `Samples` knows of one sample; the skewness is 0 for fewer than three
-    values.
+    """The moments of one sample, as `Samples` has them of k samples.
+
+    The skewness is 0 for fewer than three values.
     """
 
     mean: float
@@ -48,22 +48,28 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class MeanEstimate:
-    """The mean of one sample, or that of a first sample minus that of a second one.
+    """The mean of one sample, or the mean of a first sample minus that of a second one.
 
-    The intervals and tests are those of the `distribution` of the values: see
-    `sweep.analysis.mean_bounds`. Those of "normal" values are Student's and Welch's,
-    which fail for few values of a skewed distribution, and for a skewed sample against
-    a narrow one. The difference of others has the interval of Zou and Donner (2008,
-    Stat. Med. 27, 1693-1702; of two proportions it is Newcombe's): the squares of what
-    either bound of either mean is away from it are added up. Its p is the chance at
-    which such an interval no longer has the true value.
+    Confidence intervals and tests are those of the distribution of the values, see
+    `sweep.analysis.mean_bounds`. Normal values have Student's and Welch's. These fail
+    for few values of a skewed distribution, and for a skewed sample against a narrow
+    one. The difference of other values has the interval of Zou and Donner (2008, Stat.
+    Med. 27, 1693-1702; Newcombe's for two proportions). It adds up the squares of the
+    distances of the bounds of either mean from that mean. Its p is the level at which
+    the interval just excludes the tested value.
 
-    `correlation` is that between both samples, None where they are independent. Of
-    correlated ones it is the wider of this and Student's of the differences: pairs that
-    are few and all alike in sign say little.
-
-    `support` is what the mean, or the difference, lies in: intervals end there, and the
-    chance of a true value outside is zero.
+    Attributes
+    ----------
+    samples : tuple of Sample
+        One sample, or two.
+    distribution : Distribution, default "normal"
+    correlation : float or None
+        Correlation between both samples; None if they are independent. Correlated
+        samples have the wider of this interval and Student's of the differences: few
+        pairs of one sign have little information.
+    support : Support
+        Range of the mean, or of the difference. Intervals end there, and the p-value of
+        a true value outside is zero.
     """
 
     samples: tuple[Sample, ...]
@@ -73,20 +79,23 @@ class MeanEstimate:
 
     @property
     def value(self) -> float:
-        first, *others = (sample.mean for sample in self.samples)
-        return first - sum(others)
+        """The mean, or the first mean minus the second."""
+        first, *subtracted = (sample.mean for sample in self.samples)
+        return first - sum(subtracted)
 
     @property
     def constant(self) -> bool:
-        """Whether the values of a sample are equal, but for one at most, and so do not
-        show how much they vary.
+        """True if all values of a sample but at most one are equal.
+
+        Such a sample does not show how much its values vary.
         """
         return any(bool(_as_arrays(sample).constant) for sample in self.samples)
 
     @property
     def testable(self) -> bool:
-        """Whether there is an interval: every sample has two values, and a constant one
-        has a range or is of events.
+        """True if there is a confidence interval.
+
+        Every sample has two values, and a constant one has a range or is of events.
         """
         known = all(bool(_as_arrays(sample).bounded) for sample in self.samples)
         return min(sample.n for sample in self.samples) > 1 and (
@@ -96,11 +105,19 @@ class MeanEstimate:
     def interval(
         self, confidence: float = CONFIDENCE, published: int | None = None
     ) -> tuple[float, float]:
-        """The bounds of the interval that the distribution of the values has.
+        """Return the bounds of the confidence interval of the value.
 
-        With `published`, it is the interval of the difference from means of so many
-        published trials, which are taken to vary as ours do. It may reach beyond the
-        support, as it has the error of both.
+        Parameters
+        ----------
+        confidence : float, default 0.95
+        published : int, optional
+            Number of trials behind a published mean. The interval then is that of the
+            difference from such a mean, whose trials are taken to vary as the present
+            ones. It includes the error of both, so it may reach beyond the support.
+
+        Returns
+        -------
+        low, high : float
         """
         uncut = self._uncut(confidence, published)
         if published is not None:
@@ -117,25 +134,27 @@ class MeanEstimate:
         return self.value - half, self.value + half
 
     def grown(self, times: float) -> "MeanEstimate":
-        """What `times` as many values would give if mean and spread stayed."""
+        """Return the estimate from `times` as many values of the same moments."""
         samples = tuple(
-            one._replace(n=round(one.n * times), alike=round(one.alike * times))
-            for one in self.samples
+            sample._replace(
+                n=round(sample.n * times), alike=round(sample.alike * times)
+            )
+            for sample in self.samples
         )
         return replace(self, samples=samples)
 
     @property
     def _normal(self) -> bool:
-        """Whether the values are about normal, as declared: not mostly equal."""
-        alike = [_as_arrays(one).mostly_alike for one in self.samples]
+        """True if the values are declared normal and are not mostly equal."""
+        alike = [_as_arrays(sample).mostly_alike for sample in self.samples]
         return self.distribution == "normal" and not np.any(alike)
 
     def error(self, published: int | None = None) -> tuple[float, float]:
-        """The standard error and its degrees of freedom, Welch's (1947, Biometrika 34,
-        28-35) for two samples.
+        """Return the standard error and its degrees of freedom.
 
-        Infinite degrees where no value differs from another, for then the error is
-        zero.
+        Two samples have Welch's degrees of freedom (1947, Biometrika 34, 28-35). They
+        are infinite if no value differs from another, for then the error is zero.
+        `published` is the number of trials of a published mean, see `interval`.
         """
         extra = 1.0 / published if published else 0.0
         parts = [sample.variance * (1.0 / sample.n + extra) for sample in self.samples]
@@ -148,9 +167,21 @@ class MeanEstimate:
         return math.sqrt(sum(parts)), sum(parts) ** 2 / spread
 
     def tail(self, bound: float, *, above: bool) -> float:
-        """The one-sided p of so large (`above`) or so small a value if the true one
-        were `bound`: Student's for normal values, for others at least LEAST_P; zero
-        where neither `bound` nor what lies beyond can be.
+        """Return the one-sided p-value of the estimate if the true value were a bound.
+
+        Parameters
+        ----------
+        bound : float
+            True value under the hypothesis.
+        above : bool
+            True to test for a larger value than `bound`, False for a smaller one.
+
+        Returns
+        -------
+        float
+            Student's for normal values, at least LEAST_P for others. Zero if the
+            hypothesis is outside the support: with `above`, if `bound` is below it,
+            else if `bound` is above it.
         """
         from scipy.stats import t
 
@@ -158,9 +189,9 @@ class MeanEstimate:
             return 0.0
         if not self._normal:
             side, sign = (0, 1.0) if above else (1, -1.0)
-            found = _crossing(lambda tails: sign * (self._bounds(tails)[side] - bound))
-            if found < 0.5:
-                return found
+            tail = _crossing(lambda tails: sign * (self._bounds(tails)[side] - bound))
+            if tail < 0.5:
+                return tail
             return 1.0 - _crossing(
                 lambda tails: sign * (bound - self._bounds(tails)[1 - side])
             )
@@ -173,38 +204,42 @@ class MeanEstimate:
         )
 
     def p_value(self) -> float:
-        """The two-sided p that the true value is zero: Student's, Welch's for two
-        samples, and for other distributions by their interval; NaN where not testable.
+        """Return the two-sided p-value of a true value of zero.
+
+        Student's for normal values, Welch's for two samples of them, and by the
+        confidence interval for other distributions. NaN if not testable.
         """
         if not self.testable:
             return np.nan
         return min(1.0, 2.0 * self.tail(0.0, above=self.value > 0.0))
 
     def _bounds(self, tail: Floats, published: int | None = None) -> Bounds:
-        """The two bounds that are missed with the chance `tail` each, same shape."""
+        """Return the two bounds, each missed with probability `tail`, in its shape."""
         samples = [_as_arrays(sample) for sample in self.samples]
         if len(samples) == 1 and published is None:
             below, above = _arms(samples[0], self.distribution, tail)
             return self.value - below, self.value + above
         squares = list(squared_arms(samples, self.distribution, tail, self.correlation))
         if published is not None:
-            for place, one in enumerate(samples):
-                down, up = _arms(one, self.distribution, tail)
+            for index, sample in enumerate(samples):
+                down, up = _arms(sample, self.distribution, tail)
                 # A published mean that lies too high makes ours seem too low.
-                swapped = (up, down) if place == 0 else (down, up)
+                swapped = (up, down) if index == 0 else (down, up)
                 for side, arm in enumerate(swapped):
-                    squares[side] += _squared(arm) * one.n / published
-        roots = [np.sqrt(np.maximum(one, 0.0)) for one in squares]
+                    squares[side] += _squared(arm) * sample.n / published
+        roots = [np.sqrt(np.maximum(square, 0.0)) for square in squares]
         return self.value - roots[0], self.value + roots[1]
 
 
 def _as_arrays(sample: Sample) -> Samples:
-    return Samples(*(np.array(one) for one in sample))
+    return Samples(*(np.array(moment) for moment in sample))
 
 
 ENDLESS = 1e150
-"""An arm that is longer holds no bound. Two skewed values say so little that theirs
-grows like the exponential of Student's quantile, and its square would be no number.
+"""Length from which an arm counts as infinite.
+
+The arm of two skewed values grows like the exponential of Student's quantile, and its
+square would overflow.
 """
 
 
@@ -214,16 +249,30 @@ def squared_arms(
     tail: Floats,
     correlation: ArrayLike | None = None,
 ) -> tuple[Floats, Floats]:
-    """The squares of what the lower and the upper bound are away from a mean, or from
-    a first mean minus a second one: those of `MeanEstimate`, of k at once.
+    """Return the squared distances of both bounds from the value of `MeanEstimate`.
 
-    `samples` are one or two, (k,) each, `tail` the chance with which a bound is missed,
-    and `correlation` is that between both samples, None where they are independent.
+    Parameters
+    ----------
+    samples : sequence of Samples
+        One or two, for k estimates at once, (k,) each. The value is the first mean
+        minus the second one.
+    distribution : Distribution
+    tail : array
+        Probability with which each bound is missed.
+    correlation : array_like, optional
+        Correlation between both samples; None if they are independent.
+
+    Returns
+    -------
+    below, above : array
+        Squares for the lower and the upper bound, (k,) each.
     """
-    (below, above), *others = (_arms(one, distribution, tail) for one in samples)
+    (below, above), *subtracted = (
+        _arms(sample, distribution, tail) for sample in samples
+    )
     common = 0.0 if correlation is None else np.asarray(correlation, np.float64)
     squares = _squared(below), _squared(above)
-    for down, up in others:
+    for down, up in subtracted:
         squares = _squared(below, up, common), _squared(above, down, common)
     if correlation is None:
         return squares
@@ -234,19 +283,20 @@ def squared_arms(
 def _squared(
     arm: Floats, other: Floats | float = 0.0, common: Floats | float = 0.0
 ) -> Floats:
-    """The square of what two arms, whose means have the correlation `common`, are
-    together; infinite where one of them is ENDLESS.
+    """Return the square of the combined length of two arms.
+
+    `common` is the correlation of their means. Infinite if an arm is beyond ENDLESS.
     """
     endless = np.maximum(arm, other) > ENDLESS
-    one, two = (np.where(endless, 0.0, each) for each in (arm, other))
-    together = one**2 + two**2 - 2.0 * common * one * two
+    first, second = (np.where(endless, 0.0, length) for length in (arm, other))
+    together = first**2 + second**2 - 2.0 * common * first * second
     return np.where(endless, np.inf, together)
 
 
 def _arms(
     samples: Samples, distribution: Distribution, tail: Floats
 ) -> tuple[Floats, Floats]:
-    """What either bound of the mean is away from it."""
+    """Return the distances of the lower and the upper bound from the mean."""
     low, high = mean_bounds(distribution, samples, tail)
     return samples.mean - low, high - samples.mean
 
@@ -254,7 +304,7 @@ def _arms(
 def _students_half(
     samples: Sequence[Samples], correlation: Floats | float, tail: Floats
 ) -> Floats:
-    """Half the width of Student's interval of the differences of both samples."""
+    """Return the half-width of Student's interval of the differences in pairs."""
     first, second = samples
     common = np.sqrt(first.variance) * np.sqrt(second.variance)
     variance = first.variance + second.variance - 2.0 * correlation * common
@@ -264,15 +314,18 @@ def _students_half(
 
 
 LEAST_P = 1e-15
-"""Smaller chances are told as this one, for values that are not normal."""
+"""Smallest p-value that is returned for values that are not normal."""
 TAILS = 64
+"""Probabilities per round of the search for a p-value."""
 
 
 def _crossing(excess: Callable[[Floats], Floats]) -> float:
-    """The chance, from LEAST_P to 0.5, at which `excess`, which grows with it, turns
-    above zero; 0.5 where it does not.
+    """Return the probability at which a growing function turns positive.
+
+    It lies between LEAST_P and 0.5; 0.5 if `excess` does not turn positive.
     """
-    low, high = LEAST_P, 0.5
+    low = LEAST_P
+    high = 0.5
     for _ in range(3):
         tails = np.geomspace(low, high, TAILS)
         with np.errstate(invalid="ignore"):
@@ -281,31 +334,47 @@ def _crossing(excess: Callable[[Floats], Floats]) -> float:
             return high
         if beyond[0] == 0:
             return low
-        low, high = float(tails[beyond[0] - 1]), float(tails[beyond[0]])
+        low = float(tails[beyond[0] - 1])
+        high = float(tails[beyond[0]])
     return math.sqrt(low * high)
 
 
 @dataclass(frozen=True)
 class RankEstimate:
-    """Spearman's rank correlation of `n` pairs; NaN where one side does not vary."""
+    """Spearman's rank correlation of `n` pairs; NaN if one side does not vary."""
 
     value: float
     n: int
 
     @property
     def testable(self) -> bool:
-        """Whether the correlation is defined and has four pairs, for an interval."""
+        """True if the correlation is defined and has four pairs, for an interval."""
         return self.n > 3 and not math.isnan(self.value)
 
     def interval(
         self, confidence: float = CONFIDENCE, published: int | None = None
     ) -> tuple[float, float]:
-        """The bounds by Fisher's z with the variance of Bonett and Wright (2000,
-        Psychometrika 65, 23-28).
+        """Return the bounds of the confidence interval.
 
-        A perfect order has no finite z; it stands half a step of the statistic below
-        one. Raises ValueError for `published`, the number of published trials, which
-        says nothing about a correlation over points.
+        Fisher's z with the variance of Bonett and Wright (2000, Psychometrika 65,
+        23-28). A perfect correlation has no finite z, so it counts as half a step of
+        the statistic below one.
+
+        Parameters
+        ----------
+        confidence : float, default 0.95
+        published : None
+            Only for the signature of `MeanEstimate.interval`.
+
+        Returns
+        -------
+        low, high : float
+
+        Raises
+        ------
+        ValueError
+            If `published` is a number: a number of published trials has no meaning for
+            a correlation over points.
         """
         if published is not None:
             raise ValueError("a rank correlation has no number of published trials")
@@ -313,14 +382,12 @@ class RankEstimate:
         correlation = min(max(self.value, -largest), largest)
         deviation = math.sqrt((1.0 + correlation * correlation / 2.0) / (self.n - 3))
         half = student_quantile(0.5 + confidence / 2, math.inf) * deviation
-        low, high = (
-            math.tanh(math.atanh(correlation) - half),
-            math.tanh(math.atanh(correlation) + half),
-        )
+        low = math.tanh(math.atanh(correlation) - half)
+        high = math.tanh(math.atanh(correlation) + half)
         return min(low, self.value), max(high, self.value)
 
     def grown(self, times: float) -> "RankEstimate":
-        """What `times` as many pairs would give if the correlation stayed."""
+        """Return the estimate from `times` as many pairs of the same correlation."""
         return RankEstimate(self.value, round(self.n * times))
 
 
@@ -330,13 +397,15 @@ Estimate = MeanEstimate | RankEstimate
 def mean_estimate(
     *values: NDArray[np.float64], distribution: Declared = "normal"
 ) -> MeanEstimate:
-    """The estimate from one array of independent values, or from two, a and b, for
-    their difference, b minus a; NaN does not count.
+    """Estimate a mean, or the difference of two means.
+
+    `values` are one array of independent values, or two, a and b, whose difference is
+    b - a. NaN does not count.
     """
     known = [array[~np.isnan(array)] for array in reversed(values)]
     of, support = _declared(distribution, known)
     return MeanEstimate(
-        tuple(_sample(one, support) for one in known),
+        tuple(_sample(sample, support) for sample in known),
         of,
         support=support if len(known) == 1 else support.of_differences,
     )
@@ -347,17 +416,29 @@ def paired_estimate(
     b: NDArray[np.float64],
     distribution: Declared = "normal",
 ) -> MeanEstimate:
-    """The mean of the differences, b minus a, of two arrays (n,) without NaN, whose
-    values of equal place are a pair.
+    """Estimate the mean of the differences within pairs, b - a.
 
-    The differences of events are taken apart into gains and losses. Both are events
-    again, so that pairs without any difference have an interval with a width.
+    The differences of events are split into gains and losses. Both are events again, so
+    that pairs without any difference have a confidence interval with a width.
+
+    Parameters
+    ----------
+    a, b : array
+        Values without NaN, (n,) each. Values at equal indices are pairs.
+    distribution : Declared, default "normal"
+        Distribution of the values.
+
+    Returns
+    -------
+    MeanEstimate
     """
-    change, (of, support) = b - a, _declared(distribution, (a, b))
+    change = b - a
+    of, support = _declared(distribution, (a, b))
     if of not in EVENTS:
         sample = _sample(change, support.of_differences)
         return MeanEstimate((sample,), of, support=support.of_differences)
-    gains, losses = np.maximum(change, 0.0), np.maximum(-change, 0.0)
+    gains = np.maximum(change, 0.0)
+    losses = np.maximum(-change, 0.0)
     varies = len(change) > 1 and np.ptp(gains) > 0.0 and np.ptp(losses) > 0.0
     correlation = float(np.corrcoef(gains, losses)[0, 1]) if varies else 0.0
     samples = _sample(gains), _sample(losses)
@@ -367,8 +448,9 @@ def paired_estimate(
 def _declared(
     declared: Declared, samples: Sequence[NDArray[np.float64]]
 ) -> tuple[Distribution, Support]:
-    """The distribution of values and what they lie in: anywhere, where some do not lie
-    in what is declared.
+    """Return the distribution and the support of values.
+
+    The support is ANYWHERE if some values do not lie in the declared one.
     """
     of, support = in_full(declared)
     known = np.concatenate(samples)
@@ -380,14 +462,30 @@ def _sample(values: NDArray[np.float64], support: Support = ANYWHERE) -> Sample:
     n = len(values)
     if n < 2:
         return Sample(float(values[0]) if n else np.nan, np.nan, n)
-    least, largest = float(values.min()), float(values.max())
+    least = float(values.min())
+    largest = float(values.max())
     if equal(least, largest):
-        return Sample(least, 0.0, n, 0.0, least, largest, n, *support)
-    with np.errstate(invalid="ignore"):
-        mean, variance = float(values.mean()), float(values.var(ddof=1))
-        alike = int(equal(values, np.median(values)).sum())
-    skewness = _skewness(values)
-    return Sample(mean, variance, n, skewness, least, largest, alike, *support)
+        mean = least
+        variance = 0.0
+        skewness = 0.0
+        alike = n
+    else:
+        with np.errstate(invalid="ignore"):
+            mean = float(values.mean())
+            variance = float(values.var(ddof=1))
+            alike = int(equal(values, np.median(values)).sum())
+        skewness = _skewness(values)
+    return Sample(
+        mean=mean,
+        variance=variance,
+        n=n,
+        skewness=skewness,
+        least=least,
+        largest=largest,
+        alike=alike,
+        low=support.low,
+        high=support.high,
+    )
 
 
 def _skewness(values: NDArray[np.float64]) -> float:
@@ -397,12 +495,11 @@ def _skewness(values: NDArray[np.float64]) -> float:
     return float(skewness)
 
 
-def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankEstimate:
-    """The rank correlation of two arrays, pairs with a NaN left out."""
-    complete = ~(np.isnan(one) | np.isnan(other))
+def rank_estimate(a: NDArray[np.float64], b: NDArray[np.float64]) -> RankEstimate:
+    """Estimate the rank correlation of two arrays (n,), without pairs that have NaN."""
+    complete = ~(np.isnan(a) | np.isnan(b))
     ranks = [
-        pd.Series(values[complete]).rank().to_numpy(np.float64)
-        for values in (one, other)
+        pd.Series(values[complete]).rank().to_numpy(np.float64) for values in (a, b)
     ]
     if any(len(rank) < 2 or np.ptp(rank) == 0 for rank in ranks):
         return RankEstimate(np.nan, int(complete.sum()))
@@ -414,8 +511,9 @@ def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankE
 
 @lru_cache(maxsize=4096)
 def student_quantile(probability: float, freedom: float) -> float:
-    """The quantile of Student's distribution with so many degrees of freedom, which may
-    be infinite.
+    """Return a quantile of Student's distribution.
+
+    `freedom` are the degrees of freedom, which may be infinite.
     """
     from scipy.stats import t
 

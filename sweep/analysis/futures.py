@@ -1,23 +1,24 @@
-"""What a pilot lets one expect of samples to come: their moments, and how far these may
-be off. One entry in PREDICTIONS for each distribution of values.
+"""Predictive distributions of samples to come, from a pilot.
 
-A pilot of m values knows its mean and its spread only about, and a sample of n values
-to come differs from the truth as well. Each quantile here is one over both: of a
+PREDICTIONS has one entry for each distribution of values: the moments of a sample to
+come, and their quantiles. A pilot of m values has errors in its mean and its variance,
+and so has a sample of n values to come. Each quantile here covers both: it is that of a
 predictive distribution (Geisser 1993, Predictive Inference, chapter 2).
 
 - normal: the mean by Student's, the variance by the F distribution with n - 1 and m - 1
-  degrees of freedom. For skewed values that are not all positive there are fewer of
-  them, by the kurtosis of a gamma distribution of their skewness.
-- skewed and positive: lognormal, so that a long tail is known from more than the few
-  values in it. How much they vary is the mean of what lognormal and gamma values would,
+  degrees of freedom. Skewed values that are not all positive have fewer degrees of
+  freedom, by the kurtosis of a gamma distribution of their skewness.
+- skewed and positive: lognormal, so that more than the few values in a long tail have
+  information about it. The variance is the mean of those of lognormal and gamma values,
   weighted by the likelihoods of both. The degrees of freedom of the sample to come are
   fewer by the kurtosis of lognormal values.
-- count: the mean by the gamma distribution that Jeffreys' prior gives; the variance
-  over the mean by the F distribution, with fewer degrees of freedom where the negative
-  binomial distribution is more skewed than Poisson's.
-- share: the mean by the beta distribution alike; the variance over the largest that is
-  possible by the F distribution, with fewer degrees of freedom by the skewness of the
-  beta distribution, unless values are 0 and the whole alone.
+- count: the mean by the gamma distribution that Jeffreys' prior gives. The variance
+  over the mean is by the F distribution, with fewer degrees of freedom where the
+  negative binomial distribution is more skewed than Poisson's.
+- proportion and percentage: the mean by the beta distribution in the same way. The
+  variance over the largest possible one is by the F distribution, with fewer degrees of
+  freedom by the skewness of the beta distribution, unless all values are 0 or the
+  largest possible value.
 """
 
 import math
@@ -37,16 +38,21 @@ from sweep.analysis.mean_bounds import SUPPORTS, Distribution, Samples
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Times = Floats | float
+"""Factors on degrees of freedom."""
 
 SINGLE_DRAWS = 1.0 - 1e-9
-"""Shares that have this part of the largest variance are 0 and the whole alone."""
+"""Fraction of the largest variance from which proportions count as single draws.
+
+Single draws are all 0 or the largest possible value.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Pilots:
-    """What is known of k pilots of one metric: `samples`, and the variance of the
-    logarithms of lognormal values that vary as much, (k,), NaN where a value is not
-    above zero.
+    """The moments of k pilots of one metric.
+
+    `log_variance` (k,) is the variance of the logarithms of lognormal values that vary
+    as much. It is NaN if a value is not above zero.
     """
 
     samples: Samples
@@ -54,36 +60,40 @@ class Pilots:
 
     @property
     def known(self) -> Sequence[Floats]:
-        """All of it, (k,) each."""
+        """All numbers of the pilots, (k,) each."""
         return [*self.samples, self.log_variance]
 
     def at(self, rows: NDArray[np.intp]) -> Self:
-        """Some of them."""
-        samples = Samples(*(one[rows] for one in self.samples))
+        """Return the pilots at some indices."""
+        samples = Samples(*(moment[rows] for moment in self.samples))
         return replace(self, samples=samples, log_variance=self.log_variance[rows])
 
 
 def pilots_of(values: Sequence[Floats], distribution: Distribution) -> Pilots:
-    """k arrays of values (m,), of which those that are not finite do not count."""
+    """Return the moments of k arrays of values, (m,) each.
+
+    Values that are not finite do not count.
+    """
     column = pd.Series(np.concatenate([*values, np.empty(0)]), dtype=np.float64)
     column = column.where(np.isfinite(column))
-    places = np.repeat(np.arange(len(values)), [len(one) for one in values])
-    codes = pd.Series(pd.Categorical(places, categories=range(len(values))))
+    numbers = np.repeat(np.arange(len(values)), [len(pilot) for pilot in values])
+    codes = pd.Series(pd.Categorical(numbers, categories=range(len(values))))
     samples = group_samples(column.groupby(codes, observed=False), distribution)
     logs = column.where(column > 0.0).map(np.log).groupby(codes, observed=False)
-    mean, variance = (np.asarray(one, np.float64) for one in (logs.mean(), logs.var()))
+    mean = np.asarray(logs.mean(), np.float64)
+    variance = np.asarray(logs.var(), np.float64)
     with np.errstate(all="ignore"):
-        found = _log_variance(samples, mean, variance)
-    return Pilots(samples, np.where(samples.least > 0.0, found, np.nan))
+        equivalent = _log_variance(samples, mean, variance)
+    return Pilots(samples, np.where(samples.least > 0.0, equivalent, np.nan))
 
 
 def _log_variance(samples: Samples, log_mean: Floats, log_variance: Floats) -> Floats:
-    """The variance of the logarithms of lognormal values whose squared coefficient of
-    variation is the mean of those of the lognormal and the gamma distribution that are
-    most likely, weighted by their likelihoods.
+    """Return the variance of the logarithms of equivalent lognormal values.
 
-    The shape of the gamma distribution is about that (Minka 2002, Estimating a Gamma
-    distribution).
+    Their squared coefficient of variation is a mean of two: those of the most likely
+    lognormal and of the most likely gamma distribution, weighted by their likelihoods.
+    The shape of the gamma distribution is an approximation (Minka 2002, Estimating a
+    Gamma distribution).
     """
     from scipy.special import expit, gammaln
 
@@ -98,16 +108,27 @@ def _log_variance(samples: Samples, log_mean: Floats, log_variance: Floats) -> F
 
 
 CLOSE = 1e-6
-"""Logarithms that vary less are those of normal values, whatever they are."""
+"""Difference of the log of the mean and the mean log, below which values are normal."""
 
 
 class Prediction(NamedTuple):
-    """How samples of n values to come are distributed, k of them at once.
+    """The predictive distribution of samples of n values, for k pilots at once.
 
-    `spread` is the quantile of what tells how much they vary, at a chance, with so many
-    times as many degrees of freedom; `mean` that of their mean, where they have a
-    spread; and `moments` are those of samples with a mean and a spread. Which mean
-    makes the widest interval is `widest`; a mean lies from `least` to `most`.
+    Attributes
+    ----------
+    spread : callable
+        `spread(pilots, n, chance, times)`: quantile of a measure of the variance at the
+        probability `chance`, with `times` as many degrees of freedom. The measure
+        depends on the distribution.
+    mean : callable
+        `mean(pilots, n, spread, chance)`: quantile of the mean, given the spread.
+    moments : callable
+        `moments(pilots, n, mean, spread)`: moments of samples with this mean and
+        spread.
+    widest : float, default 0
+        Mean with the widest confidence interval.
+    least, most : float
+        Range of the mean.
     """
 
     spread: Callable[[Pilots, Floats, float, Times], Floats]
@@ -119,22 +140,24 @@ class Prediction(NamedTuple):
 
 
 def _f_quantile(n: Floats, m: Floats, chance: float, times: Times) -> Floats:
-    """By how much the variance of n values is above that of m; both have so many times
-    as many degrees of freedom.
+    """Return a quantile of the ratio of the variance of n values to that of m values.
+
+    Both have (size - 1) `times` degrees of freedom, at least ROUGHLY.
     """
     from scipy.special import fdtri
 
-    degrees = (np.maximum((one - 1.0) * times, ROUGHLY) for one in (n, m))
+    degrees = (np.maximum((size - 1.0) * times, ROUGHLY) for size in (n, m))
     return np.asarray(fdtri(*degrees, chance))
 
 
 ROUGHLY = 0.5
-"""Fewer degrees of freedom say nothing more."""
+"""Fewest degrees of freedom that count."""
 
 
 def _fewer(squared_skewness: Floats) -> Floats:
-    """Which part of the degrees of freedom of a variance is left, by the kurtosis that
-    gamma distributions of this skewness have.
+    """Return the fraction of the degrees of freedom of a variance that remains.
+
+    By the kurtosis of a gamma distribution of this skewness.
     """
     return np.asarray(1.0 / (1.0 + 0.75 * squared_skewness))
 
@@ -146,12 +169,12 @@ def _t_quantile(m: Floats, chance: float) -> Floats:
 
 
 def _both(pilots: Pilots, n: Floats) -> Floats:
-    """So many values know a mean as well as the pilot knows that of n others."""
+    """Return the sample size with the errors of the pilot and of n values together."""
     return 1.0 / (1.0 / pilots.samples.n + 1.0 / n)
 
 
 def _possible(skewness: Floats, n: Floats) -> Floats:
-    """The skewness of n values is at most the root of n."""
+    """Return a skewness cut off at the root of n, the largest for n values."""
     root = np.sqrt(n)
     return np.clip(skewness, -root, root)
 
@@ -169,22 +192,33 @@ def _normal_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Fl
 
 
 def _normal_moments(pilots: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
-    """Of a pilot whose values are mostly equal, so are those to come."""
-    known, infinite = pilots.samples, np.full_like(mean, np.inf)
-    skewness = _possible(known.skewness, n)
-    least = np.where(known.mostly_alike, known.least, -infinite)
-    alike = np.minimum(known.alike / known.n * n, n - NOT_ALIKE)
-    return Samples(mean, spread, n, skewness, least, infinite, alike)
+    """Return moments of normal values; mostly equal if those of the pilot are so."""
+    known = pilots.samples
+    infinite = np.full_like(mean, np.inf)
+    return Samples(
+        mean=mean,
+        variance=spread,
+        n=n,
+        skewness=_possible(known.skewness, n),
+        least=np.where(known.mostly_alike, known.least, -infinite),
+        largest=infinite,
+        alike=np.minimum(known.alike / known.n * n, n - NOT_ALIKE),
+    )
 
 
 NOT_ALIKE = 1.5
-"""So many values to come differ from the others: with fewer nothing would be known."""
+"""Fewest values to come that differ from the others.
+
+A sample with fewer does not show how much its values vary.
+"""
 NORMAL = Prediction(_normal_spread, _normal_mean, _normal_moments)
 
 
 def _log_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
-    """The variance of the logarithm. By the delta method that of the values varies as
-    one with fewer degrees of freedom: its squared variation is exp(s) - 1.
+    """Return a quantile of the variance s of the logarithm.
+
+    The squared coefficient of variation of the values is exp(s) - 1. By the delta
+    method their variance varies as one with fewer degrees of freedom.
     """
     spread = pilots.log_variance
     power = np.exp(spread)
@@ -196,33 +230,44 @@ def _log_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Float
 
 
 def _log_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Floats:
-    """By the delta method; values that vary more have a larger mean, too."""
-    known, usual = pilots.samples, pilots.log_variance
+    """Return a quantile of the mean of lognormal values, by the delta method.
+
+    Values that vary more have a larger mean, too.
+    """
+    known = pilots.samples
+    usual = pilots.log_variance
     error = np.sqrt(np.expm1(usual) / _both(pilots, n))
     off = _t_quantile(known.n, chance) * error + (spread - usual) / 2.0
     return np.asarray(known.mean * np.exp(off))
 
 
 def _log_moments(_: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
-    """Those of lognormal values; samples are less skewed than these."""
+    """Return moments of lognormal values; samples are less skewed than the values."""
     variation = np.sqrt(np.expm1(spread))
     skewness = (variation**2 + 3.0) * variation
-    seen = 1.0 / np.sqrt(1.0 / skewness**2 + 4.0 / n)
     none = np.zeros_like(mean)
-    return Samples(mean, (mean * variation) ** 2, n, seen, none, none + np.inf)
+    return Samples(
+        mean=mean,
+        variance=(mean * variation) ** 2,
+        n=n,
+        skewness=1.0 / np.sqrt(1.0 / skewness**2 + 4.0 / n),
+        least=none,
+        largest=none + np.inf,
+    )
 
 
-SKEWED = Prediction(_log_spread, _log_mean, _log_moments, np.inf, 0.0)
+SKEWED = Prediction(_log_spread, _log_mean, _log_moments, widest=np.inf, least=0.0)
 
 
 def _count_dispersion(pilots: Pilots) -> Floats:
-    """The variance over the mean; 1 where no event was seen."""
+    """Return the variance over the mean; 1 if there was no event."""
     known = pilots.samples
     return np.where(known.mean > 0.0, known.variance / known.mean, 1.0)
 
 
 def _count_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
-    known, spread = pilots.samples, _count_dispersion(pilots)
+    known = pilots.samples
+    spread = _count_dispersion(pilots)
     more = np.maximum(1.0, spread)
     beyond = ((2.0 * more - 1.0) ** 2 / more - 1.0) / np.maximum(
         known.mean, 1.0 / known.n
@@ -235,92 +280,106 @@ def _count_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Flo
     from scipy.special import gammaincinv
 
     size = _both(pilots, n) / np.maximum(1.0, _count_dispersion(pilots))
-    found = gammaincinv(0.5 + pilots.samples.mean * size, chance) / size
-    return np.asarray(found + 0.0 * spread)
+    mean = gammaincinv(0.5 + pilots.samples.mean * size, chance) / size
+    return np.asarray(mean + 0.0 * spread)
 
 
 def _count_moments(_: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
-    """Those of the negative binomial distribution; where the spread is 1, Poisson's."""
-    skewness = _possible((2.0 * spread - 1.0) / np.sqrt(spread * mean), n)
+    """Return moments of negative binomial values; Poisson's if the spread is 1."""
     none = np.zeros_like(mean)
-    return Samples(mean, mean * spread, n, skewness, none, none + np.inf)
+    return Samples(
+        mean=mean,
+        variance=mean * spread,
+        n=n,
+        skewness=_possible((2.0 * spread - 1.0) / np.sqrt(spread * mean), n),
+        least=none,
+        largest=none + np.inf,
+    )
 
 
-COUNT = Prediction(_count_spread, _count_mean, _count_moments, np.inf, 0.0)
+COUNT = Prediction(_count_spread, _count_mean, _count_moments, widest=np.inf, least=0.0)
 
 
-def _share_spread(
-    pilots: Pilots, n: Floats, chance: float, times: Times, whole: float
+def _fraction_spread(
+    pilots: Pilots, n: Floats, chance: float, times: Times, total: float
 ) -> Floats:
     known = pilots.samples
-    mean = known.mean / whole
+    mean = known.mean / total
     largest = mean * (1.0 - mean)
-    part = known.variance / whole**2 * (known.n - 1.0) / known.n / largest
+    part = known.variance / total**2 * (known.n - 1.0) / known.n / largest
     single = ~((known.variance > 0.0) & (part < SINGLE_DRAWS))
-    left = _fewer(_share_skewness(mean, part) ** 2) * times
+    left = _fewer(_fraction_skewness(mean, part) ** 2) * times
     factor = _f_quantile(n, known.n, chance, left)
     return np.where(single, 1.0, np.minimum(1.0, part * factor))
 
 
-def _share_skewness(mean: Floats, spread: Floats) -> Floats:
-    """That of a beta distribution, and of single draws where the spread is 1."""
+def _fraction_skewness(mean: Floats, spread: Floats) -> Floats:
+    """Return the skewness of a beta distribution; single draws have a spread of 1."""
     largest = mean * (1.0 - mean)
     return np.asarray(
         2.0 * (1.0 - 2.0 * mean) * np.sqrt(spread / largest) / (1.0 + spread)
     )
 
 
-def _share_mean(
-    pilots: Pilots, n: Floats, spread: Floats, chance: float, whole: float
+def _fraction_mean(
+    pilots: Pilots, n: Floats, spread: Floats, chance: float, total: float
 ) -> Floats:
     from scipy.special import betaincinv
 
     size = _both(pilots, n) / spread
-    mean = pilots.samples.mean / whole
-    one, other = 0.5 + mean * size, 0.5 + (1.0 - mean) * size
-    return np.asarray(whole * betaincinv(one, other, chance))
+    mean = pilots.samples.mean / total
+    a = 0.5 + mean * size
+    b = 0.5 + (1.0 - mean) * size
+    return np.asarray(total * betaincinv(a, b, chance))
 
 
-def _share_moments(
-    _: Pilots, n: Floats, mean: Floats, spread: Floats, whole: float
+def _fraction_moments(
+    _: Pilots, n: Floats, mean: Floats, spread: Floats, total: float
 ) -> Samples:
-    share = mean / whole
-    skewness = _possible(_share_skewness(share, spread), n)
-    variance = whole**2 * spread * share * (1.0 - share) * n / (n - 1.0)
+    fraction = mean / total
     none = np.zeros_like(mean)
-    return Samples(mean, variance, n, skewness, none, none + whole)
-
-
-def _share(whole: float) -> Prediction:
-    shares = Prediction(
-        partial(_share_spread, whole=whole),
-        partial(_share_mean, whole=whole),
-        partial(_share_moments, whole=whole),
-        whole / 2.0,
-        0.0,
-        whole,
+    return Samples(
+        mean=mean,
+        variance=total**2 * spread * fraction * (1.0 - fraction) * n / (n - 1.0),
+        n=n,
+        skewness=_possible(_fraction_skewness(fraction, spread), n),
+        least=none,
+        largest=none + total,
     )
-    return _where(partial(_from_to, 0.0, whole), shares)
+
+
+def _fractions(total: float) -> Prediction:
+    """Return the prediction for values from 0 to `total`."""
+    fractions = Prediction(
+        partial(_fraction_spread, total=total),
+        partial(_fraction_mean, total=total),
+        partial(_fraction_moments, total=total),
+        widest=total / 2.0,
+        least=0.0,
+        most=total,
+    )
+    return _where(partial(_from_to, 0.0, total), fractions)
 
 
 def _where(fits: Callable[[Samples], Mask], prediction: Prediction) -> Prediction:
-    """A prediction for the pilots that it fits; the others are taken for normal."""
+    """Return a prediction for the pilots that it fits, and NORMAL for all others."""
 
     def spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
-        found = (one.spread(pilots, n, chance, times) for one in (prediction, NORMAL))
-        return np.where(fits(pilots.samples), *found)
+        fitting = prediction.spread(pilots, n, chance, times)
+        normal = NORMAL.spread(pilots, n, chance, times)
+        return np.where(fits(pilots.samples), fitting, normal)
 
     def mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Floats:
-        found = (one.mean(pilots, n, spread, chance) for one in (prediction, NORMAL))
-        return np.where(fits(pilots.samples), *found)
+        fitting = prediction.mean(pilots, n, spread, chance)
+        normal = NORMAL.mean(pilots, n, spread, chance)
+        return np.where(fits(pilots.samples), fitting, normal)
 
     def moments(pilots: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
         where = fits(pilots.samples)
-        own, normal = (
-            one.moments(pilots, n, mean, spread) for one in (prediction, NORMAL)
-        )
+        fitting = prediction.moments(pilots, n, mean, spread)
+        normal = NORMAL.moments(pilots, n, mean, spread)
         return Samples(
-            *(np.where(where, *both) for both in zip(own, normal, strict=True))
+            *(np.where(where, *both) for both in zip(fitting, normal, strict=True))
         )
 
     return prediction._replace(spread=spread, mean=mean, moments=moments)
@@ -339,7 +398,7 @@ PREDICTIONS: Mapping[Distribution, Prediction] = MappingProxyType(
         "normal": NORMAL,
         "skewed": _where(_positive, SKEWED),
         "count": _where(partial(_from_to, 0.0, np.inf), COUNT),
-        "proportion": _share(SUPPORTS["proportion"].high),
-        "percentage": _share(SUPPORTS["percentage"].high),
+        "proportion": _fractions(SUPPORTS["proportion"].high),
+        "percentage": _fractions(SUPPORTS["percentage"].high),
     }
 )

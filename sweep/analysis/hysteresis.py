@@ -1,7 +1,7 @@
-"""The loop between two directions in which a setting was changed step by step.
+"""The hysteresis loop between the increasing and the decreasing branch of a parameter.
 
-The links of a chain depend on each other, since each begins where the one before has
-ended. Chains are independent. So what is averaged is one number a chain.
+The links of a chain depend on each other, since each begins with the last state of the
+one before. Chains are independent. Therefore means are over one number per chain.
 """
 
 from typing import NamedTuple
@@ -16,14 +16,23 @@ Floats = NDArray[np.float64]
 
 
 class Loop(NamedTuple):
-    """A loop over k values of a setting, from `chains` whole chains.
+    """A hysteresis loop over k values of a parameter.
 
-    `area` is that between both directions, with its interval: the integral of down less
-    up over the setting, by the trapezoidal rule. `difference` (k,), with `low` and
-    `high`, are the means of down less up at each value, whose intervals hold all
-    together; `apart` (k,) says where they exclude zero, and no rounding error is the
-    reason. `width` is the distance from
-    the least to the greatest of these values, 0 where there is none.
+    Attributes
+    ----------
+    area : Interval
+        Integral of down - up over the parameter, by the trapezoidal rule, with its
+        confidence interval.
+    chains : int
+        Number of complete chains.
+    difference, low, high : array
+        Mean of down - up at each value, and the bounds of its confidence interval, (k,)
+        each. The k intervals are simultaneous.
+    apart : array of bool
+        True where the interval excludes zero by more than a rounding error, (k,).
+    width : float
+        Distance from the smallest to the largest value at which `apart` is True, in the
+        unit of the parameter; 0 if there is none.
     """
 
     area: Interval
@@ -38,21 +47,31 @@ class Loop(NamedTuple):
 def loop(
     values: ArrayLike, up: ArrayLike, down: ArrayLike, confidence: float = 0.95
 ) -> Loop:
-    """The loop of a metric.
+    """Return the hysteresis loop of a metric.
 
-        values      (k,), ascending: the values of the setting
-        up, down    (c, k): the metric of each chain at each value, on either way
-        confidence  of the area, and of all differences together (Bonferroni)
+    Parameters
+    ----------
+    values : array_like
+        Values of the parameter, (k,), ascending.
+    up, down : array_like
+        Metric of each chain at each value, (c, k) each, while the parameter increases
+        and while it decreases. Chains with a value that is not finite do not count.
+    confidence : float, default 0.95
+        Confidence of the area, and simultaneous confidence of the k differences
+        (Bonferroni).
 
-    Chains with a value that is not finite take no part. Intervals are Student's over
-    chains; NaN for fewer than two of them.
+    Returns
+    -------
+    Loop
+        With Student's intervals over chains; NaN for fewer than two chains.
     """
     along = np.asarray(values, np.float64)
-    lower, upper = np.asarray(up, np.float64), np.asarray(down, np.float64)
-    apart_by = upper - lower
-    apart_by = apart_by[np.isfinite(apart_by).all(axis=1)]
+    lower = np.asarray(up, np.float64)
+    upper = np.asarray(down, np.float64)
+    gaps = upper - lower
+    gaps = gaps[np.isfinite(gaps).all(axis=1)]
     each = 1.0 - (1.0 - confidence) / max(len(along), 1)
-    means = [mean_interval(column, each, "t") for column in apart_by.T]
+    means = [mean_interval(column, each, "t") for column in gaps.T]
     difference, low, high = (
         np.array([getattr(mean, name) for mean in means])
         for name in ("value", "low", "high")
@@ -62,11 +81,11 @@ def loop(
     apart = ((low > 0.0) | (high < 0.0)) & (abs(difference) > ROUNDING_ERROR * size)
     where = along[apart]
     return Loop(
-        mean_interval(np.trapezoid(apart_by, along, axis=1), confidence, "t"),
-        len(apart_by),
-        difference,
-        low,
-        high,
-        apart,
-        float(where.max() - where.min()) if len(where) else 0.0,
+        area=mean_interval(np.trapezoid(gaps, along, axis=1), confidence, "t"),
+        chains=len(gaps),
+        difference=difference,
+        low=low,
+        high=high,
+        apart=apart,
+        width=float(where.max() - where.min()) if len(where) else 0.0,
     )

@@ -1,5 +1,6 @@
-"""Means and quantiles over replicates, each with its interval. Trials that are not done
-are counted, no more.
+"""Means and quantiles over replicates, each with its confidence interval.
+
+Trials that are not done are only counted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,11 +29,13 @@ MeanKind = Literal["t", "bootstrap", "bootstrap_t"]
 QuantileKind = Literal["order", "bootstrap"]
 
 NONE_REPEATED: Mapping[str, float] = MappingProxyType({})
+"""No repeated confidence intervals."""
 NONE_DECLARED: Mapping[str, Declared] = MappingProxyType({})
+"""No declared distributions: all values are normal."""
 
 
 class Interval(NamedTuple):
-    """An estimate, the bounds of its interval, and the number of values behind it."""
+    """An estimate, its confidence interval from `low` to `high`, and its n values."""
 
     value: float
     low: float
@@ -41,11 +44,22 @@ class Interval(NamedTuple):
 
 
 def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
-    """Half the width of the Student-t interval of a mean of `n` values with sample
-    standard deviation `deviation`.
+    """Return the half-width of the Student-t confidence interval of a mean.
 
-    Both may be arrays. Valid for independent values whose mean is about normal; NaN for
-    fewer than two values.
+    Valid for independent values whose mean is about normal.
+
+    Parameters
+    ----------
+    deviation : float or array
+        Sample standard deviation.
+    n : int or array
+        Number of values.
+    confidence : float, default 0.95
+
+    Returns
+    -------
+    float or array
+        Half the width, in the unit of `deviation`; NaN for fewer than two values.
     """
     from scipy.stats import t
 
@@ -63,28 +77,46 @@ def mean_interval(
     interval: MeanKind | None = None,
     distribution: Declared = "normal",
 ) -> Interval:
-    """The mean of `values` (n,), its interval, and the number of values that are not
-    NaN.
+    """Return the mean of independent values with its confidence interval.
 
-    The values must be independent. Without `interval` it is the one that holds for
-    values of this `distribution`, see `sweep.analysis.mean_bounds`. None reaches beyond
-    the values that there can be, `study.distributions` knows both. Else it is one of
+    Parameters
+    ----------
+    values : array_like
+        Independent values, (n,). NaN does not count.
+    confidence : float, default 0.95
+    interval : {"t", "bootstrap", "bootstrap_t"}, optional
+        By default the interval of the distribution, see `sweep.analysis.mean_bounds`.
 
-    - "t", Student's: for means that are about normal;
-    - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): its two sides miss
-      about equally often where the distribution is skewed, but it is too narrow for
-      fewer than about 50 values;
-    - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap,
-      section 12.5): wide on the side of the long tail. Unbounded for two or three
-      values.
+        - "t", Student's: for means that are about normal.
+        - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): misses about
+          equally often on both sides if the distribution is skewed. Too narrow for
+          fewer than about 50 values.
+        - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap,
+          section 12.5): wide on the side of the long tail. Unbounded for two or three
+          values.
+    distribution : Declared, default "normal"
+        Distribution and range of the values; `study.distributions` has them.
 
-    Measured for 95 % and 10 exponential values: 90, 88 and 93 % in this order, and 95 %
-    for "skewed"; 30: 93, 92 and 94 %; for 30 lognormal ones with sigma = 1: 88, 89 and
-    93 %. NaN bounds for fewer than two values. Raises ValueError for another kind.
+    Returns
+    -------
+    Interval
+        With the number of values that are not NaN. No interval reaches beyond the range
+        of the values. The bounds are NaN for fewer than two values.
+
+    Raises
+    ------
+    ValueError
+        If the kind of interval is unknown.
+
+    Notes
+    -----
+    Measured coverage of 95 % intervals, for "t", "bootstrap", "bootstrap_t":
+    10 exponential values 90, 88 and 93 % ("skewed" has 95 %), 30 exponential values 93,
+    92 and 94 %, 30 lognormal values with sigma = 1 88, 89 and 93 %.
     """
     _check_interval(interval)
-    of = _asked(interval, distribution)
-    estimate = mean_estimate(np.asarray(values, np.float64), distribution=of)
+    declaration = _declaration_for(interval, distribution)
+    estimate = mean_estimate(np.asarray(values, np.float64), distribution=declaration)
     n = estimate.samples[0].n
     if not estimate.testable:
         return Interval(estimate.value, np.nan, np.nan, n)
@@ -99,12 +131,10 @@ def mean_interval(
     return Interval(estimate.value, float(low), float(high), n)
 
 
-def _asked(interval: MeanKind | None, declared: Declared) -> Declaration:
-    """The values as the interval that is asked for takes them, normal ones; by default
-    as they are declared.
-    """
-    values = in_full(declared)
-    return values._replace(distribution="normal") if interval else values
+def _declaration_for(interval: MeanKind | None, declared: Declared) -> Declaration:
+    """Return the declaration that an interval uses: normal, if its kind is named."""
+    declaration = in_full(declared)
+    return declaration._replace(distribution="normal") if interval else declaration
 
 
 def quantile_interval(
@@ -113,17 +143,33 @@ def quantile_interval(
     confidence: float = CONFIDENCE,
     interval: QuantileKind = "order",
 ) -> Interval:
-    """The quantile of `values` (n,) at `probability`, the median at 0.5, its interval,
-    and the number not NaN.
+    """Return a quantile of independent values with its confidence interval.
 
-    The values must be independent. "order" is the interval between order statistics
-    (Thompson 1936, Ann. Math. Stat. 7, 122-128): whatever the distribution, it misses
-    on either side with at most half of 1 - `confidence`, and where values are equal
-    more seldom. Its bounds are NaN where there are too few values for that: the median
-    needs 6 for 95 %, the tenth part 36. "bootstrap" is the percentile one, approximate
-    and for more than about 20 values; BCa corrects by a jackknife, which is not
-    consistent for quantiles (Efron and Tibshirani 1993, section 11.6). Raises
-    ValueError for another kind, and for a probability that is not between 0 and 1.
+    Parameters
+    ----------
+    values : array_like
+        Independent values, (n,). NaN does not count.
+    probability : float
+        Between 0 and 1; 0.5 for the median.
+    confidence : float, default 0.95
+    interval : {"order", "bootstrap"}, default "order"
+        "order" is the interval between order statistics (Thompson 1936, Ann. Math.
+        Stat. 7, 122-128). For any distribution it misses on either side with at most
+        half of 1 - `confidence`, and less often if values are equal. "bootstrap" is the
+        percentile interval, approximate and for more than about 20 values. BCa would
+        correct by a jackknife, which is not consistent for quantiles (Efron and
+        Tibshirani 1993, section 11.6).
+
+    Returns
+    -------
+    Interval
+        With the number of values that are not NaN. The bounds of "order" are NaN for
+        too few values: at 95 % the median needs 6, and the quantile at 0.1 needs 36.
+
+    Raises
+    ------
+    ValueError
+        If the kind of interval is unknown, or `probability` is not between 0 and 1.
     """
     _check("interval", interval, get_args(QuantileKind))
     if not 0.0 < probability < 1.0:
@@ -158,20 +204,34 @@ def by_point(
     repeated: Mapping[str, float] = NONE_REPEATED,
     distributions: Mapping[str, Declared] = NONE_DECLARED,
 ) -> pd.DataFrame:
-    """Each metric's mean and interval over the replicates of each point, in the order
-    of `trials`.
+    """Return the mean of each metric over the replicates of each point.
 
-    Columns: the `varied` settings, then for each metric its mean under its own name,
-    `<metric>_low`, `<metric>_high`, `<metric>_n` and `<metric>_undefined`, the share of
-    the done trials that have no value of it and take no part, and `not_done`, the
-    number of trials without a result. Each interval is for its point alone;
-    `simultaneous_confidence` gives the `confidence` at which all hold together.
+    Parameters
+    ----------
+    trials : DataFrame
+        One row per trial.
+    varied : sequence of str
+        Parameters that become columns.
+    metrics : sequence of str
+    confidence : float, default 0.95
+        Each interval is for its point alone. `simultaneous_confidence` gives the value
+        at which all are simultaneous.
+    interval : {"t", "bootstrap", "bootstrap_t"}, optional
+        By default the interval of the distribution of the metric.
+    repeated : mapping, optional
+        Higher confidence by metric, `study.repeated`. A metric that decided how many
+        trials a point has needs its repeated confidence interval.
+    distributions : mapping, optional
+        Distribution by metric, `study.distributions`; "normal" for other metrics.
 
-    Without `interval` it is that of the distribution of the metric, which
-    `distributions=study.distributions` has by name; "normal" where it is not named.
-    Where a metric decided how many trials a point has, its interval must be the
-    repeated one, at a higher confidence: `repeated=study.repeated` has that by the name
-    of the metric.
+    Returns
+    -------
+    DataFrame
+        One row per point, in the order of `trials`. Columns: the `varied` parameters;
+        for each metric its mean under its own name, `<metric>_low`, `<metric>_high`,
+        `<metric>_n` and `<metric>_undefined`; and `not_done`, the number of trials
+        without a result. `<metric>_undefined` is the fraction of the done trials that
+        have no value of the metric and do not count.
     """
     _check_interval(interval)
     # Numbers of points are grouped several times as fast as their texts.
@@ -196,10 +256,10 @@ def by_point(
 
 
 def undefined_shares(trials: pd.DataFrame, metric: str) -> "pd.Series[float]":
-    """The share of the done trials of each point that have no value of a metric, such
-    as the elongation of a flock where there is none; by the id of the point.
+    """Return the fraction of done trials without a value of a metric, by point id.
 
-    A mean is that of the others, under the condition that there is a value.
+    For example, the elongation of a flock has no value in a trial without a flock. A
+    mean is that of the other trials, under the condition that there is a value.
     """
     return _undefined(trials, metric, trials["point"])
 
@@ -211,21 +271,36 @@ def quantiles_by_point(
     probabilities: Sequence[float] = (0.25, 0.5, 0.75),
     confidence: float = CONFIDENCE,
 ) -> pd.DataFrame:
-    """Each metric's quantiles over the replicates of each point, with intervals between
-    order statistics.
+    """Return quantiles of each metric over the replicates of each point.
 
-    One row a point, metric and probability, points in the order of `trials`. Columns:
-    the `varied` settings, metric, probability, value, low, high, n and `not_done`, as
-    `quantile_interval` and `by_point` have them.
+    Parameters
+    ----------
+    trials : DataFrame
+        One row per trial.
+    varied : sequence of str
+        Parameters that become columns.
+    metrics : sequence of str
+    probabilities : sequence of float, default (0.25, 0.5, 0.75)
+    confidence : float, default 0.95
+        Of each interval alone, between order statistics.
+
+    Returns
+    -------
+    DataFrame
+        One row per point, metric and probability, points in the order of `trials`.
+        Columns: the `varied` parameters, metric, probability, value, low, high, n and
+        `not_done`, as in `quantile_interval` and `by_point`.
     """
-    not_done, rows = _not_done(trials, trials["point"]), []
+    not_done = _not_done(trials, trials["point"])
+    rows = []
     for point, group in trials.groupby("point", sort=False):
         settings = [group[name].iloc[0] for name in varied]
         for metric in metrics:
             values = group[metric].to_numpy(np.float64)
             for probability in probabilities:
-                found = quantile_interval(values, probability, confidence)
-                rows.append((*settings, metric, probability, *found, not_done[point]))
+                quantile = quantile_interval(values, probability, confidence)
+                row = (*settings, metric, probability, *quantile, not_done[point])
+                rows.append(row)
     return pd.DataFrame(
         rows, columns=[*varied, "metric", "probability", *Interval._fields, "not_done"]
     )
@@ -240,11 +315,28 @@ def curves(
     interval: MeanKind | None = None,
     distribution: Declared = "normal",
 ) -> pd.DataFrame:
-    """Mean of `metric` over trials, with its pointwise interval, at every frame and for
-    every value of `by`.
+    """Return the mean of a metric over trials at every frame, by value of a parameter.
 
-    Columns: `by`, frame, mean, low, high, n. The interval is for each frame alone, not
-    for the whole curve. Without `interval` it is that of the `distribution`.
+    Parameters
+    ----------
+    series : DataFrame
+        Recorded series, one row per frame of a trial.
+    trials : DataFrame
+        One row per trial. Trials that are not done do not count.
+    by : str
+        Column of `trials`.
+    metric : str
+        Column of `series`.
+    confidence : float, default 0.95
+        Of each frame alone, not of the whole curve.
+    interval : {"t", "bootstrap", "bootstrap_t"}, optional
+        By default the interval of the distribution.
+    distribution : Declared, default "normal"
+
+    Returns
+    -------
+    DataFrame
+        Columns `by`, frame, mean, low, high, n.
     """
     _check_interval(interval)
     done = trials.loc[trials["status"] == "done", ["trial_id", by]]
@@ -256,12 +348,24 @@ def curves(
 def group_bounds(
     groups: Any, confidence: float, distribution: Declared, *, cut: bool = True
 ) -> tuple[Floats, Floats]:
-    """The bounds of the mean of each of k groups of a column, (k,) each; `cut` off
-    where values end.
+    """Return the bounds of the mean of each of k groups of a column.
+
+    Parameters
+    ----------
+    groups : SeriesGroupBy
+    confidence : float
+    distribution : Declared
+    cut : bool, default True
+        Cut the intervals off at the ends of the range of the values.
+
+    Returns
+    -------
+    low, high : array
+        (k,) each.
     """
     samples = group_samples(groups, distribution)
-    of = in_full(distribution).distribution
-    low, high = mean_bounds(of, samples, (1.0 - confidence) / 2.0)
+    name = in_full(distribution).distribution
+    low, high = mean_bounds(name, samples, (1.0 - confidence) / 2.0)
     if not cut:
         return low, high
     mean = samples.mean
@@ -272,20 +376,24 @@ def group_bounds(
 
 
 def group_samples(groups: Any, distribution: Declared) -> Samples:
-    """What is known of each of k groups of a column, whose values have this
-    `distribution`. Normal ones are taken to have no skewness, but those of which most
-    are equal.
+    """Return the moments of each of k groups of a column, (k,) each.
+
+    Normal values are taken to have no skewness, unless most of them are equal.
     """
-    of, support = in_full(distribution)
-    least, largest, n = groups.min(), groups.max(), groups.count()
+    name, support = in_full(distribution)
+    least = groups.min()
+    largest = groups.max()
+    n = groups.count()
     alike = _alike(groups)
-    varies, skewed = ~equal(least, largest), (of != "normal") | (2 * alike > n)
+    varies = ~equal(least, largest)
+    skewed = (name != "normal") | (2 * alike > n)
+    # The skewness is computed only if a group needs it.
     skewness = groups.skew() if skewed.any() else 0.0 * least
     holds = support.holds(*(np.asarray(end, np.float64) for end in (least, largest)))
     return Samples(
         *(
-            np.asarray(one, np.float64)
-            for one in (
+            np.asarray(moment, np.float64)
+            for moment in (
                 groups.mean(),
                 (groups.std() ** 2).where(varies, 0.0),
                 n,
@@ -301,7 +409,7 @@ def group_samples(groups: Any, distribution: Declared) -> Samples:
 
 
 def _alike(groups: Any) -> "pd.Series[float]":
-    """How many values of each group of a column equal its median, but for rounding."""
+    """Return how many values of each group equal its median, except for rounding."""
     same = pd.Series(equal(groups.obj, groups.transform("median")), groups.obj.index)
     alike: pd.Series[float] = groups.size()
     # A category without a row is a group too, and has no number.
@@ -315,16 +423,17 @@ def _group_means(
     interval: MeanKind | None,
     distribution: Declared,
 ) -> pd.DataFrame:
-    """mean, low, high and n of each group of a column, by the keys of the groups."""
+    """Return the mean, low, high and n of each group of a column, by its keys."""
     if interval not in (None, "t"):
-        found = [
+        intervals = [
             mean_interval(group, confidence, interval, distribution)
             for _, group in groups
         ]
-        return pd.DataFrame(
-            found, columns=["mean", "low", "high", "n"], index=groups.count().index
-        )
-    low, high = group_bounds(groups, confidence, _asked(interval, distribution))
+        columns = ["mean", "low", "high", "n"]
+        return pd.DataFrame(intervals, columns=columns, index=groups.count().index)
+    low, high = group_bounds(
+        groups, confidence, _declaration_for(interval, distribution)
+    )
     return pd.DataFrame(
         {"mean": groups.mean(), "low": low, "high": high, "n": groups.count()}
     )
@@ -332,11 +441,10 @@ def _group_means(
 
 @lru_cache(maxsize=4096)
 def _order_bounds(n: int, probability: float, confidence: float) -> tuple[int, int]:
-    """Which of n values in ascending order, from 1 to n, bound the quantile; 0 and n +
-    1 where none does.
+    """Return the ranks, from 1 to n, of the order statistics that bound a quantile.
 
-    Those of scipy's `quantile_test`, which takes too long to be asked for every point
-    of a study.
+    0 and n + 1 if there are too few values. The ranks are those of scipy's
+    `quantile_test`, which is too slow for every point of a study.
     """
     from scipy.stats import binom
 
@@ -365,11 +473,11 @@ def _known(values: ArrayLike) -> Floats:
     return array[~np.isnan(array)]
 
 
-def _check_interval(given: str | None) -> None:
-    if given is not None:
-        _check("interval", given, get_args(MeanKind))
+def _check_interval(kind: str | None) -> None:
+    if kind is not None:
+        _check("interval", kind, get_args(MeanKind))
 
 
-def _check(what: str, given: str, allowed: Sequence[str]) -> None:
-    if given not in allowed:
-        raise ValueError(unknown(what, given, allowed))
+def _check(argument: str, value: str, allowed: Sequence[str]) -> None:
+    if value not in allowed:
+        raise ValueError(unknown(argument, value, allowed))

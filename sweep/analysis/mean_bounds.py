@@ -1,14 +1,13 @@
-"""The bounds of a mean: one entry in BOUNDS for each way in which values may be
-distributed over trials.
+"""Confidence bounds of a mean, for each distribution of values over trials.
 
 A metric declares its distribution and the range of its values
-(`kernels.metrics.Metric`), and everything that shows a mean takes the bounds from here.
-All work on k samples at once, by their moments. A mean lies in the range of its values,
-so what an interval has beyond is cut off (`Support.cut`), which leaves its coverage as
-it is.
+(`kernels.metrics.Metric`). Every mean that is shown has its bounds from here. BOUNDS
+has one function per distribution, which works on k samples at once, by their moments.
+A mean lies in the range of its values, so intervals are cut off at the ends of the
+range (`Support.cut`). This does not change their coverage.
 
-Per cent of 95 % intervals that cover the mean, for 3, 10, 40 and 200 values; the whole
-table, and what Student's covers, stands in `docs/decisions/intervals-of-few-values.md`:
+Per cent of 95 % intervals that cover the mean, for 3, 10, 40 and 200 values. The whole
+table, and the coverage of Student's, is in `docs/decisions/intervals-of-few-values.md`:
 
     normal                                      95   95   95   95
     skewed: lognormal with sigma 0.5            96   95   96   96
@@ -19,24 +18,24 @@ table, and what Student's covers, stands in `docs/decisions/intervals-of-few-val
             Poisson, mean 3                     99   98   96   95
             clustered, mean 5, variance 88      90   94   95   96
             clustered, mean 1, variance 3       80   93   95   95
-    share:  0 or 1 with chance 0.01             97  100   99   98
+    0 to 1: 0 or 1 with chance 0.01             97  100   99   98
             0 or 1 with chance 0.3              97   96   94   95
             beta 0.9, a tenth of that variance  95   96   95   95
             beta 0.9, half of that variance     69   90   97   96
 
-They cover less than 93 % where a sample cannot know what it has not seen: the long tail
-of ten lognormal values (92.6 %), and what varies among 3 to 10 counts that come in
-clusters, or proportions that pile up at an end, of which often all are equal; and 40
-values of two regimes with noise, of which one is rare (87 %). They cover more than 97 %
-where few means are possible, as of rare and few events, for counts that vary less than
-Poisson's, and for 3 values of most kinds. Two to five values are too few to show a tail
-that is longer: 86 % of four lognormal ones with sigma 1.5 (FEW).
+Intervals cover less than 93 % where a sample cannot show the whole distribution: the
+long tail of ten lognormal values (92.6 %); the variance of 3 to 10 clustered counts, or
+of proportions near an end, of which often all are equal; and 40 values of two regimes
+with noise, one of them rare (87 %). They cover more than 97 % for few possible means,
+such as those of rare and few events, for counts that vary less than Poisson's, and for
+3 values of most kinds. Two to five values are too few to show a longer tail: 86 % of
+four lognormal values with sigma 1.5 (FEW).
 
-Values that are equal, but for one at most, do not show how much they vary. Events have
-a width all the same. Others are bounded by the range of the metric, or not at all: NaN.
-Where more than half are equal they are taken as skewed ones. So zeros among lognormal
-values, 80 to 97 % of all, are covered with 96 to 100 % where there is an interval; by
-Student's with 8 to 94 %.
+Values of which all but at most one are equal do not show how much they vary. Events
+have an interval with a width all the same. Other values have one from the range of the
+metric, or NaN if the range has no ends. If more than half of the values are equal they
+are taken as skewed. So the means of lognormal values with 80 to 97 % zeros are covered
+with 96 to 100 % where there is an interval, by Student's with 8 to 94 %.
 """
 
 import math
@@ -53,17 +52,18 @@ Bounds = tuple[Floats, Floats]
 Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
 
 ROUNDING = 1e-9
+"""Relative difference up to which numbers differ by rounding alone."""
 
 
 class Support(NamedTuple):
-    """The least and the largest value that there can be."""
+    """The smallest and the largest possible value."""
 
     low: float = -math.inf
     high: float = math.inf
 
     @property
     def words(self) -> str:
-        """In words, as `0 to 1`; "any" without an end.
+        """The range as text, such as `0 to 1`; "any" without an end.
 
         >>> Support(0.0, 1.0).words, Support(low=1.0).words, Support(high=2.0).words
         ('0 to 1', 'from 1', 'up to 2')
@@ -78,27 +78,47 @@ class Support(NamedTuple):
 
     @property
     def of_differences(self) -> "Support":
-        """That of the difference of two values."""
+        """The support of X - Y for X and Y in this support."""
         return Support(self.low - self.high, self.high - self.low)
 
     def within(self, other: "Support") -> "Support":
-        """What lies in both."""
+        """Return the intersection of two supports."""
         return Support(max(self.low, other.low), min(self.high, other.high))
 
     def holds(
         self, least: Floats | float, largest: Floats | float
     ) -> NDArray[np.bool_]:
-        """Whether samples with these extremes, (k,) each, lie in it, but for rounding.
-        Where one does not, what was declared is wrong.
+        """Return whether samples lie in the support, except for rounding.
+
+        If one does not, the declaration of the metric is wrong.
+
+        Parameters
+        ----------
+        least, largest : float or array
+            Extremes of the samples, (k,) each.
+
+        Returns
+        -------
+        array of bool
+            (k,).
         """
         slack = ROUNDING * np.fmax(np.abs(least), np.abs(largest))
         return np.asarray((least >= self.low - slack) & (largest <= self.high + slack))
 
     def cut(self, value: ArrayLike, low: ArrayLike, high: ArrayLike) -> Bounds:
-        """The interval of each `value` without what lies outside; (k,) each, or one
-        number each.
+        """Cut confidence intervals off at the ends of the support.
 
-        It always has the value, which may lie outside by a rounding error.
+        An interval always includes its value, which may lie outside by a rounding
+        error.
+
+        Parameters
+        ----------
+        value, low, high : array_like
+            Estimates and the bounds of their intervals, (k,) or one number each.
+
+        Returns
+        -------
+        low, high : array
         """
         return (
             np.maximum(low, np.minimum(self.low, value)),
@@ -114,21 +134,31 @@ SUPPORTS: Mapping[Distribution, Support] = MappingProxyType(
         "percentage": Support(0.0, 100.0),
     }
 )
-"""What values of a distribution lie in, whatever the metric; else anywhere."""
+"""Support of a distribution, for any metric; other distributions are ANYWHERE."""
 
 
 class Declaration(NamedTuple):
-    """What is declared of the values of a metric: how they are distributed over trials,
-    and what they lie in.
-    """
+    """The declared distribution of values over trials, and their support."""
 
     distribution: Distribution = "normal"
     support: Support = ANYWHERE
 
     @classmethod
     def of(cls, distribution: Distribution, low: float, high: float) -> "Declaration":
-        """Those between `low` and `high`, and within the support of the distribution.
+        """Declare values of a distribution in a range.
 
+        Parameters
+        ----------
+        distribution : Distribution
+        low, high : float
+            Range, which is cut off at the ends of the support of the distribution.
+
+        Returns
+        -------
+        Declaration
+
+        Examples
+        --------
         >>> Declaration.of("skewed", 0.0, math.inf).support
         Support(low=0.0, high=inf)
         """
@@ -137,32 +167,31 @@ class Declaration(NamedTuple):
 
     @property
     def of_differences(self) -> "Declaration":
-        """What holds of the differences of two such values."""
+        """The declaration of the differences of two such values."""
         return self._replace(support=self.support.of_differences)
 
 
 Declared = Distribution | Declaration
-"""What is said by the name of a distribution alone needs no range."""
+"""A declaration, or the name of a distribution alone, without a range."""
 
 
 def in_full(declared: Declared) -> Declaration:
-    """What is declared, in full."""
+    """Return a declaration with distribution and support."""
     if isinstance(declared, Declaration):
         return declared
     return Declaration.of(declared, *ANYWHERE)
 
 
 FEW = 5
-"""So few values, or fewer, do not show how long the tail of skewed ones is."""
+"""Number of values up to which a sample does not show the length of a skewed tail."""
 ONE_APART = 1
-"""Where no more values than that differ from all others, a sample does not show how
-much its values vary.
+"""Number of values that may differ from all others in a sample that counts as constant.
+
+Such a sample does not show how much its values vary.
 """
 HALVINGS = 40
 EQUAL = 1e-12
-"""Values that are nearer to each other than this part of them are equal, but for
-rounding.
-"""
+"""Relative difference up to which values are equal, except for rounding."""
 
 
 NONE: Floats = np.zeros(())
@@ -170,10 +199,23 @@ ENDLESS: Floats = np.full((), np.inf)
 
 
 class Samples(NamedTuple):
-    """What is known of k samples of independent values, (k,) each, or one number each:
-    the mean, variance (of n - 1), number, skewness (adjusted, G1), least and largest;
-    how many values equal their median, `alike`; and between which ends there can be
-    values, `low` and `high`.
+    """Moments of k samples of independent values, (k,) or one number each.
+
+    Attributes
+    ----------
+    mean : array
+    variance : array
+        With divisor n - 1.
+    n : array
+        Number of values.
+    skewness : array
+        Adjusted, G1.
+    least, largest : array
+        Extreme values of the sample.
+    alike : array
+        How many values equal their median.
+    low, high : array
+        Range of possible values.
     """
 
     mean: Floats
@@ -188,25 +230,24 @@ class Samples(NamedTuple):
 
     @property
     def mostly_alike(self) -> NDArray[np.bool_]:
-        """Whether more than half of the values are equal, so that they are not about
-        normal.
-        """
+        """True if more than half of the values are equal: they are not about normal."""
         return np.asarray(2.0 * self.alike > self.n)
 
     @property
     def constant(self) -> NDArray[np.bool_]:
-        """Whether at least two values are equal, and at most ONE_APART is not."""
+        """True if at least two values are equal, and at most ONE_APART is not."""
         return np.asarray((self.alike > 1.0) & (self.n - self.alike <= ONE_APART))
 
     @property
     def bounded(self) -> NDArray[np.bool_]:
-        """Whether the range of the values has both ends."""
+        """True if the range of possible values has both ends."""
         return np.isfinite(self.low) & np.isfinite(self.high)
 
 
 def equal(least: ArrayLike, largest: ArrayLike) -> NDArray[np.bool_]:
-    """Whether values, (k,) each or one number, are equal, but for rounding. The error
-    of their sums would pass for a variance.
+    """Return whether numbers, (k,) or one each, are equal except for rounding.
+
+    Rounding errors of the sums of equal values would pass for a variance.
     """
     return np.asarray(np.isclose(least, largest, rtol=EQUAL, atol=0.0))
 
@@ -214,53 +255,65 @@ def equal(least: ArrayLike, largest: ArrayLike) -> NDArray[np.bool_]:
 def mean_bounds(
     distribution: Distribution, samples: Samples, tail: ArrayLike
 ) -> Bounds:
-    """The two bounds of the mean of each sample, each of which is missed with the
-    chance `tail`, above 0 and at most 0.5: a number, or (k,).
+    """Return the confidence bounds of the mean of each of k samples.
 
-    NaN for samples of fewer than two values, and for `constant` ones whose values have
-    no range and are no events.
+    Parameters
+    ----------
+    distribution : Distribution
+        Distribution of the values over trials.
+    samples : Samples
+    tail : array_like
+        Probability with which each bound is missed, above 0 and at most 0.5; a number,
+        or (k,).
+
+    Returns
+    -------
+    low, high : array
+        (k,) each. NaN for samples of fewer than two values, and for constant samples
+        whose values have no range and are no events.
     """
-    known = Samples(*(np.asarray(one, np.float64) for one in samples))
+    known = Samples(*(np.asarray(moment, np.float64) for moment in samples))
     several = known._replace(n=np.where(known.n > 1, known.n, np.nan))
     with np.errstate(all="ignore"):
         return BOUNDS[distribution](several, np.asarray(tail, np.float64))
 
 
 def _normal(samples: Samples, tail: Floats) -> Bounds:
-    """Student's: for means that are about normal. Where more than half of the values
-    are equal they are not, whatever is declared.
+    """Return Student's bounds, for means that are about normal.
+
+    If more than half of the values are equal they are not about normal, whatever is
+    declared. They are then taken as skewed.
     """
-    found = _where(
+    bounds = _where(
         samples.mostly_alike, _widest(samples, tail), _student(samples, tail)
     )
-    return _where(samples.constant, _within_range(samples, tail), found)
+    return _where(samples.constant, _within_range(samples, tail), bounds)
 
 
 def _skewed(samples: Samples, tail: Floats) -> Bounds:
-    """The widest of three, or what the range says of constant samples."""
-    found = _widest(samples, tail)
-    return _where(samples.constant, _within_range(samples, tail), found)
+    """Return the widest of three bounds, or those of the range for constant samples."""
+    bounds = _widest(samples, tail)
+    return _where(samples.constant, _within_range(samples, tail), bounds)
 
 
 def _within_range(samples: Samples, tail: Floats) -> Bounds:
-    """What the range of the values says of the mean of a constant sample; NaN where the
-    range has not both ends.
+    """Return the bounds of the mean of a constant sample from the range of its values.
 
-    As many values may differ from the commonest one as the exact upper bound of their
-    share allows (Clopper and Pearson 1934, Biometrika 26, 404-413), and all of these
-    may lie at one end of the range.
+    The fraction of values that differ from the commonest one is at most its exact upper
+    bound (Clopper and Pearson 1934, Biometrika 26, 404-413). All of these may lie at
+    one end of the range. NaN if the range lacks an end.
     """
     from scipy.special import betaincinv
 
     apart = samples.n - samples.alike
-    share = betaincinv(apart + 1.0, samples.alike, 1.0 - tail)
+    fraction = betaincinv(apart + 1.0, samples.alike, 1.0 - tail)
     nearer = samples.mean - samples.least < samples.largest - samples.mean
     commonest = np.where(nearer, samples.least, samples.largest)
-    share = np.where(samples.bounded, share, np.nan)
+    fraction = np.where(samples.bounded, fraction, np.nan)
     # A value may lie outside by a rounding error.
     below = np.maximum(commonest - samples.low, 0.0)
     above = np.maximum(samples.high - commonest, 0.0)
-    return commonest - share * below, commonest + share * above
+    return commonest - fraction * below, commonest + fraction * above
 
 
 def _student(samples: Samples, tail: Floats) -> Bounds:
@@ -269,13 +322,13 @@ def _student(samples: Samples, tail: Floats) -> Bounds:
 
 
 def _widest(samples: Samples, tail: Floats) -> Bounds:
-    """The widest of three: Student's, the same with the skewness taken out, and, where
-    no value is below zero, Student's of the logarithm of the mean (by the delta
-    method).
+    """Return the widest of three pairs of bounds.
 
-    The second needs some ten values to know the skewness; the third holds before. The
-    first is for differences of skewed values, which are about symmetric and whose
-    skewness is mostly noise.
+    - Student's: for differences of skewed values, which are about symmetric and whose
+      skewness is mostly noise.
+    - Student's without the skewness: needs some ten values to estimate the skewness.
+    - Student's of the logarithm of the mean, by the delta method, if no value is below
+      zero: valid for fewer values.
     """
     everywhere = np.ones(np.shape(samples.mean), np.bool_)
     low, high = _wider(
@@ -290,10 +343,13 @@ def _widest(samples: Samples, tail: Floats) -> Bounds:
 
 
 def _without_skewness(samples: Samples, tail: Floats) -> Bounds:
-    """Hall's (1992, J. R. Stat. Soc. B 54, 221-228): a cubic function of Student's t
-    has no skewness, so its quantiles are taken back through that function.
+    """Return Hall's bounds (1992, J. R. Stat. Soc. B 54, 221-228).
+
+    A cubic function of Student's t has no skewness. Student's quantiles are taken back
+    through the inverse of that function.
     """
-    root, quantile = np.sqrt(samples.n), _quantile(samples, tail)
+    root = np.sqrt(samples.n)
+    quantile = _quantile(samples, tail)
     slope = samples.skewness / (3.0 * root)
 
     def back(corrected: Floats) -> Floats:
@@ -309,43 +365,44 @@ def _without_skewness(samples: Samples, tail: Floats) -> Bounds:
 
 
 def _count(samples: Samples, tail: Floats) -> Bounds:
-    """The mid-P interval of Poisson's distribution for all events together.
+    """Return the mid-P bounds of Poisson's distribution for all events together.
 
-    Where values vary more, there are effectively fewer trials: by the variance over the
-    mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2), and, as that is
-    estimated, by the square of Student's quantile over the normal one. Where the
-    variance alone is above the mean, it is the wider of this and Hall's. It is never
-    narrower than Poisson's, so that equal counts, all zero too, have a width. Student's
-    for values below zero, which are no counts.
+    For values that vary more there are effectively fewer trials: by the variance over
+    the mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2), and by the squared
+    ratio of Student's quantile to the normal one, as the variance is estimated. If the
+    variance itself is above the mean, the bounds are the wider of these and Hall's.
+    They are never narrower than Poisson's, so that equal counts, such as all zero, have
+    a width. Values below zero are no counts and have Student's bounds.
     """
     widened = samples.variance * _widening(samples, tail)
     size = samples.n * np.where(
         widened > samples.mean, samples.mean / widened, np.ones_like(widened)
     )
     events = samples.mean * size
-    low, high = _poisson(events, tail, upper=False), _poisson(events, tail, upper=True)
+    low = _poisson(events, tail, upper=False)
+    high = _poisson(events, tail, upper=True)
     hall = _without_skewness(samples, tail)
-    found = _wider(
+    bounds = _wider(
         (low / size, high / size),
         (np.fmax(hall[0], 0.0), hall[1]),
         samples.variance > samples.mean * (1.0 + ROUNDING),
     )
-    return _where(samples.least >= 0.0, found, _normal(samples, tail))
+    return _where(samples.least >= 0.0, bounds, _normal(samples, tail))
 
 
-def _share(samples: Samples, tail: Floats, whole: float) -> Bounds:
-    """The mid-P interval of the binomial distribution, for values from 0 to `whole`.
+def _fraction(samples: Samples, tail: Floats, total: float) -> Bounds:
+    """Return the mid-P bounds of the binomial distribution, for values from 0 to total.
 
-    Values of 0 and `whole` alone are single draws. Others vary less, and there are
-    effectively more draws: by the largest variance that values of this mean may have
-    over their own, and by Student's quantile over the normal one (Korn and Graubard
-    1998, Survey Methodology 24, 193-201). Then it is the wider of this and Hall's.
-    Equal values say nothing of how they vary, so each is taken for one draw. Student's
-    for values outside.
+    Values of 0 and `total` alone are single draws. Other values vary less, and there
+    are effectively more draws: by the largest variance for this mean over their own,
+    and by Student's quantile over the normal one (Korn and Graubard 1998, Survey
+    Methodology 24, 193-201). The bounds are then the wider of these and Hall's. Equal
+    values do not show how much they vary, so each is taken for one draw. Values outside
+    have Student's bounds.
     """
-    mean = samples.mean / whole
+    mean = samples.mean / total
     largest = mean * (1.0 - mean)
-    variance = samples.variance / whole**2
+    variance = samples.variance / total**2
     widened = variance * _widening(samples, tail)
     narrower = (widened > 0.0) & (widened < largest)
     size = samples.n * np.where(narrower, largest / widened, np.ones_like(widened))
@@ -354,13 +411,13 @@ def _share(samples: Samples, tail: Floats, whole: float) -> Bounds:
     of_n = variance * (samples.n - 1.0) / samples.n
     between = (variance > 0.0) & (of_n < largest * (1.0 - ROUNDING))
     hall = _without_skewness(samples, tail)
-    found = _wider(
-        (whole * low, whole * high),
-        (np.fmax(hall[0], 0.0), np.fmin(hall[1], whole)),
+    bounds = _wider(
+        (total * low, total * high),
+        (np.fmax(hall[0], 0.0), np.fmin(hall[1], total)),
         between,
     )
-    inside = (samples.least >= 0.0) & (samples.largest <= whole)
-    return _where(inside, found, _normal(samples, tail))
+    inside = (samples.least >= 0.0) & (samples.largest <= total)
+    return _where(inside, bounds, _normal(samples, tail))
 
 
 BOUNDS: Mapping[Distribution, Callable[[Samples, Floats], Bounds]] = MappingProxyType(
@@ -368,12 +425,12 @@ BOUNDS: Mapping[Distribution, Callable[[Samples, Floats], Bounds]] = MappingProx
         "normal": _normal,
         "skewed": _skewed,
         "count": _count,
-        "proportion": partial(_share, whole=1.0),
-        "percentage": partial(_share, whole=100.0),
+        "proportion": partial(_fraction, total=1.0),
+        "percentage": partial(_fraction, total=100.0),
     }
 )
 EVENTS: tuple[Distribution, ...] = ("count", "proportion", "percentage")
-"""Those whose variance follows from the mean, so that equal values have a width."""
+"""Distributions whose variance follows from the mean: equal values have a width."""
 
 
 def _error(samples: Samples) -> Floats:
@@ -381,14 +438,17 @@ def _error(samples: Samples) -> Floats:
 
 
 def _quantile(samples: Samples, tail: Floats) -> Floats:
-    """Student's quantile that is exceeded with the chance `tail`."""
+    """Return Student's quantile that is exceeded with the probability `tail`."""
     from scipy.special import stdtrit
 
     return -np.asarray(stdtrit(samples.n - 1.0, tail), np.float64)
 
 
 def _widening(samples: Samples, tail: Floats) -> Floats:
-    """The square of Student's quantile over the normal one; 1 for the median."""
+    """Return the squared ratio of Student's quantile to the normal one.
+
+    1 for the median, where both are 0.
+    """
     from scipy.special import ndtri
 
     normal = -np.asarray(ndtri(tail), np.float64)
@@ -396,19 +456,20 @@ def _widening(samples: Samples, tail: Floats) -> Floats:
     return np.asarray(ratio * ratio)
 
 
-def _wider(one: Bounds, other: Bounds, where: NDArray[np.bool_]) -> Bounds:
-    both = np.fmin(one[0], other[0]), np.fmax(one[1], other[1])
-    return _where(where, both, one)
+def _wider(bounds: Bounds, other: Bounds, where: NDArray[np.bool_]) -> Bounds:
+    both = np.fmin(bounds[0], other[0]), np.fmax(bounds[1], other[1])
+    return _where(where, both, bounds)
 
 
-def _where(where: NDArray[np.bool_], one: Bounds, other: Bounds) -> Bounds:
-    return np.where(where, one[0], other[0]), np.where(where, one[1], other[1])
+def _where(where: NDArray[np.bool_], bounds: Bounds, other: Bounds) -> Bounds:
+    return np.where(where, bounds[0], other[0]), np.where(where, bounds[1], other[1])
 
 
 def _poisson(events: Floats, tail: Floats, *, upper: bool) -> Floats:
-    """The mean at which so few (`upper`) or so many `events` have the chance `tail`,
-    half of the chance of just so many taken (mid-P; Lancaster 1961, J. Am. Stat. Assoc.
-    56, 223-234).
+    """Return the mean at which so many events, or more, have the probability `tail`.
+
+    With `upper`, so many or fewer. Half of the probability of exactly so many counts
+    (mid-P; Lancaster 1961, J. Am. Stat. Assoc. 56, 223-234).
     """
     from scipy.special import gammainc, gammaincc, gammainccinv, gammaincinv
 
@@ -425,21 +486,24 @@ def _poisson(events: Floats, tail: Floats, *, upper: bool) -> Floats:
             first,
             gammainccinv(events + 1.0, tail),
         )
-    found = _halved(
+    lower = _halved(
         lambda mean: gammainc(events + 1.0, mean) + gammainc(shape, mean) > 2.0 * tail,
         gammaincinv(shape, tail),
         gammaincinv(events + 1.0, tail),
     )
-    return np.where(some, found, np.where(np.isnan(events), np.nan, 0.0))
+    return np.where(some, lower, np.where(np.isnan(events), np.nan, 0.0))
 
 
 def _binomial(events: Floats, draws: Floats, tail: Floats) -> Floats:
-    """The chance of one draw at which so many `events` of all `draws` have the chance
-    `tail`, half of the chance of just so many taken (mid-P).
+    """Return the chance of an event per draw at which so many have probability `tail`.
+
+    So many of all draws, or more. Half of the probability of exactly so many counts
+    (mid-P).
     """
     from scipy.special import betainc, betaincinv
 
-    some, all_ = events > 0.0, events >= draws
+    some = events > 0.0
+    all_ = events >= draws
     least = np.where(some, events, 1.0)
     most = np.where(all_, 1.0, draws - events)
 
@@ -449,23 +513,24 @@ def _binomial(events: Floats, draws: Floats, tail: Floats) -> Floats:
             betainc(least, np.where(all_, 0.0, draws - events) + 1.0, chance) + beyond
         )
 
-    found = _halved(
+    chance = _halved(
         lambda chance: as_many(chance) > 2.0 * tail,
         betaincinv(least, np.where(all_, 0.0, draws - events) + 1.0, tail),
         np.where(all_, 1.0, betaincinv(events + 1.0, most, tail)),
     )
-    return np.where(some, found, np.where(np.isnan(events), np.nan, 0.0))
+    return np.where(some, chance, np.where(np.isnan(events), np.nan, 0.0))
 
 
 def _halved(
     beyond: Callable[[Floats], NDArray[np.bool_]], low: ArrayLike, high: ArrayLike
 ) -> Floats:
-    """Where `beyond` turns true between two arrays, by halving."""
+    """Return where `beyond` turns true between two arrays, by bisection."""
     first, last = np.broadcast_arrays(
         np.asarray(low, np.float64), np.asarray(high, np.float64)
     )
     for _ in range(HALVINGS):
         middle = (first + last) / 2.0
         far = beyond(middle)
-        first, last = np.where(far, first, middle), np.where(far, middle, last)
+        first = np.where(far, first, middle)
+        last = np.where(far, middle, last)
     return np.asarray((first + last) / 2.0)

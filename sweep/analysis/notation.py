@@ -1,28 +1,28 @@
-"""A number with its interval as text: `86.21 ± 0.28`, or `86.21 (85.93 to 86.49)`.
+"""Numbers with confidence intervals as text: `86.21 ± 0.28`, `86.21 (85.93 to 86.49)`.
 
-All are rounded to the second significant digit of half the width of the interval, but
+All are rounded to the second significant digit of the half-width of the interval, but
 to no more than nine decimal places. They have five digits if the interval is unknown or
-infinite, or if it is no wider than the rounding errors of a computer: then its width is
-said to be 0.
+infinite, or not wider than rounding errors. Such a narrow interval has a width of 0.
 """
 
 import math
 from decimal import Decimal
 
 DIGITS = 5
+"""Significant digits of a number without a usable interval."""
 ROUNDING_ERROR = 1e-12
-"""Half widths that are a smaller part of the numbers than this are rounding errors."""
+"""Fraction of the numbers below which a half-width is a rounding error."""
 MOST_PLACES = 9
+"""Most decimal places; smaller numbers have an exponent."""
 MOST_DIGITS = 15
-"""So many decimal places are written, and so many digits before them. Numbers that are
-all smaller, or larger, have an exponent.
-"""
+"""Most digits before the decimal point; larger numbers have an exponent."""
 UNKNOWN = "-"
 
 
 def number(value: float, half: float = math.nan) -> str:
-    """A value to the place that half the width of its interval allows; `-` where it is
-    not known.
+    """Write a value to the place that the half-width of its interval allows.
+
+    A value that is NaN is `-`.
 
     >>> number(86.21234, 0.28), number(86.21234)
     ('86.21', '86.212')
@@ -33,11 +33,25 @@ def number(value: float, half: float = math.nan) -> str:
 def plus_minus(
     value: float, half: float, scale: float = 0.0, *, sign: bool = False
 ) -> str:
-    """A value with half the width of its interval; alone where that is NaN.
+    """Write a value with the half-width of its confidence interval.
 
-    A difference is a rounding error where it is one of numbers of size `scale`. With
-    `sign` every value has one, even where it is rounded to zero.
+    Parameters
+    ----------
+    value : float
+    half : float
+        Half-width, in the unit of `value`. If it is NaN the value is written alone.
+    scale : float, default 0
+        Size of the numbers whose difference `value` is. A difference that is small
+        compared with `scale` is a rounding error and is written as 0.
+    sign : bool, default False
+        Write a sign before every value, even if it is rounded to zero.
 
+    Returns
+    -------
+    str
+
+    Examples
+    --------
     >>> plus_minus(86.21234, 0.28), plus_minus(0.1 + 0.2, 5e-17)
     ('86.21 ± 0.28', '0.3 ± 0')
     """
@@ -49,9 +63,21 @@ def plus_minus(
 
 
 def is_centred(value: float, low: float, high: float) -> bool:
-    """Whether a value is the middle of its interval, but for rounding, so that half the
-    width says all.
+    """Return whether a value is the middle of its interval, except for rounding.
 
+    The half-width then describes the interval completely.
+
+    Parameters
+    ----------
+    value, low, high : float
+        Estimate and the bounds of its confidence interval.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
     >>> is_centred(0.4, 0.1, 0.7), is_centred(0.4, 0.0, 1.0)
     (True, False)
     """
@@ -62,15 +88,31 @@ def is_centred(value: float, low: float, high: float) -> bool:
 def with_interval(
     value: float, low: float, high: float, scale: float = 0.0, *, sign: bool = False
 ) -> str:
-    """A value with both bounds of its interval; alone where one of them is NaN. `scale`
-    and `sign` as of `plus_minus`.
+    """Write a value with both bounds of its confidence interval.
 
+    Parameters
+    ----------
+    value, low, high : float
+        Estimate and the bounds of its interval. If one is NaN the value is written
+        alone.
+    scale : float, default 0
+        Size of the numbers whose difference `value` is, see `plus_minus`.
+    sign : bool, default False
+        Write a sign before every number.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
     >>> with_interval(86.21234, 85.93, 86.49)
     '86.21 (85.93 to 86.49)'
     """
-    half, scale = high / 2.0 - low / 2.0, max(scale, *map(_size, (value, low, high)))
+    half = high / 2.0 - low / 2.0
+    scale = max(scale, *map(_size, (value, low, high)))
     text, *bounds = (
-        _written(one, half, scale, sign=sign) for one in (value, low, high)
+        _written(end, half, scale, sign=sign) for end in (value, low, high)
     )
     if math.isnan(value) or math.isnan(low) or math.isnan(high):
         return text
@@ -78,7 +120,7 @@ def with_interval(
 
 
 def percent(share: float) -> str:
-    """A share above 0 in per cent.
+    """Write a fraction above 0 as a percentage.
 
     >>> percent(0.48), percent(0.002), percent(0.998)
     ('48 %', '<1 %', '>99 %')
@@ -93,16 +135,18 @@ def _size(value: float) -> float:
 
 
 def _written(value: float, half: float, scale: float, *, sign: bool = False) -> str:
-    """A number of size `scale` at most, rounded to the second digit of `half`."""
+    """Write a number of size `scale` at most, rounded to the second digit of `half`."""
     if math.isnan(value):
         return UNKNOWN
     if abs(value) < ROUNDING_ERROR * scale:
         value = 0.0
-    plus, positive = ("+", -0.0) if sign else ("", 0.0)  # adding 0.0 makes -0.0 be 0.0
+    # Adding 0.0 makes -0.0 be 0.0; adding -0.0 keeps the sign.
+    plus, positive = ("+", -0.0) if sign else ("", 0.0)
     if not (ROUNDING_ERROR * scale < half < math.inf and math.isfinite(value)):
         digits = "0f" if 10**DIGITS <= abs(value) < 10**MOST_DIGITS else f"{DIGITS}g"
         return f"{value + positive:{plus}.{digits}}"
-    last, first = _exponent(half) - 1, _exponent(max(scale, half))
+    last = _exponent(half) - 1
+    first = _exponent(max(scale, half))
     if last >= -MOST_PLACES and first < MOST_DIGITS:
         places = max(0, -last)
         return f"{round(value, places) + positive:{plus}.{places}f}"

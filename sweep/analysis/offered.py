@@ -1,4 +1,4 @@
-"""All that `from sweep.analysis import ...` offers."""
+"""The names that `from sweep.analysis import ...` offers."""
 
 from sweep.analysis.contrasting import (
     Contrast,

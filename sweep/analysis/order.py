@@ -1,13 +1,12 @@
-"""Fluctuations of an order parameter: what tells a transition between disorder and
-order from a gradual change.
+"""Fluctuations of an order parameter, which distinguish a transition to order.
 
 m is the order parameter, such as the polarization (Vicsek et al. 1995, Phys. Rev. Lett.
 75, 1226-1229): near 0 in disorder, 1 in perfect order. `samples` are its values, (k,)
-of k independent trials, or (k, T) of their frames after the burn-in. Moments are means
-over all frames of all trials. The jackknife leaves out whole trials, as only they are
-independent: so it needs no autocorrelation time. It takes away the bias of first order
-in 1/k. The intervals are Student's of its pseudo-values (Tukey 1958, Ann. Math. Stat.
-29, 614; Miller 1974, Biometrika 61, 1-15).
+of k independent trials, or (k, T) of their T frames after the burn-in. Moments are
+means over all frames of all trials. The jackknife leaves out whole trials, as only they
+are independent. Therefore it needs no autocorrelation time. It removes the bias of
+first order in 1/k. The confidence intervals are Student's of its pseudo-values (Tukey
+1958, Ann. Math. Stat. 29, 614; Miller 1974, Biometrika 61, 1-15).
 """
 
 import numpy as np
@@ -26,36 +25,57 @@ Floats = NDArray[np.float64]
 def susceptibility(
     samples: ArrayLike, n: int, confidence: float = CONFIDENCE
 ) -> Interval:
-    """n (<m^2> - <m>^2) of `n` boids, its interval, and the number of trials.
+    """Estimate the susceptibility n (<m^2> - <m>^2) of a system of n boids.
 
-    It peaks at a transition, the higher the larger the system; where boids are
-    independent it does not depend on n. The estimate has no bias. In disorder its 95 %
-    intervals cover 83 % for 12 trials of one frame each, 90 % for 50, 94 % for 200, and
-    95 % for 12 trials of 100 independent frames. Raises ValueError as
-    `binder_cumulant`.
+    It peaks at a transition, and the peak grows with the system. It does not depend on
+    n where boids are independent. The estimate has no bias.
+
+    Parameters
+    ----------
+    samples : array_like
+        Values of m, (k,) or (k, T).
+    n : int
+        Number of boids.
+    confidence : float, default 0.95
+        In disorder, 95 % intervals cover 83 % for 12 trials of one frame each, 90 % for
+        50, 94 % for 200, and 95 % for 12 trials of 100 independent frames.
+
+    Returns
+    -------
+    Interval
+        With the number of trials.
+
+    Raises
+    ------
+    ValueError
+        If `samples` have another shape, or values that are not finite.
     """
     return mean_interval(susceptibility_values(samples, n), confidence)
 
 
 def binder_cumulant(samples: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
-    """U = 1 - <m^4>/(3 <m^2>^2) (Binder 1981, Z. Phys. B 43, 119-140), its interval,
-    and the number of trials.
+    """Estimate Binder's cumulant U = 1 - <m^4>/(3 <m^2>^2).
 
-    U is 2/3 in perfect order. In disorder it is 1/3 for the length of a mean of
-    headings in the plane, and 0 for an m of one component. At a continuous transition
-    curves of different sizes meet in one point; where phases coexist U falls below its
-    value in disorder. An estimate may lie beyond a bound by some of its error. In
-    disorder its 95 % intervals cover 80 % for 12 trials of one frame each, 87 % for 50,
-    91 % for 200, and 94 % for 12 trials of 100 independent frames. NaN where m is
-    always 0, NaN bounds of one trial. Raises ValueError for samples of another shape
-    and for values that are not finite.
+    Binder (1981, Z. Phys. B 43, 119-140). U is 2/3 in perfect order. In disorder it is
+    1/3 for the length of a mean of headings in the plane, and 0 for an m of one
+    component. At a continuous transition curves of different sizes meet in one point.
+    Where phases coexist U falls below its value in disorder. An estimate may exceed
+    these limits by its error.
+
+    In disorder, 95 % intervals cover 80 % for 12 trials of one frame each, 87 % for 50,
+    91 % for 200, and 94 % for 12 trials of 100 independent frames.
+
+    `samples` are (k,) or (k, T). The result has the number of trials. It is NaN if m is
+    always 0, and its bounds are NaN for one trial. Raises ValueError for samples of
+    another shape and for values that are not finite.
     """
     return mean_interval(binder_values(samples), confidence)
 
 
 def susceptibility_values(samples: ArrayLike, n: int) -> Floats:
-    """The pseudo-values (k,) whose mean is `susceptibility`, for contrasts between
-    independent samples.
+    """Return the pseudo-values (k,) whose mean is `susceptibility`.
+
+    Contrasts between independent samples take them as values.
     """
     return n * pseudo_values(
         _moments(samples), lambda first, second, _: second - first * first
@@ -63,8 +83,9 @@ def susceptibility_values(samples: ArrayLike, n: int) -> Floats:
 
 
 def binder_values(samples: ArrayLike) -> Floats:
-    """The pseudo-values (k,) whose mean is `binder_cumulant`, for contrasts between
-    independent samples.
+    """Return the pseudo-values (k,) whose mean is `binder_cumulant`.
+
+    Contrasts between independent samples take them as values.
     """
     return pseudo_values(_moments(samples), _binder)
 
@@ -72,26 +93,43 @@ def binder_values(samples: ArrayLike) -> Floats:
 def order_parameters(
     study: SeriesTables, metric: str, burn_in: int = 0, confidence: float = CONFIDENCE
 ) -> pd.DataFrame:
-    """Mean, susceptibility and Binder cumulant of a recorded series at each point, from
-    its trials that are done.
+    """Return the moments of an order parameter at each point of a study.
 
-    Frames before the step `burn_in` do not count; `steady_states` says how many those
-    should be. Columns: the varied settings, then order, susceptibility and binder, each
-    with _low and _high; trials (their number), frames of each, and left_out, the number
-    of trials that are not done or lack a value. Each interval is for its point alone.
-    Raises ValueError where the study has not recorded `metric`, or no frame of it from
-    `burn_in` on.
+    Parameters
+    ----------
+    study : study
+        A stored study.
+    metric : str
+        Recorded series that is the order parameter.
+    burn_in : int, default 0
+        Step of the first frame that counts; `steady_states` estimates it.
+    confidence : float, default 0.95
+        Of each interval alone.
+
+    Returns
+    -------
+    DataFrame
+        One row per point. Columns: the varied parameters; order (the mean),
+        susceptibility and binder, each with _low and _high; trials (their number);
+        frames of each; and left_out, the number of trials that are not done or lack a
+        value.
+
+    Raises
+    ------
+    ValueError
+        If the study has not recorded `metric`, or no frame of it from `burn_in` on.
     """
-    trials, rows = study.trials, []
+    trials = study.trials
+    rows = []
     for point, samples in order_samples(study, metric, burn_in).items():
         at = trials[trials["point"] == point]
-        found = {
+        intervals = {
             "order": mean_interval(samples.mean(axis=1), confidence),
             "susceptibility": susceptibility(samples, int(at["n"].iloc[0]), confidence),
             "binder": binder_cumulant(samples, confidence),
         }
         row = {name: at[name].iloc[0] for name in study.varied}
-        for name, interval in found.items():
+        for name, interval in intervals.items():
             row |= {
                 name: interval.value,
                 f"{name}_low": interval.low,
@@ -107,11 +145,27 @@ def order_parameters(
 def order_samples(
     study: SeriesTables, metric: str, burn_in: int = 0
 ) -> dict[str, Floats]:
-    """The samples (k, T) of each point, by its hash in `study.trials`, in the order of
-    the study.
+    """Return the samples of an order parameter at each point of a study.
 
-    They are those of the k trials that are done and lack no value, from the step
-    `burn_in` on. Raises ValueError as `order_parameters`.
+    Parameters
+    ----------
+    study : study
+        A stored study.
+    metric : str
+        Recorded series that is the order parameter.
+    burn_in : int, default 0
+        Step of the first frame that counts.
+
+    Returns
+    -------
+    dict
+        Samples (k, T) of the k trials that are done and lack no value, by the hash of
+        the point in `study.trials`, in the order of the study.
+
+    Raises
+    ------
+    ValueError
+        If the study has not recorded `metric`, or no frame of it from `burn_in` on.
     """
     if metric not in study.series or metric in ("trial_id", "frame"):
         raise ValueError(
@@ -136,7 +190,7 @@ def order_samples(
 
 
 def _moments(samples: ArrayLike) -> Floats:
-    """<m>, <m^2> and <m^4> of each trial, shape (k, 3)."""
+    """Return <m>, <m^2> and <m^4> of each trial, shape (k, 3)."""
     values = np.asarray(samples, np.float64)
     if values.ndim not in (1, 2) or 0 in values.shape[1:]:
         raise ValueError(

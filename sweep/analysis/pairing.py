@@ -1,6 +1,4 @@
-"""Which trials make one independent value, and which of two selections belong together
-by common random numbers.
-"""
+"""Independent values of trials, and pairs of them by common random numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
@@ -19,16 +17,25 @@ UNITS: Mapping[str, Sequence[str]] = {
     "point": ["point"],
 }
 SAME_NUMBER = 1e-9
+"""Relative difference up to which two numbers are the same parameter value."""
 OF_KIND: Mapping[str, type] = {"b": bool, "U": str}
-"""What the values of an array of these kinds are."""
+"""Type of the values of an array, by its numpy kind."""
 
 
 class Units(NamedTuple):
-    """Independent values, NaN where one lacks a trial's result, by the keys that pair
-    them with another selection's.
+    """Independent values of a selection of trials.
 
-    `trials` is the number of results behind them, `left_out` that of trials without
-    one, and `pairs` whether units with the same keys share their random numbers.
+    Attributes
+    ----------
+    values : Series
+        One value per unit; NaN if a trial of the unit has no result. The index has the
+        keys that pair units with those of another selection.
+    trials : int
+        Number of results behind the values.
+    left_out : int
+        Number of trials without a result.
+    pairs : bool
+        True if units with the same keys share their random numbers.
     """
 
     values: "pd.Series[float]"
@@ -37,14 +44,15 @@ class Units(NamedTuple):
     pairs: bool
 
     def array(self) -> Floats:
-        """The values (n,)."""
+        """Return the values as an array (n,)."""
         return np.asarray(self.values, np.float64)
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Which of `values` are `value`; numbers about, so that 0.3 finds 3 * 0.1.
+    """Return which of `values` equal a value, as an array of bool in their shape.
 
-    True is not the number 1, and no text is a number.
+    Numbers match to nine digits, so that 0.3 matches 3 * 0.1. True is not the number 1,
+    and no string is a number.
     """
     array = np.asarray(values)
     value = value.item() if isinstance(value, np.generic) else value
@@ -57,7 +65,7 @@ def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
 
 
 def chosen(trials: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
-    """The rows of `trials` that have all of `settings`."""
+    """Return the rows of `trials` that have all of these parameter values."""
     for name, value in settings.items():
         trials = trials[agrees(trials[name].to_numpy(), value)]
     return trials
@@ -66,12 +74,24 @@ def chosen(trials: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
 def units(
     trials: pd.DataFrame, values: "pd.Series[float]", unit: Unit, free: Sequence[str]
 ) -> Units:
-    """The independent values among those of `trials`, one of `values` a row, NaN where
-    it has no result.
+    """Return the independent values of a selection of trials.
 
-    A unit is a trial, the mean over a point's trials, or the mean over the trials of a
-    replicate. `free` are the varied settings that pair units beside seed and replicate:
-    those that no selection names.
+    Parameters
+    ----------
+    trials : DataFrame
+        One row per trial.
+    values : Series
+        One value per row of `trials`; NaN if the trial has no result.
+    unit : {"trial", "point", "replicate"}
+        A unit is a trial, the mean over the trials of a point, or the mean over the
+        trials of a replicate.
+    free : sequence of str
+        Varied parameters that no selection names. They pair units, in addition to seed
+        and replicate.
+
+    Returns
+    -------
+    Units
     """
     single = trials["point"].nunique() <= 1
     keys = {"trial": [*REPLICATE, *free], "replicate": [*REPLICATE], "point": [*free]}[
@@ -94,8 +114,9 @@ def units(
 
 
 def common_streams(trials: pd.DataFrame) -> frozenset[str]:
-    """The random streams, of start, world and noise, that all `trials` take in common
-    with those of other points.
+    """Return the random streams that all trials have in common with other points.
+
+    Streams are start, world and noise.
     """
     streams = [
         dict(stream.split("=") for stream in text.split())
@@ -108,24 +129,24 @@ def common_streams(trials: pd.DataFrame) -> frozenset[str]:
 
 
 def replicates(trials: pd.DataFrame) -> pd.MultiIndex:
-    """What tells the random numbers of trials apart: seed and replicate, 0 for a listed
-    seed, which stands for both.
+    """Return the keys of the random numbers of trials: seed and replicate.
 
-    Streams in common have the same numbers where both are the same, in any study and at
-    any point.
+    The replicate is 0 for a listed seed, which identifies a trial alone. Common streams
+    have the same numbers for the same keys, in any study and at any point.
     """
-    places = trials["replicate"].where(~trials["seed_listed"].astype(bool), 0)
-    return pd.MultiIndex.from_arrays([trials["seed"], places], names=REPLICATE)
+    numbers = trials["replicate"].where(~trials["seed_listed"].astype(bool), 0)
+    return pd.MultiIndex.from_arrays([trials["seed"], numbers], names=REPLICATE)
 
 
-def pairable(one: Units, other: Units) -> bool:
-    """Whether each unit has its partner: the same keys once on both sides, with common
-    random numbers.
+def pairable(a: Units, b: Units) -> bool:
+    """Return whether each unit has its partner on the other side.
+
+    Both sides have the same keys, each once, with common random numbers.
     """
-    indices = one.values.index, other.values.index
+    indices = a.values.index, b.values.index
     return (
-        one.pairs
-        and other.pairs
+        a.pairs
+        and b.pairs
         and list(indices[0].names) == list(indices[1].names)
         and all(index.is_unique for index in indices)
         and set(indices[0]) == set(indices[1])

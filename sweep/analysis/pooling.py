@@ -1,8 +1,7 @@
-"""Trials of several points taken together: the mean over the points, replicate by
-replicate.
+"""Means over several points, replicate by replicate.
 
-Every point weighs the same. Trials of one replicate may share random numbers at all
-points, so they are not independent of each other; different replicates always are.
+Every point has the same weight. Trials of one replicate may share random numbers at all
+points, so they are not independent of each other. Different replicates are independent.
 """
 
 from collections.abc import Sequence
@@ -15,29 +14,40 @@ from sweep.analysis.pairing import REPLICATE, replicates
 def pooled(
     trials: pd.DataFrame, by: Sequence[str], metrics: Sequence[str]
 ) -> pd.DataFrame:
-    """One row a replicate of all points that agree in the settings `by`, in the order
-    of `trials`; `by_point` takes it.
+    """Pool the points that agree in some parameters, replicate by replicate.
 
-    Columns: `point`, which numbers the groups of points; `points`, how many there are
-    in the group; the settings `by`; `trial_id`, of the first trial; `status`, "done"
-    where every point of the group has such a trial and all of these are done, else
-    "not done"; and each of `metrics`, its mean over the points, NaN where one of them
-    has no value: that would be the mean of something else.
+    Parameters
+    ----------
+    trials : DataFrame
+        One row per trial.
+    by : sequence of str
+        Parameters in which the points of a group agree; all points for none.
+    metrics : sequence of str
+
+    Returns
+    -------
+    DataFrame
+        One row per group and replicate, in the order of `trials`; `by_point` takes it.
+        Columns: `point`, the number of the group; `points`, how many the group has; the
+        parameters `by`; `trial_id`, of the first trial; `status`; and each metric, its
+        mean over the points. The status is "done" if every point of the group has the
+        replicate and all its trials are done, else "not done". A mean is NaN if one
+        point has no value, since it would be the mean of other points.
     """
     groups = trials.groupby(list(by), sort=False, dropna=False) if by else None
     number = groups.ngroup() if groups else pd.Series(0, index=trials.index)
-    places = replicates(trials).to_frame(index=False).set_index(trials.index)
+    keys = replicates(trials).to_frame(index=False).set_index(trials.index)
     table = trials.drop(columns=[*REPLICATE, "point"]).assign(
         point=number, points=trials.groupby(number)["point"].transform("nunique")
     )
-    table = table.join(places)
+    table = table.join(keys)
     table["done"] = table["status"] == "done"
     table[list(metrics)] = table[list(metrics)].where(table["done"])
-    found = table.groupby(["point", *REPLICATE], sort=False)
-    first = found[[*dict.fromkeys([*by, "points", "trial_id"])]].first()
-    done = found["done"].sum() == first["points"]
-    means = found[list(metrics)].mean()
-    complete = found[list(metrics)].count().eq(first["points"], axis=0)
+    replicated = table.groupby(["point", *REPLICATE], sort=False)
+    first = replicated[[*dict.fromkeys([*by, "points", "trial_id"])]].first()
+    done = replicated["done"].sum() == first["points"]
+    means = replicated[list(metrics)].mean()
+    complete = replicated[list(metrics)].count().eq(first["points"], axis=0)
     status = done.map({True: "done", False: "not done"}).rename("status")
     rows = pd.concat([first, status, means.where(complete)], axis=1)
     return rows.reset_index()

@@ -1,14 +1,15 @@
-"""How many values reach a goal, by what a pilot knows: a half width of the interval of
-a mean, or that a comparison of two means notices a difference.
+"""Number of values that a goal needs, from a pilot.
 
-A goal is reached where a ratio is at most 1: the half width over the allowed one, or
-the difference that is noticed over the true one. What may be off, as the spread, the
-mean and the chance of the draw, are parts. Each part alone is moved to the quantile of
-its own predictive distribution (`sweep.analysis.futures`), and the squares of what that
-does to the logarithm of the ratio are added up (Zou and Donner 2008, Stat. Med. 27,
-1693-1702). With one part this is exact: normal values and a half width.
+A goal is a half-width of the confidence interval of a mean, or that a comparison of two
+means detects a difference. It is reached if a ratio is at most 1: the half-width over
+the allowed one, or the difference that is detected over the true one. The parts of the
+uncertainty are the spread, the mean and the chance of the draw. Each part alone is
+moved to a quantile of its own predictive distribution (`sweep.analysis.futures`). The
+squares of the resulting changes of the logarithm of the ratio are added up (Zou and
+Donner 2008, Stat. Med. 27, 1693-1702). With one part this is exact: normal values and a
+half-width.
 
-How often the promise is kept was measured: see
+The measured probability of reaching a goal is in
 `docs/decisions/replicates-from-a-pilot.md`.
 """
 
@@ -39,33 +40,38 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 CHANCE = 0.8
+"""Default probability of reaching a goal."""
 FEWEST = 5
-"""Values of a pilot, below which its spread says next to nothing."""
+"""Fewest values of a pilot that show its spread."""
 SMALL = 10
-"""Values of a pilot, below which the promise may fail where they are not normal."""
+"""Values of a pilot, below which goals may fail more often if they are not normal."""
 CAVEATS = ("too few values", "all equal", "not seen", "small pilot")
-"""What makes an answer unknown or unsure, the first that holds: fewer than FEWEST
-values; values that are equal, but for one at most, which say nothing of their spread;
-no event, or nothing else; fewer than SMALL values that are not normal.
+"""Reasons why a number is unknown or unsure, of which the first that holds is given.
+
+In this order: fewer than FEWEST values; all values but at most one are equal and do not
+show their spread; no event, or nothing else; fewer than SMALL values that are not
+normal.
 """
 MOST = 1e6
-"""More values than that are told as infinitely many."""
+"""Largest number of values; larger numbers are infinite."""
 RANGE = (0.025, 0.975)
+"""Probabilities of the ends of the range of a number."""
 FIRST = 16.0
+"""Number of values with which the search begins."""
 ROUNDS = 60
 PREDICTED = 12
-"""So often the next number is predicted from the last one, then halved to."""
+"""Rounds that predict the next number from the last one; later rounds bisect."""
 STEP = 0.002
-"""Numbers are found to this part of them, so below 500 to the last one."""
+"""Relative precision of a number; below 500 it is exact."""
 ROUGH_STEP = 0.02
-"""The same for the ends of ranges."""
+"""Relative precision of the ends of a range."""
 
 
 class Needed(NamedTuple):
-    """How many values reach a goal with the stated chance, for each of k pilots, (k,),
-    and the 95 % range of that number by what a pilot leaves open.
+    """Numbers of values that reach a goal, for k pilots, (k,) each.
 
-    NaN is unknown, and infinite more than MOST. `caveat` has one of CAVEATS, or "".
+    `low` and `high` bound the 95 % range of `n` by the errors of the pilot. NaN is
+    unknown, and infinite is more than MOST. `caveat` has one of CAVEATS, or "".
     """
 
     n: Floats
@@ -75,36 +81,49 @@ class Needed(NamedTuple):
 
 
 class PilotGoal(Protocol):
-    """What k pilots are to reach.
-
-    `drawn` is how many parts, the first ones, are the chance of the draw alone, of
-    which the pilot knows nothing.
-    """
+    """A goal for k pilots."""
 
     @property
     def parts(self) -> int:
-        """How many parts may be off."""
+        """Number of parts of the uncertainty."""
 
     @property
     def drawn(self) -> int:
-        """How many of them, the first ones, the pilot leaves as they are."""
+        """Number of parts, the first ones, that are the chance of the draw alone.
+
+        They do not depend on the pilot.
+        """
 
     @property
     def known(self) -> Sequence[Floats]:
-        """All that is known of the pilots, (k,) each."""
+        """All numbers of the pilots, (k,) each."""
 
     def at(self, rows: Rows) -> Self:
-        """The goal of some pilots."""
+        """Return the goal of the pilots at some indices."""
 
     def ratio(self, n: Floats, chances: Sequence[float]) -> Floats:
-        """The ratio for so many values (k,), with each part at the quantile of its
-        chance.
+        """Return the ratio that the goal wants to be at most 1, (k,).
+
+        Parameters
+        ----------
+        n : array
+            Number of values for each pilot, (k,).
+        chances : sequence of float
+            Probability of the quantile of each part.
+
+        Returns
+        -------
+        array
         """
 
 
 @dataclass(frozen=True, eq=False)
 class WidthGoal:
-    """The interval of a mean is so narrow. Its parts are the mean and the spread."""
+    """Goal of a `width` of the confidence interval of a mean.
+
+    `tail` is the probability with which each bound is missed. The parts are the mean
+    and the spread.
+    """
 
     pilots: Pilots
     distribution: Distribution
@@ -117,16 +136,38 @@ class WidthGoal:
 
     @property
     def known(self) -> Sequence[Floats]:
+        """All numbers of the pilots, (k,) each."""
         return self.pilots.known
 
     def at(self, rows: Rows) -> Self:
+        """Return the goal of the pilots at some indices."""
         return replace(self, pilots=self.pilots.at(rows))
 
     def ratio(self, n: Floats, chances: Sequence[float]) -> Floats:
+        """Return the half-width over the allowed one, (k,).
+
+        Parameters
+        ----------
+        n : array
+            Number of values for each pilot, (k,).
+        chances : sequence of float
+            Probabilities of the mean, towards the widest interval, and of the spread.
+
+        Returns
+        -------
+        array
+        """
         prediction = PREDICTIONS[self.distribution]
         spread = prediction.spread(self.pilots, n, chances[1], 1.0)
         worst = 0.0 if self.width.relative else prediction.widest
-        mean = _mean(self.pilots, self.distribution, n, spread, chances[0], worst)
+        mean = _mean(
+            self.pilots,
+            self.distribution,
+            n,
+            spread,
+            chance=chances[0],
+            worst=worst,
+        )
         samples = prediction.moments(self.pilots, n, mean, spread)
         bounds = mean_bounds(self.distribution, samples, self.tail)
         low, high = self.support.cut(mean, *bounds)
@@ -135,12 +176,13 @@ class WidthGoal:
 
 @dataclass(frozen=True, eq=False)
 class DifferenceGoal:
-    """A comparison notices a difference of `size`, (k,), which is that of two means, or
-    the mean of the differences of pairs.
+    """Goal that a comparison detects a difference of `size`, (k,).
 
-    `sides` are two pilots, or that of the differences. Gains and losses of paired
-    events are two that have a `correlation`, (k,). The parts are the chance of the
-    draw, the means, and the spreads.
+    The difference is that of two means, or the mean difference of pairs. `sides` are
+    two pilots, or one of the differences. The gains and losses of paired events are two
+    with a `correlation`, (k,). `tail` is the probability with which each bound of the
+    difference is missed. The parts are the chance of the draw, the means and the
+    spreads.
     """
 
     sides: tuple[Pilots, ...]
@@ -154,11 +196,13 @@ class DifferenceGoal:
 
     @property
     def known(self) -> Sequence[Floats]:
-        sides = [one for side in self.sides for one in side.known]
+        """All numbers of the pilots, (k,) each."""
+        sides = [numbers for side in self.sides for numbers in side.known]
         common = [] if self.correlation is None else [self.correlation]
         return [*sides, self.size, *common]
 
     def at(self, rows: Rows) -> Self:
+        """Return the goal of the pilots at some indices."""
         return replace(
             self,
             sides=tuple(side.at(rows) for side in self.sides),
@@ -167,6 +211,19 @@ class DifferenceGoal:
         )
 
     def ratio(self, n: Floats, chances: Sequence[float]) -> Floats:
+        """Return the difference that is detected over the true one, (k,).
+
+        Parameters
+        ----------
+        n : array
+            Number of values per side, or of pairs, for each pilot, (k,).
+        chances : sequence of float
+            Probabilities of the draw, the means and the spreads.
+
+        Returns
+        -------
+        array
+        """
         from scipy.special import ndtri
 
         prediction = PREDICTIONS[self.distribution]
@@ -183,25 +240,35 @@ class DifferenceGoal:
 
     @property
     def _freedom(self) -> Floats:
-        """How many times as many degrees of freedom both sides have together as one has
-        (Satterthwaite 1946, Biometrics Bull. 2, 110-114).
+        """Degrees of freedom of all sides together over those of one side.
+
+        Satterthwaite (1946, Biometrics Bull. 2, 110-114).
         """
         errors = [side.samples.variance / side.samples.n for side in self.sides]
-        total, squares = np.sum(errors, axis=0), np.sum(np.square(errors), axis=0)
+        total = np.sum(errors, axis=0)
+        squares = np.sum(np.square(errors), axis=0)
         return np.where(total > 0.0, total**2 / squares, 1.0)
 
     def _means(
         self, n: Floats, spreads: Sequence[Floats], chance: float
     ) -> Sequence[Floats]:
-        """The means of the sides, the difference apart: around the middle of those of
-        the pilot, as far as there can be such means.
+        """Return the means of the sides, which differ by `size`.
+
+        They lie around the middle of the means of the pilot, within their range.
         """
         if len(self.sides) == 1:
             return [self.size]
         prediction = PREDICTIONS[self.distribution]
         middle = np.mean(
             [
-                _mean(side, self.distribution, n, spread, chance, prediction.widest)
+                _mean(
+                    side,
+                    self.distribution,
+                    n,
+                    spread,
+                    chance=chance,
+                    worst=prediction.widest,
+                )
                 for side, spread in zip(self.sides, spreads, strict=True)
             ],
             axis=0,
@@ -211,15 +278,15 @@ class DifferenceGoal:
         return [middle + half, middle - half]
 
     def _variance(self, samples: Sequence[Samples]) -> Floats:
-        """The variance of the difference."""
-        variance = np.sum([one.variance / one.n for one in samples], axis=0)
+        """Return the variance of the difference."""
+        variance = np.sum([side.variance / side.n for side in samples], axis=0)
         if self.correlation is not None:
-            first, second = (np.sqrt(one.variance / one.n) for one in samples)
+            first, second = (np.sqrt(side.variance / side.n) for side in samples)
             variance = variance - 2.0 * self.correlation * first * second
         return np.asarray(np.maximum(variance, 0.0))
 
     def _below(self, samples: Sequence[Samples]) -> Floats:
-        """What the lower bound of the difference is away from it."""
+        """Return the distance of the lower bound of the difference from it."""
         if self.distribution == "normal":
             return self._welchs(samples)
         tail = np.asarray(self.tail)
@@ -229,12 +296,12 @@ class DifferenceGoal:
     def _welchs(self, samples: Sequence[Samples]) -> Floats:
         from scipy.special import stdtrit
 
-        errors = [one.variance / one.n for one in samples]
+        errors = [side.variance / side.n for side in samples]
         total = np.sum(errors, axis=0)
         spread = np.sum(
             [
-                error**2 / (one.n - 1.0)
-                for error, one in zip(errors, samples, strict=True)
+                error**2 / (side.n - 1.0)
+                for error, side in zip(errors, samples, strict=True)
             ],
             axis=0,
         )
@@ -250,23 +317,43 @@ def values_for_width(
     confidence: float = CONFIDENCE,
     chance: float = CHANCE,
 ) -> Needed:
-    """How many independent values the interval of their mean needs to be as narrow as
-    `width` with this `chance`, from the values of each of k `pilots`, (m,) each.
+    """Return how many independent values a confidence interval of a width needs.
 
-    What is not finite does not count. The interval is that of what is `declared` of the
-    values at this `confidence` (`sweep.analysis.mean_bounds`). NaN for fewer than
-    FEWEST values, where values that are no events are equal, but for one at most, and
-    where no event was seen and the width is a share of the mean.
+    Parameters
+    ----------
+    pilots : sequence of array
+        Values of each of k pilots, (m,) each. Values that are not finite do not count.
+    width : Width
+        Allowed half-width of the interval of the mean.
+    declared : Declared, default "normal"
+        Distribution and range of the values, which decide the interval
+        (`sweep.analysis.mean_bounds`).
+    confidence : float, default 0.95
+    chance : float, default 0.8
+        Probability that the interval is so narrow.
+
+    Returns
+    -------
+    Needed
+        NaN for fewer than FEWEST values; if all values but at most one are equal and
+        they are no events; and if there was no event and the width is relative to the
+        mean.
     """
     distribution, support = in_full(declared)
-    found = pilots_of(pilots, distribution)
+    moments = pilots_of(pilots, distribution)
     tail = (1.0 - confidence) / 2.0
-    known = found.samples
+    known = moments.samples
     if not np.all(support.holds(known.least, known.largest) | (known.n == 0.0)):
         support = ANYWHERE
-    goal = WidthGoal(found, distribution, width, tail, support)
-    caveat = _caveats([found], distribution)
-    hopeless = (found.samples.mean == 0.0) & width.relative
+    goal = WidthGoal(
+        pilots=moments,
+        distribution=distribution,
+        width=width,
+        tail=tail,
+        support=support,
+    )
+    caveat = _caveats([moments], distribution)
+    hopeless = (known.mean == 0.0) & width.relative
     return _needed(goal, chance, caveat, hopeless)
 
 
@@ -277,71 +364,90 @@ def values_for_difference(
     confidence: float = CONFIDENCE,
     chance: float = CHANCE,
 ) -> Needed:
-    """How many independent values on either side, or pairs, a comparison needs to
-    notice with this `chance` that the true difference is as large as `sizes`, (k,),
-    with each of k `contrasts` as the pilot.
+    """Return how many values per side, or pairs, a comparison needs.
 
-    It notices where the interval of the contrast at this `confidence` has no zero. All
-    contrasts are of one distribution, and all paired or none. NaN for fewer than FEWEST
-    values of a side, and where those of a side that are no events are equal, but for
-    one at most.
+    The comparison detects a difference if the confidence interval of the contrast
+    excludes zero.
+
+    Parameters
+    ----------
+    contrasts : sequence of Contrast
+        k pilots of one distribution, all paired or none.
+    sizes : array
+        True differences to detect, (k,), above zero.
+    confidence : float, default 0.95
+    chance : float, default 0.8
+        Probability of detecting the difference (statistical power).
+
+    Returns
+    -------
+    Needed
+        NaN for fewer than FEWEST values of a side, and if all values of a side but at
+        most one are equal and they are no events.
     """
     first = contrasts[0]
     distribution = first.estimate.distribution
     if first.paired:
-        sides = _paired([one.b - one.a for one in contrasts], distribution)
+        sides = _paired([pilot.b - pilot.a for pilot in contrasts], distribution)
     else:
         sides = (
-            pilots_of([one.b for one in contrasts], distribution),
-            pilots_of([one.a for one in contrasts], distribution),
+            pilots_of([pilot.b for pilot in contrasts], distribution),
+            pilots_of([pilot.a for pilot in contrasts], distribution),
         )
     correlation = (
-        np.array([one.estimate.correlation or 0.0 for one in contrasts])
+        np.array([pilot.estimate.correlation or 0.0 for pilot in contrasts])
         if first.paired and len(sides) > 1
         else None
     )
-    tail = (1.0 - confidence) / 2.0
-    goal = DifferenceGoal(sides, distribution, sizes, tail, correlation)
+    goal = DifferenceGoal(
+        sides=sides,
+        distribution=distribution,
+        size=sizes,
+        tail=(1.0 - confidence) / 2.0,
+        correlation=correlation,
+    )
     return _needed(goal, chance, _caveats(sides, distribution), ~(sizes > 0.0))
 
 
 def _paired(
     changes: Sequence[Floats], distribution: Distribution
 ) -> tuple[Pilots, ...]:
-    """The sides of pairs: gains and losses of events, else the differences alone. These
-    may have either sign though none of the pilot has, and so may the true difference:
-    they are skewed to the side on which it is harder to notice.
+    """Return the sides of pairs: gains and losses of events, else the differences.
+
+    Differences may have either sign even if those of the pilot have one sign, and so
+    may the true difference. Therefore their skewness is on the side on which a
+    difference is harder to detect.
     """
     if distribution in EVENTS:
         gains = [np.maximum(change, 0.0) for change in changes]
         losses = [np.maximum(-change, 0.0) for change in changes]
         return pilots_of(gains, distribution), pilots_of(losses, distribution)
-    found = pilots_of(changes, distribution)
-    either = found.samples._replace(
-        least=np.full_like(found.samples.n, -np.inf),
-        skewness=-np.abs(found.samples.skewness),
+    pilots = pilots_of(changes, distribution)
+    either = pilots.samples._replace(
+        least=np.full_like(pilots.samples.n, -np.inf),
+        skewness=-np.abs(pilots.samples.skewness),
     )
-    return (replace(found, samples=either),)
+    return (replace(pilots, samples=either),)
 
 
 def _caveats(
     sides: Sequence[Pilots], distribution: Distribution
 ) -> NDArray[np.object_]:
-    """What is to be said of each pilot (k,), one of CAVEATS or ""."""
-    whole = SUPPORTS.get(distribution, ANYWHERE).high
+    """Return the caveat of each pilot (k,), one of CAVEATS or ""."""
+    largest = SUPPORTS.get(distribution, ANYWHERE).high
     least = np.min([side.samples.n for side in sides], axis=0)
     equal = np.logical_or.reduce([side.samples.constant for side in sides])
     unseen = np.logical_and.reduce(
-        [np.isin(side.samples.mean, (0.0, whole)) for side in sides]
+        [np.isin(side.samples.mean, (0.0, largest)) for side in sides]
     )
     events = distribution in EVENTS
-    found = (
+    conditions = (
         least < FEWEST,
         equal & (not events),
         unseen & events,
         (least < SMALL) & (distribution != "normal"),
     )
-    return np.select(found, np.array(CAVEATS, object), "")
+    return np.select(conditions, np.array(CAVEATS, object), "")
 
 
 def _mean(
@@ -352,10 +458,14 @@ def _mean(
     chance: float,
     worst: float,
 ) -> Floats:
-    """How far, with this chance, the mean is at most on its way to the `worst` one."""
+    """Return the mean that is nearest to the `worst` one with a probability `chance`.
+
+    Below 0.5 it is the farthest one.
+    """
     prediction = PREDICTIONS[distribution]
     tail = min(chance, 1.0 - chance)
-    low, high = (prediction.mean(pilots, n, spread, one) for one in (tail, 1.0 - tail))
+    low = prediction.mean(pilots, n, spread, tail)
+    high = prediction.mean(pilots, n, spread, 1.0 - tail)
     if chance >= 0.5:
         return np.asarray(np.clip(worst, low, high))
     return np.where(worst - low > high - worst, low, high)
@@ -367,34 +477,37 @@ def _needed(
     caveat: NDArray[np.object_],
     hopeless: NDArray[np.bool_],
 ) -> Needed:
-    """Numbers for all parts at the chance, and the range with the draw at the chance
-    and the others at either end; NaN for `hopeless` pilots, too few values and equal
-    ones.
+    """Return the numbers of values that reach a goal, and their ranges.
 
-    Equal pilots are looked at once: those of events often are, and take longest.
+    A number has all parts at the probability `chance`. The ends of its range have the
+    draw at `chance`, and the other parts at the probabilities of RANGE. NaN for
+    `hopeless` pilots, too few values and equal ones.
     """
     blind = hopeless | np.isin(caveat, CAVEATS[:2])
-    _, rows, places = np.unique(
+    # Equal pilots are computed once: those of events are often equal, and take longest.
+    _, rows, back = np.unique(
         np.nan_to_num(np.column_stack([*goal.known, blind])),
         axis=0,
         return_index=True,
         return_inverse=True,
     )
-    goal, blind = goal.at(rows), blind[rows]
+    goal = goal.at(rows)
     drawn = [chance] * goal.drawn + [0.5] * (goal.parts - goal.drawn)
-    start = np.where(blind, np.nan, FIRST)
-    n = _smallest(_Asked(goal, [0.5] * goal.parts, chance, 0), start, STEP)
+    start = np.where(blind[rows], np.nan, FIRST)
+    n = _smallest(_MovedParts(goal, [0.5] * goal.parts, chance, 0), start, STEP)
     low, high = (
-        _smallest(_Asked(goal, drawn, end, goal.drawn), n, ROUGH_STEP) for end in RANGE
+        _smallest(_MovedParts(goal, drawn, end, goal.drawn), n, ROUGH_STEP)
+        for end in RANGE
     )
     high = np.fmax(high, n)
-    back = np.ravel(places)
+    back = np.ravel(back)
     return Needed(n[back], np.fmin(low, n)[back], high[back], caveat)
 
 
-class _Asked(NamedTuple):
-    """The parts of a goal from the `first` one on are at the chance, and the others at
-    those in `middle`.
+class _MovedParts(NamedTuple):
+    """A goal whose parts from the `first` one on are at the probability `chance`.
+
+    The other parts are at their probabilities in `middle`.
     """
 
     goal: PilotGoal
@@ -403,8 +516,21 @@ class _Asked(NamedTuple):
     first: int
 
     def ratio(self, n: Floats, rows: Rows) -> Floats:
-        """Each part alone is moved to the chance, and the squares of what that does to
-        the logarithm of the ratio are added up.
+        """Return the ratio of the pilots at some indices, for so many values.
+
+        Each part alone is moved to the probability. The squares of the changes of the
+        logarithm of the ratio are added up.
+
+        Parameters
+        ----------
+        n : array
+            Number of values, one per index.
+        rows : array of int
+            Indices of pilots.
+
+        Returns
+        -------
+        array
         """
         goal = self.goal.at(rows)
         typical = np.log(goal.ratio(n, self.middle))
@@ -418,13 +544,14 @@ class _Asked(NamedTuple):
         return np.asarray(np.exp(typical + sign * np.sqrt(squares)))
 
 
-def _smallest(asked: _Asked, start: Floats, step: float) -> Floats:
-    """The smallest numbers (k,), to this part of them, whose ratio is at most 1; NaN
-    where the `start` of the search is.
+def _smallest(goal: _MovedParts, start: Floats, step: float) -> Floats:
+    """Return the smallest numbers (k,) whose ratio is at most 1.
 
+    `step` is their relative precision. NaN where the `start` of the search is NaN.
     Ratios fall about with the root of the number, which predicts the next one to try.
     """
-    low, high = np.where(np.isnan(start), np.nan, 1.0), np.full_like(start, np.inf)
+    low = np.where(np.isnan(start), np.nan, 1.0)
+    high = np.full_like(start, np.inf)
     guess = np.clip(start, 2.0, MOST)
     for round_ in range(ROUNDS):
         apart = high - low > np.maximum(1.0, step * low)
@@ -433,7 +560,7 @@ def _smallest(asked: _Asked, start: Floats, step: float) -> Floats:
             break
         n = guess[rows]
         with np.errstate(all="ignore"):
-            square = np.nan_to_num(asked.ratio(n, rows), nan=np.inf) ** 2
+            square = np.nan_to_num(goal.ratio(n, rows), nan=np.inf) ** 2
         enough = square <= 1.0
         # Below it, a number would miss by less than the step allows.
         low[rows] = np.where(enough, low[rows], n)
@@ -442,7 +569,7 @@ def _smallest(asked: _Asked, start: Floats, step: float) -> Floats:
         between = np.floor(np.sqrt(low[rows] * np.minimum(high[rows], 4.0 * MOST)))
         square = np.minimum(square, MOST)
         predicted = np.minimum(np.ceil(n * square * (1.0 + step / 4.0)), MOST)
-        wanted = predicted if round_ < PREDICTED else between
+        following = predicted if round_ < PREDICTED else between
         most = np.minimum(high[rows] - 1.0, MOST)
-        guess[rows] = np.clip(wanted, np.minimum(low[rows] + 1.0, most), most)
+        guess[rows] = np.clip(following, np.minimum(low[rows] + 1.0, most), most)
     return np.where(np.isnan(start), np.nan, high)

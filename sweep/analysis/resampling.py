@@ -1,5 +1,7 @@
-"""The bootstrap and the jackknife: what an estimate would have been with other
-replicates, or without one of those that there are.
+"""The bootstrap and the jackknife.
+
+The bootstrap estimates with resampled replicates, and the jackknife without one of
+them.
 """
 
 from collections.abc import Callable
@@ -12,16 +14,30 @@ Floats = NDArray[np.float64]
 
 RESAMPLES = 4999
 RESAMPLING_SEED = 20
-"""The same values have the same interval in every run."""
+"""Fixed seed: identical values have identical confidence intervals in every run."""
 MOST_NUMBERS = 5_000_000
-"""At once in memory: 40 MB."""
+"""Most resampled numbers in memory at once: 40 MB."""
 
 
 def resampled_interval(
     values: Floats, statistic: Callable[..., Any], confidence: float, method: str
 ) -> tuple[float, float]:
-    """scipy's "BCa" or "percentile" interval of a statistic of `values` (n,); no width
-    where all are equal.
+    """Return a bootstrap confidence interval of a statistic.
+
+    Parameters
+    ----------
+    values : array
+        (n,).
+    statistic : callable
+        Function of values, vectorised as scipy's `bootstrap` needs it.
+    confidence : float
+    method : {"BCa", "percentile"}
+        Kind of interval, as of scipy's `bootstrap`.
+
+    Returns
+    -------
+    low, high : float
+        Without a width if all values are equal.
     """
     from scipy.stats import bootstrap
 
@@ -42,12 +58,14 @@ def resampled_interval(
 
 
 def studentised_interval(values: Floats, confidence: float) -> tuple[float, float]:
-    """The bootstrap-t interval of the mean of `values` (n,); no width where all are
-    equal.
+    """Return the bootstrap-t confidence interval of the mean of values (n,).
+
+    It has no width if all values are equal.
     """
     if np.all(values == values[0]):
         return float(values[0]), float(values[0])
-    mean, error = values.mean(), values.std(ddof=1) / np.sqrt(len(values))
+    mean = values.mean()
+    error = values.std(ddof=1) / np.sqrt(len(values))
     tails = [0.5 + confidence / 2, 0.5 - confidence / 2]
     statistics = student_statistics((values - mean)[:, None])[:, 0]
     high, low = np.quantile(statistics, tails, method="nearest")
@@ -55,14 +73,14 @@ def studentised_interval(values: Floats, confidence: float) -> tuple[float, floa
 
 
 def student_statistics(centred: Floats) -> Floats:
-    """Student's statistic of each of k means in each resample of the rows of `centred`
-    (n, k), whose means are zero.
+    """Return Student's statistic of k means in resamples of rows, (RESAMPLES, k).
 
-    Shape (`RESAMPLES`, k). Infinite where a resample has an error of zero, and zero
-    where its mean is so too.
+    `centred` are (n, k), with column means of zero. A statistic is infinite where a
+    resample has an error of zero, and zero where its mean is zero.
     """
     n = len(centred)
-    rng, statistics = np.random.default_rng(RESAMPLING_SEED), []
+    rng = np.random.default_rng(RESAMPLING_SEED)
+    statistics = []
     batch = max(1, MOST_NUMBERS // n)
     for first in range(0, RESAMPLES, batch):
         # How often each row is drawn: sums over a resample are then products of
@@ -79,23 +97,26 @@ def student_statistics(centred: Floats) -> Floats:
 
 
 def ratio(mean: Floats, error: Floats) -> Floats:
-    """Student's statistic. Without an error it is infinite, or zero for a mean of 0."""
+    """Return Student's statistic, the mean over its error.
+
+    Zero for a mean of 0; otherwise infinite for an error of 0.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(mean == 0.0, 0.0, mean / error)
 
 
 def pseudo_values(values: Floats, statistic: Callable[..., Floats]) -> Floats:
-    """k f(all) - (k - 1) f(all but one) for each of the k rows of `values` (k, m).
+    """Return the jackknife's pseudo-values, k f(all) - (k - 1) f(all but one), (k,).
 
-    f is a smooth function of the m column means; `statistic` takes m arrays (n,) of
-    them, and returns f as (n,). The mean of the pseudo-values estimates f without the
-    bias of first order in 1/k, and Student's interval of them is that of the jackknife
-    (Tukey 1958, Ann. Math. Stat. 29, 614; Miller 1974, Biometrika 61, 1-15). For a
-    single row f of it.
+    `values` are (k, m), and f is a smooth function of their m column means. `statistic`
+    takes m arrays (n,) of column means and returns f as (n,). The mean of the
+    pseudo-values estimates f without the bias of first order in 1/k. Student's interval
+    of them is that of the jackknife (Tukey 1958, Ann. Math. Stat. 29, 614; Miller 1974,
+    Biometrika 61, 1-15). A single row has f of it.
     """
     k = len(values)
     if k < 2:
         return statistic(*values.T)
-    whole = values.mean(axis=0)
-    others = whole + (whole - values) / (k - 1)
-    return k * statistic(*whole[:, None]) - (k - 1) * statistic(*others.T)
+    means = values.mean(axis=0)
+    means_without = means + (means - values) / (k - 1)
+    return k * statistic(*means[:, None]) - (k - 1) * statistic(*means_without.T)

@@ -1,8 +1,8 @@
-"""How well a swarm stands a failure: what it keeps, and when it has come back.
+"""Resilience of a swarm to a failure: retained performance and time to recover.
 
-The words are those of resilience engineering: M. Bruneau et al. (2003), A framework to
+The terms are those of resilience engineering: M. Bruneau et al. (2003), A framework to
 quantitatively assess and enhance the seismic resilience of communities, Earthquake
-Spectra 19, 733: how much of a performance is left, and how long it takes to recover.
+Spectra 19, 733.
 """
 
 from typing import NamedTuple
@@ -16,62 +16,83 @@ Floats = NDArray[np.float64]
 
 
 class Recovery(NamedTuple):
-    """Of one pair of trials: the part of the level that is `kept`, and the `time` from
-    the failure until the level is reached again, NaN where it is not.
+    """Recovery of one trial with a failure, compared with its partner without one.
+
+    `retained` is the fraction of the level. `time` is the time from the failure until
+    the level is reached again, NaN if it is not reached.
     """
 
-    kept: float
+    retained: float
     time: float
 
 
 class Resilience(NamedTuple):
-    """Of several pairs the mean part that is `kept`, the share of them that have
-    `recovered`, and the mean `time` of those, each with its interval.
+    """Means over several pairs of trials, each with its confidence interval.
+
+    `retained` is the mean fraction of the level, `recovered` the proportion of pairs
+    that reached the level again, and `time` their mean time to recover.
     """
 
-    kept: Interval
+    retained: Interval
     recovered: Interval
     time: Interval
 
 
 def recovery(
-    times: Floats, whole: Floats, failing: Floats, at: float, within: float
+    times: Floats, intact: Floats, failing: Floats, at: float, within: float
 ) -> Recovery:
-    """What a failure at time `at` does to a metric.
+    """Return how a metric recovers from a failure.
 
-    times    (F,), ascending: of the frames of both trials
-    whole    (F,): the metric of the trial in which nobody fails
-    failing  (F,): that of the other one
-    within   which part of the level it may differ by and be reached
+    The level is the mean metric without a failure, over the frames after the failure.
+    It is reached again at the first frame from which all values stay within a fraction
+    of the level.
 
-    The level is the mean of `whole` over the frames after the failure, and `kept` the
-    mean of `failing` over them, divided by it. It is reached again at the first of
-    these frames from which on all differ by at most `within` of the level; where that
-    is the first one, it was never left. Values are NaN without such a frame, and where
-    a value in one is NaN or the level is 0.
+    Parameters
+    ----------
+    times : array
+        Times of the frames of both trials, (F,), ascending.
+    intact : array
+        Metric of the trial without a failure, (F,).
+    failing : array
+        Metric of the trial with the failure, (F,).
+    at : float
+        Time of the failure, in the unit of `times`.
+    within : float
+        Fraction of the level by which a value may differ from it.
+
+    Returns
+    -------
+    Recovery
+        `retained` is the mean of `failing` after the failure, divided by the level. It
+        is NaN without a frame after the failure, if a value of `failing` after it is
+        NaN, and if the level is 0 or not finite. `time` is 0 if the level was never
+        left.
     """
     after = times > at
-    level = whole[after].mean() if after.any() else np.nan
+    level = intact[after].mean() if after.any() else np.nan
     if not np.isfinite(level) or level == 0.0 or np.isnan(failing[after]).any():
         return Recovery(np.nan, np.nan)
-    kept = float(failing[after].mean() / level)
+    retained = float(failing[after].mean() / level)
     outside = np.flatnonzero(np.abs(failing[after] - level) > within * abs(level))
     first = outside[-1] + 1 if len(outside) else 0
     reached = times[after][first:]
     if not first:
-        return Recovery(kept, 0.0)
-    return Recovery(kept, float(reached[0] - at) if len(reached) else np.nan)
+        return Recovery(retained, 0.0)
+    return Recovery(retained, float(reached[0] - at) if len(reached) else np.nan)
 
 
 def resilience(pairs: list[Recovery]) -> Resilience:
-    """Means over independent pairs, with 95 % intervals: of skewed values, and of a
-    proportion. A pair whose values are NaN for another reason than that the level was
-    not reached takes no part.
+    """Return means over independent pairs, with 95 % confidence intervals.
+
+    The intervals are those of skewed values, and of a proportion for `recovered`. Pairs
+    whose `retained` is NaN do not count.
     """
-    known = np.array([one for one in pairs if np.isfinite(one.kept)]).reshape(-1, 2)
+    known = np.array([pair for pair in pairs if np.isfinite(pair.retained)]).reshape(
+        -1, 2
+    )
     back = np.isfinite(known[:, 1])
     return Resilience(
-        mean_interval(known[:, 0], distribution="skewed"),
-        mean_interval(back.astype(float), distribution="proportion"),
-        mean_interval(known[back, 1], distribution="skewed"),
+        retained=mean_interval(known[:, 0], distribution="skewed"),
+        recovered=mean_interval(back.astype(float), distribution="proportion"),
+        time=mean_interval(known[back, 1], distribution="skewed"),
     )

@@ -1,9 +1,8 @@
-"""Recorded series: where a burn-in ends, how long values remember those before, whether
-the mean still moves.
+"""Recorded series: end of the burn-in, autocorrelation time and drift of the mean.
 
-A series (T,) is one trial's; several are (m, T), independent trials of the same
-settings. Times are in recorded frames. All of it is about the mean: a spread that
-changes while the mean does not is not noticed.
+A series (T,) is that of one trial. Several are (m, T), from independent trials of the
+same parameters. Times are in recorded frames. All functions concern the mean: they do
+not notice a variance that changes while the mean does not.
 """
 
 import math
@@ -17,33 +16,39 @@ from sweep.analysis.estimate import mean_estimate
 Floats = NDArray[np.float64]
 
 BATCH = 5
+"""Frames per mean of MSER-5."""
 WINDOW = 5.0
+"""Lag in units of tau at which the sum of the autocorrelation ends."""
 LONG_ENOUGH = 50.0
-"""Times tau, below which an autocorrelation time is too small on average (Sokal 1997;
-emcee warns at the same).
+"""Length in units of tau below which tau is too small on average.
+
+Sokal (1997); emcee warns at the same length.
 """
-EARLY, LATE = 0.1, 0.5
+EARLY = 0.1
+LATE = 0.5
+"""Fractions of the frames whose means `drift` compares."""
 ENOUGH_SERIES = 10
-"""So many series are compared with each other, not with their autocorrelation."""
+"""Fewest series that are compared with each other, not with their autocorrelation."""
 FEWEST_FRAMES = 20
 LARGEST_SHARE = 0.5
+"""Largest tau/T in the correction of a variance."""
 
 
 class BurnIn(NamedTuple):
-    """How many frames to leave out from the start, and whether an end of the transient
-    was found at all.
+    """Number of frames to leave out from the start.
+
+    `end_found` is False if the transient has no end in the series. `frames` then is 0.
     """
 
     frames: int
-    found: bool
+    end_found: bool
 
 
 class Autocorrelation(NamedTuple):
-    """The integrated autocorrelation time in frames, the effective sample size, and
-    whether T is at least 50 tau.
+    """Integrated autocorrelation time `tau` in frames, and `effective` sample size.
 
-    Where `reliable` is false the time is likely to be too small and the sample size too
-    large.
+    `reliable` is True if the series are at least 50 tau long. Otherwise tau is likely
+    to be too small, and the sample size too large.
     """
 
     tau: float
@@ -52,8 +57,9 @@ class Autocorrelation(NamedTuple):
 
 
 class Drift(NamedTuple):
-    """The mean of the first tenth of the frames less that of the last half, and its
-    two-sided p without a drift.
+    """Mean of the first tenth of the frames minus that of the second half.
+
+    `p` is the two-sided p-value of no drift.
     """
 
     difference: float
@@ -61,14 +67,14 @@ class Drift(NamedTuple):
 
 
 def burn_in(series: ArrayLike) -> BurnIn:
-    """The truncation of MSER-5 for a series (T,), or for the mean of several (m, T).
+    """Return the truncation of MSER-5 for a series (T,), or for the mean of (m, T).
 
     Means of five frames are left out from the start until the error of the mean of the
-    rest, as if it were white, is smallest (White 1997, Simulation 69, 323-334; Franklin
-    and White 2008, Proc. Winter Simul. Conf., 541-546). Found in the second half, that
-    only says that the transient has no end there: `found` is false and nothing is left
-    out. Not for series that oscillate with a period of their length or longer. Raises
-    ValueError for fewer than 20 frames and for values that are not finite.
+    rest, as if it were white noise, is smallest (White 1997, Simulation 69, 323-334;
+    Franklin and White 2008, Proc. Winter Simul. Conf., 541-546). A minimum in the
+    second half is no end of the transient: then `end_found` is False and nothing is
+    left out. Not for series that oscillate with a period of their length or longer.
+    Raises ValueError for fewer than 20 frames and for values that are not finite.
     """
     values = as_series(series).mean(axis=0)
     if len(values) < FEWEST_FRAMES:
@@ -78,10 +84,8 @@ def burn_in(series: ArrayLike) -> BurnIn:
     batches = values[: len(values) // BATCH * BATCH].reshape(-1, BATCH).mean(axis=1)
     centred = batches - batches.mean()
     left = np.arange(len(batches), 0, -1)
-    sums, squares = (
-        np.cumsum(centred[::-1])[::-1],
-        np.cumsum((centred * centred)[::-1])[::-1],
-    )
+    sums = np.cumsum(centred[::-1])[::-1]
+    squares = np.cumsum((centred * centred)[::-1])[::-1]
     # The last few means always look steady: so few may agree by chance.
     error = ((squares - sums * sums / left) / (left * left))[
         : len(batches) - min(BATCH, len(batches) // 2)
@@ -93,11 +97,12 @@ def burn_in(series: ArrayLike) -> BurnIn:
 
 
 def autocorrelation(series: ArrayLike) -> Floats:
-    """The autocorrelation function at lags 0 to T - 1, shape (T,), the mean of that of
-    each series about its mean.
+    """Return the autocorrelation function at lags 0 to T - 1, shape (T,).
 
-    By Fourier transforms, with the divisor T at every lag. NaN where no series varies.
-    Raises ValueError for another shape and for values that are not finite.
+    The autocovariances of several series are averaged, each about its own mean. They
+    are computed by Fourier transforms, with the divisor T at every lag. NaN if no
+    series varies. Raises ValueError for another shape and for values that are not
+    finite.
     """
     values = as_series(series)
     length = values.shape[1]
@@ -113,14 +118,13 @@ def autocorrelation(series: ArrayLike) -> Floats:
 
 
 def integrated_time(series: ArrayLike) -> Autocorrelation:
-    """The integrated autocorrelation time tau = 1 + 2 sum of the autocorrelation, and
-    the effective size m T/tau.
+    """Return the integrated autocorrelation time and the effective sample size.
 
-    The sum ends at the first lag that is at least 5 tau (Sokal 1997, Monte Carlo
-    Methods in Statistical Mechanics, section 3; Goodman and Weare 2010 and emcee for
-    several series). Assumes that the series are stationary: a drift or a burn-in that
-    is left in makes tau large. tau is NaN where nothing varies. Raises ValueError as
-    `autocorrelation`.
+    tau = 1 + 2 sum of the autocorrelation, in frames, and the size is m T/tau. The sum
+    ends at the first lag that is at least 5 tau (Sokal 1997, Monte Carlo Methods in
+    Statistical Mechanics, section 3; Goodman and Weare 2010 and emcee for several
+    series). The series must be stationary: a drift, or a remaining burn-in, makes tau
+    large. tau is NaN if nothing varies. Raises ValueError as `autocorrelation`.
     """
     values = as_series(series)
     times = 2.0 * np.cumsum(autocorrelation(values)) - 1.0
@@ -135,43 +139,41 @@ def integrated_time(series: ArrayLike) -> Autocorrelation:
 
 
 def drift(series: ArrayLike) -> Drift:
-    """Whether the mean of the first tenth of the frames differs from that of the last
-    half (Geweke 1992).
+    """Test the mean of the first tenth of the frames against the second half.
 
-    Ten series or more are compared with each other: a Student test of their
-    differences. Fewer are compared with the error that the variance and the
-    autocorrelation time of the last half give, as if that half were steady: then p
-    means little where the half is shorter than 50 tau. p is 1 where nothing varies and
-    the means are equal, and NaN where ten equal differences say nothing. Raises
-    ValueError as `autocorrelation`.
+    Geweke (1992). Ten series or more are compared with each other, by a Student test of
+    their differences. Fewer are compared with the error from the variance and the
+    autocorrelation time of the second half, as if that half were steady. Their p is not
+    reliable if the half is shorter than 50 tau. p is 1 if nothing varies and the means
+    are equal, and NaN for ten or more equal differences. Raises ValueError as
+    `autocorrelation`.
     """
     values = as_series(series)
     length = values.shape[1]
-    early, late = (
-        values[:, : max(1, round(EARLY * length))],
-        values[:, length - round(LATE * length) :],
-    )
+    early = values[:, : max(1, round(EARLY * length))]
+    late = values[:, length - round(LATE * length) :]
     differences = early.mean(axis=1) - late.mean(axis=1)
     difference = float(differences.mean())
     if len(values) >= ENOUGH_SERIES:
         return Drift(difference, mean_estimate(differences).p_value())
-    found = integrated_time(late)
-    if math.isnan(found.tau):
+    time = integrated_time(late)
+    if math.isnan(time.tau):
         return Drift(difference, float(difference == 0.0))
     variance = (
-        series_variance(late, found.tau)
-        * found.tau
+        series_variance(late, time.tau)
+        * time.tau
         * (1.0 / early.size + 1.0 / late.size)
     )
     return Drift(
         difference,
-        _two_sided(difference / math.sqrt(variance), max(1.0, found.effective - 1.0)),
+        _two_sided(difference / math.sqrt(variance), max(1.0, time.effective - 1.0)),
     )
 
 
 def series_variance(series: ArrayLike, tau: float) -> float:
-    """The variance of single values about the true mean, those about each series' own
-    being smaller by tau/T.
+    """Return the variance of single values about the true mean.
+
+    The variance about the mean of each series is smaller by a fraction tau/T.
     """
     values = as_series(series)
     share = min(tau / values.shape[1], LARGEST_SHARE)
@@ -179,8 +181,9 @@ def series_variance(series: ArrayLike, tau: float) -> float:
 
 
 def as_series(series: ArrayLike) -> Floats:
-    """One series or several as an array (m, T). Raises ValueError for another shape and
-    for values not finite.
+    """Return one series or several as an array (m, T).
+
+    Raises ValueError for another shape and for values that are not finite.
     """
     values = np.atleast_2d(np.asarray(series, np.float64))
     if values.ndim != 2 or values.shape[1] < 2:

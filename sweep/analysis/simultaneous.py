@@ -1,4 +1,4 @@
-"""Many intervals or tests at once: how sure each must be for all to hold together."""
+"""Simultaneous confidence intervals, and p-values adjusted for multiple comparisons."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args
@@ -19,9 +19,7 @@ FEWEST_REPLICATES = 10
 
 
 class Simultaneous(NamedTuple):
-    """Means, the bounds of intervals that hold together, and p-values adjusted for all
-    of them, (k,) each.
-    """
+    """Means with simultaneous confidence intervals and adjusted p-values, (k,) each."""
 
     value: Floats
     low: Floats
@@ -34,13 +32,27 @@ def simultaneous_confidence(
     confidence: float = CONFIDENCE,
     correction: Correction = "bonferroni",
 ) -> float:
-    """The confidence that each of `comparisons` intervals must have for all to hold
-    together with `confidence`.
+    """Return the confidence of each interval that makes all simultaneous.
 
-    "bonferroni" is valid however they depend on each other. "sidak" (Sidak 1967, J. Am.
-    Stat. Assoc. 62, 626-633) is a little narrower: exact for independent intervals, and
-    valid for two-sided ones of normal means however they are correlated. Raises
-    ValueError for another correction, and for fewer than one comparison.
+    Parameters
+    ----------
+    comparisons : int
+        Number of intervals, at least 1.
+    confidence : float, default 0.95
+        Simultaneous (family-wise) confidence.
+    correction : {"bonferroni", "sidak"}, default "bonferroni"
+        "bonferroni" is valid for any dependence. "sidak" (Sidak 1967, J. Am. Stat.
+        Assoc. 62, 626-633) is a little narrower: exact for independent intervals, and
+        valid for two-sided ones of normal means with any correlation.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        If the correction is unknown, or `comparisons` is below 1.
     """
     if correction not in get_args(Correction):
         raise ValueError(unknown("correction", correction, get_args(Correction)))
@@ -52,55 +64,57 @@ def simultaneous_confidence(
 
 
 def holm(p_values: Sequence[float] | Floats) -> Floats:
-    """The p-values (k,) adjusted for k tests: those below a level are rejected with at
-    most that chance of one error.
+    """Return p-values (k,) adjusted for k tests by Holm's method.
 
-    Holm (1979, Scand. J. Stat. 6, 65-70), valid however the tests depend on each other.
-    A NaN stays one and is no test.
+    Tests whose adjusted p is below a level are rejected with at most that probability
+    of one error. Holm (1979, Scand. J. Stat. 6, 65-70), valid for any dependence of the
+    tests. A NaN stays NaN and is no test.
     """
-    given = np.asarray(p_values, np.float64)
-    adjusted = np.full(len(given), np.nan)
-    order = np.argsort(given, kind="stable")[: np.count_nonzero(~np.isnan(given))]
+    p = np.asarray(p_values, np.float64)
+    adjusted = np.full(len(p), np.nan)
+    order = np.argsort(p, kind="stable")[: np.count_nonzero(~np.isnan(p))]
     factors = np.arange(len(order), 0, -1)
-    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(factors * given[order]))
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(factors * p[order]))
     return adjusted
 
 
 def adjusted(
     p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm"
 ) -> Floats:
-    """The p-values (k,) adjusted for all tests among them: by `holm`, never larger than
-    the others, or in one step.
+    """Return p-values (k,) adjusted for all tests among them.
 
-    "bonferroni" and "sidak" agree with the intervals at `simultaneous_confidence`. A
-    NaN stays one and is no test. Raises ValueError for another adjustment.
+    `holm` gives p-values that are never larger than Bonferroni's. "bonferroni" and
+    "sidak" agree with the intervals at `simultaneous_confidence`. A NaN stays NaN and
+    is no test. Raises ValueError for another adjustment.
     """
     if adjustment not in get_args(Adjustment):
         raise ValueError(unknown("adjustment", adjustment, get_args(Adjustment)))
-    given = np.asarray(p_values, np.float64)
-    tests = int(np.count_nonzero(~np.isnan(given)))
+    p = np.asarray(p_values, np.float64)
+    tests = int(np.count_nonzero(~np.isnan(p)))
     if adjustment == "holm":
-        return holm(given)
+        return holm(p)
     return (
-        np.minimum(1.0, tests * given)
+        np.minimum(1.0, tests * p)
         if adjustment == "bonferroni"
-        else -np.expm1(tests * np.log1p(-given))
+        else -np.expm1(tests * np.log1p(-p))
     )
 
 
 def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneous:
-    """Intervals of the means of `differences` (n, k), n independent replicates of k
-    contrasts, that hold together.
+    """Return simultaneous confidence intervals of k means, by the bootstrap.
 
-    Replicates are resampled whole, and the quantile is that of the largest of the k
-    Student statistics (Westfall and Young 1993, Resampling-Based Multiple Testing,
-    section 2; Romano and Wolf 2005, Econometrica 73, 1237-1282). It so knows how
-    contrasts with the same reference go together, and is narrower than Bonferroni where
-    they do. The statistic is studentised in each resample, without which few replicates
-    would give too narrow intervals; approximate all the same, and for ten replicates or
-    so too wide rather than too narrow. Bounds and p are NaN for a contrast whose
-    differences are equal, but for one at most: so are resamples, and it takes no part.
-    Raises ValueError for fewer than ten replicates and for values that are not finite.
+    `differences` are (n, k): n independent replicates of k contrasts. Replicates are
+    resampled whole, and the quantile is that of the largest of the k Student statistics
+    (Westfall and Young 1993, Resampling-Based Multiple Testing, section 2; Romano and
+    Wolf 2005, Econometrica 73, 1237-1282). This includes the correlation of contrasts
+    with the same reference, so that their intervals are narrower than Bonferroni's.
+
+    The statistic is studentised in each resample. Otherwise few replicates would give
+    intervals that are too narrow. The intervals are approximate: for about ten
+    replicates they are too wide rather than too narrow. Bounds and p are NaN for a
+    contrast of which all differences but at most one are equal. Its resamples are equal
+    too, so it takes no part. Raises ValueError for fewer than ten replicates and for
+    values that are not finite.
     """
     values = np.asarray(differences, np.float64)
     n = len(values)

@@ -1,14 +1,13 @@
-"""Curves of systems of several sizes against a control parameter: where Binder's
-cumulants cross, and where the susceptibility peaks.
+"""Crossings of Binder's cumulants and peaks of the susceptibility, for several sizes.
 
 An order parameter m is recorded in k independent trials at each value x of a control
-parameter. Whole trials are the unit of all errors: what is estimated at x is a mean of
-one value for each trial, of the jackknife's pseudo-values where it is no mean itself
-(`sweep.analysis.order`).
+parameter. Whole trials are the unit of all errors: an estimate at x is a mean of one
+value per trial. An estimate that is no mean itself is one of the jackknife's
+pseudo-values (`sweep.analysis.order`).
 
-A place is found by turning a test round (Fieller 1954, J. R. Stat. Soc. B 16, 175-185):
-its interval has the places at which a difference, or a slope, is not told from zero.
-So it is as wide as the data leave it, and none is given where they leave it open.
+The confidence interval of a crossing or a peak is an inverted test (Fieller 1954, J. R.
+Stat. Soc. B 16, 175-185). It has the values of x at which a difference, or a slope, is
+not significantly different from zero. There is none where the data leave it unbounded.
 """
 
 from collections.abc import Sequence
@@ -27,17 +26,21 @@ from sweep.analysis.simultaneous import simultaneous_confidence
 Floats = NDArray[np.float64]
 
 BETWEEN = 200
-"""Places between two values of the control parameter at which a test is made."""
+"""Number of tests between two values of the control parameter."""
 NEAR_THE_PEAK = 0.6
-"""Points whose susceptibility is at least this share of the largest make the peak."""
-MOST_DEGREE, FITS = 4, 0.1
+"""Fraction of the largest susceptibility from which a point belongs to the peak."""
+MOST_DEGREE = 4
+"""Largest degree of the polynomial through a peak."""
+FITS = 0.1
+"""Smallest p-value of a polynomial that fits."""
 AT_AN_END = "it is largest at an end of the axis"
 FLAT = "no peak is told from a level curve"
 
 
 class Means(NamedTuple):
-    """Means at P values of the control parameter, their standard errors, and the
-    degrees of freedom of these, (P,) each.
+    """Means at P values of the control parameter, (P,) each.
+
+    `error` are their standard errors, and `freedom` the degrees of freedom of these.
     """
 
     value: Floats
@@ -45,56 +48,83 @@ class Means(NamedTuple):
     freedom: Floats
 
     def bounds(self, confidence: float = CONFIDENCE) -> tuple[Floats, Floats]:
-        """Student's interval of each, (P,) each."""
+        """Return Student's confidence interval of each mean, (P,) each."""
         half = _quantile(confidence, self.freedom) * self.error
         return self.value - half, self.value + half
 
     def sides(self, confidence: float) -> NDArray[np.int64]:
-        """-1 below zero, 1 above, 0 where the interval includes it; (P,)."""
+        """Return the significant sign of each mean, (P,).
+
+        -1 for an interval below zero, 1 above, and 0 if it includes zero.
+        """
         low, high = self.bounds(confidence)
         return np.where(low > 0.0, 1, np.where(high < 0.0, -1, 0))
 
     def at(self, places: NDArray[np.int64]) -> "Means":
-        """Those at some of the values."""
-        return Means(*(one[places] for one in self))
+        """Return the means at some indices."""
+        return Means(*(column[places] for column in self))
 
     def minus(self, other: "Means") -> "Means":
-        """The differences of independent means, with Welch's degrees of freedom."""
+        """Return differences of independent means, with Welch's degrees of freedom."""
         return _combined(self, 1.0, other, -1.0)
 
     def between(self, x: Floats, places: Floats) -> "Means":
-        """Those on the straight lines between the means at `x` (P,), at `places`."""
+        """Interpolate the means linearly.
+
+        Parameters
+        ----------
+        x : array
+            Values of the control parameter of the means, (P,), ascending.
+        places : array
+            Values of the control parameter between them, (Q,).
+
+        Returns
+        -------
+        Means
+            (Q,) each.
+        """
         after = np.clip(np.searchsorted(x, places), 1, len(x) - 1)
-        share = (places - x[after - 1]) / (x[after] - x[after - 1])
-        return _combined(self.at(after - 1), 1.0 - share, self.at(after), share)
+        fraction = (places - x[after - 1]) / (x[after] - x[after - 1])
+        return _combined(self.at(after - 1), 1.0 - fraction, self.at(after), fraction)
 
 
 def _quantile(confidence: float, freedom: ArrayLike) -> Floats:
-    """Student's quantile of a two-sided interval, for each of some degrees of freedom,
-    which may be infinite.
+    """Return Student's quantile of a two-sided interval, for each number of degrees.
+
+    The degrees of freedom may be infinite.
     """
     from scipy.stats import t
 
     return np.asarray(t.ppf(0.5 + confidence / 2, freedom), np.float64)
 
 
-def _combined(one: Means, a: ArrayLike, other: Means, b: ArrayLike) -> Means:
-    """a times one and b times the other, which are independent."""
+def _combined(first: Means, a: ArrayLike, second: Means, b: ArrayLike) -> Means:
+    """Return a `first` + b `second` of independent means."""
     a, b = np.asarray(a), np.asarray(b)
-    first, second = (a * one.error) ** 2, (b * other.error) ** 2
-    variance = first + second
-    parts = first**2 / one.freedom + second**2 / other.freedom
+    first_variance = (a * first.error) ** 2
+    second_variance = (b * second.error) ** 2
+    variance = first_variance + second_variance
+    parts = first_variance**2 / first.freedom + second_variance**2 / second.freedom
     freedom = np.divide(
         variance**2, parts, out=np.full(variance.shape, np.inf), where=parts > 0.0
     )
-    return Means(a * one.value + b * other.value, np.sqrt(variance), freedom)
+    return Means(a * first.value + b * second.value, np.sqrt(variance), freedom)
 
 
 @dataclass(frozen=True, eq=False)
 class SizeCurve:
-    """A system of `n` boids and of this linear `length`: at each of the ascending
-    values `x` (P,) of the control parameter the `samples` (k, T) of the order parameter
-    of k trials, k at least 2.
+    """Samples of the order parameter m of one system size against a control parameter.
+
+    Attributes
+    ----------
+    n : int
+        Number of boids.
+    length : float
+        Linear length of the system.
+    x : array
+        Values of the control parameter, (P,), ascending.
+    samples : tuple of array
+        P arrays (k, T): T frames of k trials, k at least 2.
     """
 
     n: int
@@ -105,34 +135,46 @@ class SizeCurve:
     @cached_property
     def order(self) -> Means:
         """The mean of m."""
-        return _means([one.mean(axis=1) for one in self.samples])
+        return _means([samples.mean(axis=1) for samples in self.samples])
 
     @cached_property
     def susceptibility(self) -> Means:
-        """n (<m^2> - <m>^2)."""
-        return _means([susceptibility_values(one, self.n) for one in self.samples])
+        """The susceptibility, n (<m^2> - <m>^2)."""
+        return _means(
+            [susceptibility_values(samples, self.n) for samples in self.samples]
+        )
 
     @cached_property
     def binder(self) -> Means:
-        """1 - <m^4>/(3 <m^2>^2)."""
-        return _means([binder_values(one) for one in self.samples])
+        """Binder's cumulant, 1 - <m^4>/(3 <m^2>^2)."""
+        return _means([binder_values(samples) for samples in self.samples])
 
 
 def _means(values: Sequence[Floats]) -> Means:
-    """The mean of the values (k,) of each point, one value for each trial."""
-    counts = np.array([len(one) for one in values], np.float64)
-    errors = [one.std(ddof=1) / np.sqrt(len(one)) for one in values]
+    """Return the mean of the values (k,) of each point, which has one per trial."""
+    counts = np.array([len(of_point) for of_point in values], np.float64)
+    errors = [of_point.std(ddof=1) / np.sqrt(len(of_point)) for of_point in values]
     return Means(
-        np.array([one.mean() for one in values]), np.array(errors), counts - 1.0
+        value=np.array([of_point.mean() for of_point in values]),
+        error=np.array(errors),
+        freedom=counts - 1.0,
     )
 
 
 class BinderCrossing(NamedTuple):
-    """The curves of Binder's cumulant of `n` and of `other_n` boids cross at `x`, which
-    lies within `low` and `high`, and have the `value` there. The interval of this has
-    what the means of both leave open at any place of the other interval.
+    """A crossing of Binder's cumulants of two sizes.
 
-    Beyond it the larger system has the larger cumulant if it `rises`.
+    Attributes
+    ----------
+    n, other_n : int
+        Numbers of boids.
+    x, low, high : float
+        Control parameter of the crossing, and the bounds of its confidence interval.
+    value, value_low, value_high : float
+        Cumulant at the crossing. Its interval covers the mean of both curves at any x
+        of the other interval.
+    rises : bool
+        True if the larger system has the larger cumulant beyond the crossing.
     """
 
     n: int
@@ -149,18 +191,18 @@ class BinderCrossing(NamedTuple):
 def binder_crossings(
     curves: Sequence[SizeCurve], confidence: float = CONFIDENCE
 ) -> list[BinderCrossing]:
-    """Where the curves of neighbouring sizes cross (Binder 1981, Z. Phys. B 43,
-    119-140), in the order of the sizes.
+    """Return the crossings of Binder's cumulants of neighbouring sizes.
 
-    A crossing lies between values of the control parameter, both sizes having the same,
-    at which surely the one, and surely the other curve is higher: the intervals of all
-    differences of a pair hold together. Its interval has all places between these two
-    at which the difference, on straight lines between the points, is not told from
-    zero. So the grid must be as fine as the curves are straight. Curves that only merge
-    do not cross.
+    Binder (1981, Z. Phys. B 43, 119-140). A crossing lies between two values of the
+    control parameter that both sizes have. At the first one curve is significantly
+    higher, at the second the other curve is. The confidence intervals of all
+    differences of a pair are simultaneous. The interval of the crossing has all x
+    between the two values at which the difference is not significant. Differences
+    between points are interpolated linearly, so the grid must be fine enough. Curves
+    that only merge do not cross. The list is in the order of the sizes.
     """
-    pairs = pairwise(sorted(curves, key=lambda one: one.n))
-    return [one for pair in pairs for one in _crossings(*pair, confidence)]
+    pairs = pairwise(sorted(curves, key=lambda curve: curve.n))
+    return [crossing for pair in pairs for crossing in _crossings(*pair, confidence)]
 
 
 def _crossings(
@@ -169,11 +211,12 @@ def _crossings(
     x, first, second = np.intersect1d(small.x, large.x, return_indices=True)
     if len(x) < 2:
         return []
-    one, other = small.binder.at(first), large.binder.at(second)
-    difference = other.minus(one)
+    smaller = small.binder.at(first)
+    larger = large.binder.at(second)
+    difference = larger.minus(smaller)
     sides = difference.sides(simultaneous_confidence(len(x), confidence))
     known = np.flatnonzero(sides)
-    found = []
+    crossings = []
     for left, right in pairwise(known.tolist()):
         if sides[left] == sides[right]:
             continue
@@ -181,36 +224,48 @@ def _crossings(
         between = difference.at(np.arange(left, right + 1))
         zero = _zero(x[part], between, confidence)
         places = np.linspace(*zero[1:], BETWEEN + 1)
-        values = _pooled(one.between(x, places), other.between(x, places))
+        values = _pooled(smaller.between(x, places), larger.between(x, places))
         lows, highs = values.bounds(confidence)
-        middle = float(np.interp(zero[0], places, values.value))
-        value = (middle, float(lows.min()), float(highs.max()))
-        rises = bool(sides[right] > 0)
-        found.append(BinderCrossing(small.n, large.n, *zero, *value, rises))
-    return found
+        crossings.append(
+            BinderCrossing(
+                n=small.n,
+                other_n=large.n,
+                x=zero[0],
+                low=zero[1],
+                high=zero[2],
+                value=float(np.interp(zero[0], places, values.value)),
+                value_low=float(lows.min()),
+                value_high=float(highs.max()),
+                rises=bool(sides[right] > 0),
+            )
+        )
+    return crossings
 
 
-def _pooled(one: Means, other: Means) -> Means:
-    """The mean of two that are the same, weighted by their variances."""
-    first, second = one.error**2, other.error**2
-    both = first + second
-    share = np.divide(second, both, out=np.full(both.shape, 0.5), where=both > 0.0)
-    return _combined(one, share, other, 1.0 - share)
+def _pooled(first: Means, second: Means) -> Means:
+    """Return the mean of two estimates of one value, weighted by inverse variances."""
+    first_variance = first.error**2
+    second_variance = second.error**2
+    both = first_variance + second_variance
+    weight = np.divide(
+        second_variance, both, out=np.full(both.shape, 0.5), where=both > 0.0
+    )
+    return _combined(first, weight, second, 1.0 - weight)
 
 
 def _zero(
     x: Floats, difference: Means, confidence: float
 ) -> tuple[float, float, float]:
-    """Where a difference whose sign changes between the first and the last of the
-    values `x` is zero, and the bounds of the interval of that place.
+    """Return the zero of a difference, and the bounds of its confidence interval.
 
-    Of several zeros it is that of the straight line which fits the differences best.
+    The sign of the difference changes between the first and the last of the values `x`.
+    If it changes several times, the zero is that of the straight line that fits the
+    differences best.
     """
     places = np.unique(
         np.concatenate([np.linspace(*ends, BETWEEN + 1) for ends in pairwise(x)])
     )
-    there = difference.between(x, places)
-    low, high = there.bounds(confidence)
+    low, high = difference.between(x, places).bounds(confidence)
     open_ = places[(low <= 0.0) & (high >= 0.0)]
     changes = np.flatnonzero(np.diff(np.sign(difference.value)))
     if len(changes) == 1:
@@ -226,8 +281,11 @@ def _zero(
 
 
 class SusceptibilityPeak(NamedTuple):
-    """The susceptibility of `n` boids is largest at `x`, and `height` there, each with
-    its interval. All are NaN where there is no peak: `why` says so in words.
+    """The peak of the susceptibility of a system of `n` boids.
+
+    It is largest at the control parameter `x`, within `low` and `high`. The `height`
+    there has its own confidence interval. All are NaN if there is no peak, and `why`
+    has the reason.
     """
 
     n: int
@@ -243,16 +301,16 @@ class SusceptibilityPeak(NamedTuple):
 def susceptibility_peak(
     curve: SizeCurve, confidence: float = CONFIDENCE
 ) -> SusceptibilityPeak:
-    """The largest value of a polynomial through the logarithms of the susceptibility at
-    the points about the largest one.
+    """Return the peak of a polynomial through the logarithms of the susceptibility.
 
-    These are as many as the polynomial fits, from those that have at least 60 % of the
-    largest value. It is of fourth degree, as peaks are not symmetric, or goes through
-    all points where these are fewer than five. All count alike, with the mean square of
-    their relative errors: those of few trials go with the values themselves. The
-    interval of the place has those at which the slope is not told from zero. There is
-    no peak where this leaves the place open, or the largest value stands at an end of
-    the axis.
+    The polynomial goes through the points about the largest value that have at least
+    60 % of it. While it does not fit, points at the ends are left out. It is of fourth
+    degree, as peaks are not symmetric, or goes through all points if these are fewer
+    than five. All points have the same weight, by the mean square of their relative
+    errors, since errors from few trials correlate with the values. The confidence
+    interval of `x` has the values at which the slope is not significant. There is no
+    peak if this interval is unbounded, or if the largest value is at an end of the
+    axis.
     """
     chi = curve.susceptibility
     top = int(np.argmax(chi.value))
@@ -268,27 +326,42 @@ def susceptibility_peak(
     logs, _ = fit.at(places)
     best = int(np.argmax(logs))
     slopes, errors = fit.at(places, derivative=True)
-    told = np.flatnonzero(np.abs(slopes) > quantile * errors)
-    before, after = told[told < best], told[told > best]
+    steep = np.flatnonzero(np.abs(slopes) > quantile * errors)
+    before = steep[steep < best]
+    after = steep[steep > best]
     if not (len(before) and len(after)):
         return _no_peak(curve, FLAT)
-    ends = [best, int(before[-1]) + 1, int(after[0]) - 1]
-    level, error = (float(one[best]) for one in fit.at(places))
+    level, error = (float(column[best]) for column in fit.at(places))
     heights = np.exp(level + quantile * error * np.array([0.0, -1.0, 1.0]))
-    place, low, high = (float(curve.x[top] + places[end]) for end in ends)
-    height, least, most = heights.tolist()
-    return SusceptibilityPeak(curve.n, place, low, high, height, least, most)
+    height, height_low, height_high = heights.tolist()
+    return SusceptibilityPeak(
+        n=curve.n,
+        x=float(curve.x[top] + places[best]),
+        low=float(curve.x[top] + places[int(before[-1]) + 1]),
+        high=float(curve.x[top] + places[int(after[0]) - 1]),
+        height=height,
+        height_low=height_low,
+        height_high=height_high,
+    )
 
 
 def _no_peak(curve: SizeCurve, why: str) -> SusceptibilityPeak:
     return SusceptibilityPeak(
-        curve.n, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, why
+        n=curve.n,
+        x=np.nan,
+        low=np.nan,
+        high=np.nan,
+        height=np.nan,
+        height_low=np.nan,
+        height_high=np.nan,
+        why=why,
     )
 
 
 def _about(values: Floats, top: int) -> NDArray[np.int64]:
-    """The places about `top` that have at least a share of its value, without a gap,
-    and its neighbours in any case.
+    """Return the indices about `top` that have at least NEAR_THE_PEAK of its value.
+
+    They are consecutive, and include the neighbours of `top` in any case.
     """
     low = np.flatnonzero(values < NEAR_THE_PEAK * values[top])
     first = int(low[low < top].max(initial=-1)) + 1
@@ -297,8 +370,10 @@ def _about(values: Floats, top: int) -> NDArray[np.int64]:
 
 
 class _Polynomial(NamedTuple):
-    """A polynomial that fits logarithms at `x`: its coefficients, the lowest first,
-    their covariance, and the degrees of freedom of the errors.
+    """A polynomial that fits logarithms at `x`.
+
+    Its coefficients are in ascending order of powers. `freedom` are the degrees of
+    freedom of the errors.
     """
 
     x: Floats
@@ -307,7 +382,20 @@ class _Polynomial(NamedTuple):
     freedom: float
 
     def at(self, places: Floats, *, derivative: bool = False) -> tuple[Floats, Floats]:
-        """Its values, or its slopes, and their standard errors."""
+        """Return the values of the polynomial and their standard errors.
+
+        Parameters
+        ----------
+        places : array
+            Where it is evaluated, (Q,).
+        derivative : bool, default False
+            Return slopes and their errors instead.
+
+        Returns
+        -------
+        values, errors : array
+            (Q,) each.
+        """
         powers = np.arange(len(self.coefficients))
         rows = places[:, None] ** powers
         if derivative:
@@ -317,8 +405,9 @@ class _Polynomial(NamedTuple):
 
 
 def _fitted(x: Floats, points: Means) -> _Polynomial:
-    """The polynomial through the logarithms of `points`. While it does not fit, the
-    lower one of both ends is left out.
+    """Return the polynomial through the logarithms of `points`.
+
+    While it does not fit, the lower one of both ends is left out.
     """
     from scipy.stats import chi2
 
@@ -331,6 +420,6 @@ def _fitted(x: Floats, points: Means) -> _Polynomial:
     squares = float(((logs / error - weighted @ coefficients) ** 2).sum())
     spare = len(x) - degree - 1
     if spare and chi2.sf(squares, spare) < FITS:
-        kept = slice(1, None) if logs[0] < logs[-1] else slice(None, -1)
-        return _fitted(x[kept], Means(*(one[kept] for one in points)))
+        inner = slice(1, None) if logs[0] < logs[-1] else slice(None, -1)
+        return _fitted(x[inner], Means(*(column[inner] for column in points)))
     return _Polynomial(x, coefficients, covariance, float(points.freedom.sum()))

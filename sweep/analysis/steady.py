@@ -1,6 +1,4 @@
-"""The mean of recorded series in their steady state, with its interval and what to know
-before believing it.
-"""
+"""Mean of recorded series in their steady state, and checks that there is one."""
 
 import math
 from dataclasses import dataclass
@@ -26,15 +24,31 @@ from sweep.text import unknown
 Floats = NDArray[np.float64]
 
 DRIFT_LEVEL = 0.01
+"""Level of the test of a drift."""
 
 
 @dataclass(frozen=True)
 class SteadyState:
-    """The mean after the burn-in and its interval.
+    """The mean after the burn-in and its confidence interval.
 
-    `series` is their number; `burn_in` and `tau` are in frames. `reliable` says whether
-    the series are 50 tau long, without which tau is likely to be too small. `problems`
-    say in words why there may be no steady state.
+    Attributes
+    ----------
+    mean, low, high : float
+    series : int
+        Number of series.
+    burn_in : int
+        Frames that are left out from the start.
+    tau : float
+        Integrated autocorrelation time in frames.
+    effective : float
+        Effective sample size.
+    reliable : bool
+        True if the series are at least 50 tau long. Otherwise tau is likely to be too
+        small.
+    drift_p : float
+        Two-sided p-value of no drift.
+    problems : tuple of str
+        Why there may be no steady state, in words.
     """
 
     mean: float
@@ -50,74 +64,103 @@ class SteadyState:
 
     @property
     def stationary(self) -> bool:
-        """Whether there are enough values and nothing speaks against a steady state."""
+        """True if there are enough values and no problem with a steady state."""
         return not self.problems
 
 
 class SeriesTables(Protocol):
-    """What tables of series by point need of a stored study."""
+    """A stored study, as far as tables of series by point need it."""
 
     @property
     def trials(self) -> pd.DataFrame:
-        """One row a trial."""
+        """The trials, one row per trial."""
 
     @property
     def series(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial."""
+        """The recorded series, one row per recorded frame of a trial."""
 
     @property
     def varied(self) -> list[str]:
-        """The settings that differ between points."""
+        """Names of the parameters that differ between points."""
 
 
 def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadyState:
-    """The mean of a series (T,) or of several independent ones (m, T) after the
-    burn-in, with its interval.
+    """Estimate the mean of a series (T,), or of independent ones (m, T), after burn-in.
 
-    `burn_in` says what to leave out, and `drift` tests the rest at 1 %; of ten series
-    or more that alone decides. The interval of one series is Student's with the
-    effective sample size in place of the number of frames, for a stationary series much
-    longer than tau: of AR(1) series it covers 90 % at 50 tau, 93 % at 100 and 95 % at
-    300 where it says 95 %, and calls up to 2 % of them drifting. That of several is
-    Student's interval between their means, which asks for no length, and also holds
-    where each settles somewhere else. Raises ValueError for fewer than 20 frames and
-    for values that are not finite.
+    `burn_in` decides which frames to leave out, and `drift` tests the rest at 1 %. For
+    ten series or more this test alone decides whether there is a problem.
+
+    The confidence interval of one series is Student's with the effective sample size in
+    place of the number of frames. It is for a stationary series much longer than tau.
+    95 % intervals of AR(1) series cover 90 % at 50 tau, 93 % at 100 tau and 95 % at 300
+    tau, and up to 2 % of these series test as drifting. The interval of several series
+    is Student's between their means. It needs no length, and is also valid if each
+    series settles at another mean.
+
+    Raises ValueError for fewer than 20 frames and for values that are not finite.
     """
     values = as_series(series)
     start = burn_in(values)
     rest = values[:, start.frames :]
-    time, moved = integrated_time(rest), drift(rest)
-    found = (
+    time = integrated_time(rest)
+    moved = drift(rest)
+    interval = (
         mean_interval(rest.mean(axis=1), confidence)
         if len(values) > 1
-        else _one(rest, time, confidence)
+        else _interval_of_one(rest, time, confidence)
     )
     problems = ["the mean drifts"] if moved.p < DRIFT_LEVEL else []
-    # Many series tell a drift by themselves; of few, only their autocorrelation says
-    # what is one.
+    # Many series show a drift by their differences. Few need their autocorrelation.
     few = len(values) < ENOUGH_SERIES
     problems += (
         ["no end of a burn-in was found"]
-        if not start.found and (few or problems)
+        if not start.end_found and (few or problems)
         else []
     )
     problems += (
         ["shorter than 50 autocorrelation times"] if not time.reliable and few else []
     )
-    return SteadyState(*found, start.frames, *time, moved.p, tuple(problems))
+    return SteadyState(
+        mean=interval.value,
+        low=interval.low,
+        high=interval.high,
+        series=interval.n,
+        burn_in=start.frames,
+        tau=time.tau,
+        effective=time.effective,
+        reliable=time.reliable,
+        drift_p=moved.p,
+        problems=tuple(problems),
+    )
 
 
 def steady_states(
     study: SeriesTables, metric: str, confidence: float = CONFIDENCE
 ) -> pd.DataFrame:
-    """The steady state of a recorded series at each point of a study, from its trials
-    that are done.
+    """Return the steady state of a recorded series at each point of a study.
 
-    Columns: the varied settings, then mean, low, high, series (their number), burn_in
-    and tau (both in steps), effective, reliable, drift_p, stationary, problems (in
-    words), and left_out, the number of trials that are not done or lack a value. A last
-    frame that comes sooner than the others is no part of it. Raises ValueError where
-    the study has not recorded `metric`, or fewer than 20 frames of it.
+    Parameters
+    ----------
+    study : study
+        A stored study.
+    metric : str
+        Recorded series.
+    confidence : float, default 0.95
+        Of the interval of each point alone.
+
+    Returns
+    -------
+    DataFrame
+        One row per point, from its trials that are done. Columns: the varied
+        parameters, mean, low, high, series (their number), burn_in and tau (both in
+        steps), effective, reliable, drift_p, stationary, problems (in words), and
+        left_out, the number of trials that are not done or lack a value. A last frame
+        at a shorter distance than the others does not count.
+
+    Raises
+    ------
+    ValueError
+        If the study has not recorded `metric`, or fewer than 20 frames of it.
     """
     if metric not in study.series or metric in ("trial_id", "frame"):
         raise ValueError(
@@ -135,8 +178,9 @@ def steady_states(
 
 
 def _row(series: pd.DataFrame, confidence: float) -> dict[str, object]:
-    """The columns of one point beside its settings; `series` has a row a trial and a
-    column a frame.
+    """Return the columns of one point, except its parameters.
+
+    `series` has one row per trial and one column per frame.
     """
     series = series.dropna(axis="columns", how="all")
     frames = series.columns.to_numpy(np.int64)
@@ -175,8 +219,10 @@ def _row(series: pd.DataFrame, confidence: float) -> dict[str, object]:
     }
 
 
-def _one(values: Floats, time: Autocorrelation, confidence: float) -> Interval:
-    """The interval of one series (1, T) from its variance and autocorrelation time."""
+def _interval_of_one(
+    values: Floats, time: Autocorrelation, confidence: float
+) -> Interval:
+    """Return the interval of one series (1, T), by its variance and its tau."""
     mean = float(values.mean())
     if math.isnan(time.tau):
         return Interval(mean, mean, mean, 1)

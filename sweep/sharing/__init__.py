@@ -1,11 +1,11 @@
-"""A stored study for others: as one file, as a citation, as a description.
+"""A stored study for other people: as one file, a citation and a description.
 
-content      one hash of all that a study computed
-odd          a description of the model and the study
-citing       the works that a study rests on
-packed_file  a file of a study, its members and their checksums
+content      one hash of all results of a study
+odd          ODD description of the model and the study
+citing       the works to cite with a study
+packed_file  the file of a study, its members and their checksums
 packing      a study -> one file
 unpacking    one file -> a study
-laid_out     a study -> its spec and its code as files, to launch on
-stranger     the texts of that file for who has no boidsweep
+laid_out     a study -> its spec and its code as files, to resume it
+stranger     the texts of that file for readers without boidsweep
 """

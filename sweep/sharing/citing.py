@@ -1,7 +1,7 @@
-"""What to cite with a study: the program, the work behind its model, the study itself.
+"""Works to cite with a study: the program, the work behind its model, the study itself.
 
 The program is described by CITATION.cff, a built-in model by the published.yaml of its
-document, and any other model by what its author wrote as its source.
+paper, and any other model by the source that its author states.
 """
 
 import json
@@ -21,13 +21,14 @@ from sweep.tables.stored_study import StoredStudy
 
 PROGRAM = "boidsweep"
 TYPES = {"software": "software", "model": "report", "study": "dataset"}
-"""Of what is cited: its type in CSL, the citation style language."""
+"""Type in CSL, the citation style language, of each kind of work."""
 ESCAPED = {
     **{sign: f"\\{sign}" for sign in "&%$#_{}"},
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
 }
+"""LaTeX for characters with a meaning in LaTeX."""
 
 
 class Author(NamedTuple):
@@ -39,15 +40,23 @@ class Author(NamedTuple):
 
 @dataclass(frozen=True)
 class Work:
-    """Something to cite, and in words what is `not_stated` of it.
+    """A work to cite.
 
-    key      its key in a bibliography
-    kind     one of TYPES
-    title    its title
-    authors  its authors, none where they are not stated
-    year     its year; None where it is not stated
-    version  its version, "" where it has none
-    note     what else tells it from others: where it comes from, or a hash
+    Attributes
+    ----------
+    key : str
+        Key in a bibliography.
+    kind : str
+        One of TYPES.
+    title : str
+    authors : tuple of Author
+        Empty if they are not stated.
+    year : int or None
+        None if it is not stated.
+    version : str
+        "" without a version.
+    note : str
+        What else identifies the work: its source, its licence or a hash.
     """
 
     key: str
@@ -60,7 +69,7 @@ class Work:
 
     @property
     def not_stated(self) -> list[str]:
-        """What a reader of the citation would look for in vain."""
+        """Names of the parts of the citation that are missing."""
         missing = {
             "authors": not self.authors,
             "year": self.year is None,
@@ -69,7 +78,7 @@ class Work:
         return [name for name, lacks in missing.items() if lacks]
 
     def as_text(self) -> str:
-        """One sentence for a list of references, and what it lacks."""
+        """Return one sentence for a list of references, with the missing parts."""
         year = f" ({self.year})" if self.year is not None else ""
         version = f", version {self.version}" if self.version else ""
         note = f". {self.note}" if self.note else ""
@@ -82,10 +91,13 @@ class Work:
         return f"{work}{note}." + (f" [not stated: {missing}]" if missing else "")
 
     def as_bibtex(self) -> str:
-        """An entry for BibTeX. @misc is the one type that every style has."""
+        """Return an entry for BibTeX.
+
+        Its type is @misc, the only one that every style has.
+        """
         fields = {
             "title": f"{{{_tex(self.title)}}}",
-            "author": " and ".join(_tex_name(one) for one in self.authors),
+            "author": " and ".join(map(_tex_name, self.authors)),
             "year": "" if self.year is None else str(self.year),
             "version": _tex(self.version),
             "note": _tex(self.note),
@@ -94,18 +106,18 @@ class Work:
         return "\n".join([f"@misc{{{self.key},", *lines, "}"])
 
     def as_csl(self) -> dict[str, Any]:
-        """The same for CSL, the citation style language, ready for JSON."""
-        said: dict[str, Any] = {
+        """Return an item for CSL, the citation style language, ready for JSON."""
+        item: dict[str, Any] = {
             "id": self.key,
             "type": TYPES[self.kind],
             "title": self.title,
         }
         if self.authors:
-            said["author"] = [{"literal": one.name} for one in self.authors]
+            item["author"] = [{"literal": author.name} for author in self.authors]
         if self.year is not None:
-            said["issued"] = {"date-parts": [[self.year]]}
-        others = {"version": self.version, "note": self.note}
-        return said | {name: text for name, text in others.items() if text}
+            item["issued"] = {"date-parts": [[self.year]]}
+        optional = {"version": self.version, "note": self.note}
+        return item | {name: text for name, text in optional.items() if text}
 
 
 @dataclass(frozen=True)
@@ -115,24 +127,44 @@ class Citation:
     works: tuple[Work, ...]
 
     def as_text(self) -> str:
-        """A line a work, and what of it is not stated."""
+        """Return one line per work, with its missing parts."""
         return "\n".join(f"{work.kind:<9} {work.as_text()}" for work in self.works)
 
     def as_bibtex(self) -> str:
-        """An entry a work."""
+        """Return one BibTeX entry per work."""
         return "\n\n".join(work.as_bibtex() for work in self.works)
 
     def as_json(self) -> str:
-        """A list for CSL."""
+        """Return the works as JSON for CSL, the citation style language."""
         works = [work.as_csl() for work in self.works]
         return json.dumps(works, indent=2, ensure_ascii=False)
 
 
 def cite(study: StoredStudy | None = None) -> Citation:
-    """What to cite with a stored study, or for the program alone.
+    """Return the works to cite with a stored study, or for the program alone.
 
-    The study is told from others by the hash of its content. Raises StoreError where
-    it cannot be read, ChoiceError where nothing of it is stored.
+    The hash of its content identifies the study.
+
+    Parameters
+    ----------
+    study : StoredStudy, optional
+        Without a study, the program alone.
+
+    Returns
+    -------
+    Citation
+
+    Raises
+    ------
+    StoreError
+        If the study cannot be read.
+    ChoiceError
+        If no trials of the study are stored.
+
+    Examples
+    --------
+    >>> [work.kind for work in cite().works]
+    ['software']
     """
     if study is None:
         return Citation((program(),))
@@ -142,10 +174,11 @@ def cite(study: StoredStudy | None = None) -> Citation:
 
 
 def program() -> Work:
-    """This program, as CITATION.cff has it."""
+    """Return the program as a work to cite, from CITATION.cff."""
     root = read_document(CITATION)
-    authors = tuple(author_of(one) for one in root.child("authors").entries())
-    released, licence = (root.child(key).text() for key in ("date-released", "license"))
+    authors = tuple(map(author_of, root.child("authors").entries()))
+    released = root.child("date-released").text()
+    licence = root.child("license").text()
     return Work(
         key=PROGRAM,
         kind="software",
@@ -158,22 +191,29 @@ def program() -> Work:
 
 
 def behind_model(study: StoredStudy) -> Work:
-    """The work behind the model of a study."""
+    """Return the work behind the model of a study."""
     return behind(str(study.trials["model"].iloc[0]), study.known)
 
 
 def behind(name: str, known: Catalogue) -> Work:
-    """The work behind the model of this name."""
-    about = bibliography_of(name)
-    if about is None:
-        title, source = f"The model {name}", known.models[name].source
-        return Work(_key(name), "model", title, (), None, "", source)
-    authors = tuple(map(Author, about.authors))
-    return Work(_key(name), "model", about.title, authors, about.year, "", about.source)
+    """Return the work behind a model of a catalogue."""
+    paper = bibliography_of(name)
+    return Work(
+        key=_key(name),
+        kind="model",
+        title=paper.title if paper else f"The model {name}",
+        authors=tuple(map(Author, paper.authors)) if paper else (),
+        year=paper.year if paper else None,
+        version="",
+        note=paper.source if paper else known.models[name].source,
+    )
 
 
 def itself(study: StoredStudy) -> Work:
-    """The stored study, with the hash of what it computed, and its last year."""
+    """Return the stored study as a work, with the hash of its results.
+
+    Its year is that of the newest stored part.
+    """
     stored = sum(count for name, count in study.statuses().items() if name != "missing")
     return Work(
         key=_key(study.name),
@@ -188,14 +228,15 @@ def itself(study: StoredStudy) -> Work:
 
 
 def stored_at(study: StoredStudy) -> datetime:
-    """When the newest part of a study was stored."""
+    """Return when the newest part of a study was stored, in UTC."""
     newest = max(part.name for part in study.store.current_parts())
     return datetime.fromtimestamp(int(newest[:20]) // 10**9, UTC)
 
 
 def author_of(entry: Entry) -> Author:
-    """A person, or a group with a name, of a CITATION.cff. Raises SpecError for one
-    without a name.
+    """Return an author of a CITATION.cff: a person, or a group with a name.
+
+    Raises SpecError for an author without a name.
     """
     if name := entry.get("name"):
         return Author(name.text(), group=True)
@@ -206,8 +247,8 @@ def author_of(entry: Entry) -> Author:
 
 
 def _listed(authors: Sequence[Author]) -> str:
-    *others, last = [one.name for one in authors]
-    return f"{', '.join(others)} and {last}" if others else last
+    *first, last = [author.name for author in authors]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _key(name: str) -> str:
@@ -219,5 +260,5 @@ def _tex(text: str) -> str:
 
 
 def _tex_name(author: Author) -> str:
-    """The name of a group in braces, so that it is not taken apart."""
+    """Return the name of an author; of a group in braces, so that it is not split."""
     return f"{{{_tex(author.name)}}}" if author.group else _tex(author.name)

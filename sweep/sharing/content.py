@@ -1,5 +1,7 @@
-"""One hash of what a study computed: equal numbers have an equal hash, wherever and in
-whichever parts they are stored, and under whichever name.
+"""One hash of all results of a study.
+
+Equal numbers have an equal hash, wherever and in whichever parts they are stored, and
+under whichever name.
 """
 
 import hashlib
@@ -14,18 +16,21 @@ from sweep.tables.stored_study import TABLES, StoredStudy
 LEFT_OUT = ("seconds", "error", "replay")
 """Columns that differ from run to run, or with the name of the study."""
 TRIALS_AT_A_TIME = 50_000
+"""Trials per block. The hash depends on it, so it cannot change."""
 
 
 def content_hash(study: StoredStudy) -> str:
-    """The sha256 of the stored tables of the trials of the spec, in its order and to
-    the last bit, in hexadecimal.
+    """Return the sha256 of the results of a study, in hexadecimal.
 
-    Each block of 50,000 trials enters table by table, and each table column by column
-    in the order of their names: name, type, number of rows, which of them are empty,
-    and values, texts and lists with their lengths first, all numbers as little-endian.
-    Wall times, error texts and commands are left out. Raises StoreError.
+    It covers the stored tables of the trials of the spec, in the order of the spec and
+    bit for bit. Each block of 50,000 trials enters table by table, and each table
+    column by column in the order of their names. A column enters with its name, type,
+    number of rows, which rows are empty, and the values. Strings and lists have their
+    lengths first, and all numbers are little-endian. Wall times, error texts and
+    commands are left out. Raises StoreError.
     """
-    digest, ids = hashlib.sha256(), study.plan["trial_id"].combine_chunks()
+    digest = hashlib.sha256()
+    ids = study.plan["trial_id"].combine_chunks()
     for first in range(0, len(ids), TRIALS_AT_A_TIME):
         block = ids.slice(first, TRIALS_AT_A_TIME)
         for name in TABLES:

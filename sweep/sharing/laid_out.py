@@ -1,5 +1,7 @@
-"""A stored study as files that are launched on: its spec, with its code where the spec
-looks for it, and earlier versions of the code apart. Nothing of it runs.
+"""A stored study as files from which it can be resumed.
+
+These are its spec, its code where the spec looks for it, and earlier versions of the
+code in folders of their own. None of the code runs.
 """
 
 import os
@@ -15,13 +17,15 @@ from sweep.tables.stored_study import StoredStudy
 
 PLAIN = re.compile(r"\w[\w.-]*")
 MOST_ABOVE = 8
-"""Folders between a spec and the one from which its code is taken."""
+"""Most folders that the folder of the code may be above the spec."""
 
 
 @dataclass(frozen=True)
 class LaidOut:
-    """Files that were written, the spec first; `code_from` is the folder that a launch
-    must be told, None where the code lies beside the spec.
+    """Files that were written, the spec first.
+
+    `code_from` is the folder of the code, which a run must be given. It is None if the
+    code is next to the spec.
     """
 
     files: tuple[Path, ...]
@@ -29,35 +33,35 @@ class LaidOut:
 
     @property
     def spec(self) -> Path:
+        """Path of the spec."""
         return self.files[0]
 
 
 def check_new(folder: Path) -> None:
-    """Raise OutputError where there is something already."""
+    """Raise OutputError if something exists at the path of a new folder."""
     if os.path.lexists(folder):
         raise OutputError(f"{folder}: exists already; name a new folder")
 
 
 def lay_out(study: StoredStudy, folder: Path) -> LaidOut:
-    """Write the spec of a study as last launched into a new folder, with the version of
-    its own code that it was launched with, and each other version by which stored
-    trials were computed in a folder of its own.
+    """Write the spec and the custom code of a study into a new folder.
 
-    A study that was renamed has its new name in the spec. Raises OutputError for a
-    folder that exists or cannot be written, and StoreError for code that no launch has
-    stored.
+    The spec and the code are those of the last run. Each other version of the code by
+    which stored trials were computed has a folder of its own. A study that was renamed
+    has its new name in the spec. Raises OutputError for a folder that exists or cannot
+    be written, and StoreError for code that no run has stored.
     """
     check_new(folder)
-    versions, place = study.own_code, PurePosixPath()
+    spec_folder = PurePosixPath()
     current = study.provenance.get("own", {}).get("sha")
     steps = PurePosixPath()
     if current:
         steps = PurePosixPath(os.path.normpath(stored_folder(study.store, current)))
-        place = _spec_folder(study, steps)
-    beside = PurePosixPath(os.path.normpath(place / steps))
-    texts = [(place / SPEC, _spec(study))]
-    for sha, files in versions.items():
-        home = beside if sha == current else PurePosixPath(f"version-{sha[:12]}")
+        spec_folder = _spec_folder(study, steps)
+    code_folder = PurePosixPath(os.path.normpath(spec_folder / steps))
+    texts = [(spec_folder / SPEC, _spec(study))]
+    for sha, files in study.own_code.items():
+        home = code_folder if sha == current else PurePosixPath(f"version-{sha[:12]}")
         texts += [(home / name, text) for name, text in files.items()]
     names = [name for name, _ in texts]
     if len({str(name).casefold() for name in names}) < len(names):
@@ -66,13 +70,15 @@ def lay_out(study: StoredStudy, folder: Path) -> LaidOut:
     for name, text in texts:
         with unfinished(folder / name, folder) as file:
             file.write(text.encode(errors="replace"))
-    told = folder / beside if beside != place else None
-    return LaidOut(tuple(folder / name for name in names), told)
+    code_from = folder / code_folder if code_folder != spec_folder else None
+    return LaidOut(tuple(folder / name for name in names), code_from)
 
 
 def _spec_folder(study: StoredStudy, steps: PurePosixPath) -> PurePosixPath:
-    """Where the spec lies so that the folder of its code, some steps up and down from
-    there, lies in the new folder. The names are those of the folders of then.
+    """Return the folder of the spec, relative to the new folder.
+
+    The folder of the code is some steps up and down from it, and must be in the new
+    folder. The names are those of the folders at the time of the run.
     """
     above = steps.parts.count("..")
     if steps.is_absolute() or above > MOST_ABOVE:
@@ -85,7 +91,7 @@ def _spec_folder(study: StoredStudy, steps: PurePosixPath) -> PurePosixPath:
 
 
 def _spec(study: StoredStudy) -> str:
-    """The text of its spec, in which it has the name that it has now."""
+    """Return the text of the spec of a study, with the present name of the study."""
     launched_as = str(study.provenance.get("study", study.name))
     quoted = rf"([\"']?){re.escape(launched_as)}\1"
     line = re.compile(rf"^study:[ \t]*{quoted}(?=\s*(?:#|$))", re.MULTILINE)

@@ -1,9 +1,9 @@
 """An ODD description of a model and a study: overview, design concepts, details.
 
 Its elements are those of Grimm et al. 2020, Journal of Artificial Societies and Social
-Simulation 23(2), 7. All of it comes from what a model, a metric, a map, a start and a
-spec say of themselves, and from the docstrings of functions. What is said nowhere is
-printed as a gap, "not stated", and listed at the end: it is for an author to fill in.
+Simulation 23(2), 7. All texts come from the declarations of a model, a metric, a map, a
+start and a spec, and from the docstrings of functions. A missing text is printed as a
+gap, "not stated", and listed at the end, so that an author can fill it in.
 """
 
 import inspect
@@ -26,7 +26,7 @@ from sweep.spec.study import Streams, Study
 from sweep.tables.stored_study import StoredStudy
 
 MOST_VALUES = 8
-"""Values of a setting that are listed; of more the range is."""
+"""Most values of a parameter that are listed; more numbers are written as a range."""
 GROUPS = {
     "parameters": "Settings of the model",
     "schedule": "Extent",
@@ -38,24 +38,45 @@ GROUPS = {
     "start": "Start",
     "observation": "Observation",
 }
+"""Headings of the groups of parameters, in their order."""
 STREAMS = keys_of(Streams)
 SEARCHED = "searched"
-"""In the place of the value of a setting."""
+"""Text that replaces the value of a parameter that a search varies."""
 
 
 @dataclass(frozen=True)
 class StudyFacts:
-    """What is described, of a spec or of a stored study.
+    """The described facts of a spec or of a stored study.
 
-    values      the values of each setting in the study
-    record      unit and text of each recorded metric
-    replicates  in words, how many trials a point has
-    seeds       in words, where their random numbers come from
-    streams     by purpose, whether points have random numbers in common
-    searches    whether it is a search, which decides as it runs which points it has
-    continued   the axis along which trials are links of chains, "" without one
-    directions  those of its chains, one after the other
-    code        whether the functions of the model are at hand
+    Attributes
+    ----------
+    name : str
+    known : Catalogue
+        The models, metrics, maps and starts that the study can use.
+    model : Model
+    preset : str
+    values : mapping
+        Values in the study by parameter.
+    record : mapping
+        Unit and text by recorded metric.
+    points, trials : int
+        Numbers of points and of trials.
+    replicates : str
+        Number of trials per point, in words.
+    seeds : str
+        Origin of their random numbers, in words.
+    streams : mapping
+        "common" or "independent" by purpose of the random numbers.
+    spec : str
+        Text of the spec.
+    searches : bool
+        True for a search, which decides as it runs which points it has.
+    continued : str
+        Axis along which trials are links of chains, "" without one.
+    directions : sequence of str
+        Directions of the chains, one after the other.
+    code : bool
+        True if the functions of the model are loaded.
     """
 
     name: str
@@ -77,18 +98,18 @@ class StudyFacts:
 
     @property
     def document(self) -> Document:
-        """The text of its spec."""
+        """The spec as a document."""
         return Document(Path("spec"), self.spec)
 
     @property
     def settings(self) -> dict[str, Setting]:
-        """Every setting of the model."""
+        """All parameters of the model, by name."""
         return settings_of(self.model.name, self.known)
 
 
 def of_spec(study: Study, design: Design) -> StudyFacts:
-    """What a spec describes."""
-    columns = {name: _distinct(one) for name, one in design.columns.items()}
+    """Return the facts of a spec."""
+    columns = {name: _distinct(column) for name, column in design.columns.items()}
     values: dict[str, list[Value]] = {
         name: [value] for name, value in design.base.items()
     }
@@ -120,16 +141,21 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
 
 
 def of_stored(study: StoredStudy) -> StudyFacts:
-    """What a stored study describes. Its own code is used if it may run. Raises
-    ChoiceError where no trial is stored.
+    """Return the facts of a stored study.
+
+    Custom code of the study is used if it may run. Raises ChoiceError if no trial is
+    stored.
     """
-    if not len(study.trials):
+    trials = study.trials
+    if not len(trials):
         raise ChoiceError("no trials of it are stored", study.name)
     try:
-        known, code = study.running(study.provenance), True
+        known = study.running(study.provenance)
+        code = True
     except CodeError:
-        known, code = study.known, False
-    trials, first = study.trials, study.trials.iloc[0]
+        known = study.known
+        code = False
+    first = trials.iloc[0]
     counts = trials.groupby("point").size()
     listed = sorted(trials["seed"].unique().tolist())
     words = [word.partition("=")[::2] for word in str(first["streams"]).split()]
@@ -160,27 +186,37 @@ def of_stored(study: StoredStudy) -> StudyFacts:
     )
 
 
-def odd(about: StudyFacts) -> str:
-    """The description in Markdown: seven elements, the experiment, and the gaps."""
-    page = _Page(about)
+def odd(facts: StudyFacts) -> str:
+    """Return the description in Markdown: seven elements, the experiment, and the gaps.
+
+    Examples
+    --------
+    >>> import sweep
+    >>> print(odd(of_stored(sweep.load("my/first"))))
+    # ODD of the study my/first
+    ...
+    """
+    page = _Page(facts)
     page.write()
     return page.text()
 
 
 @dataclass
 class _Page:
-    about: StudyFacts
+    facts: StudyFacts
     lines: list[str] = field(default_factory=list)
     gaps: list[str] = field(default_factory=list)
 
     def text(self) -> str:
+        """Return the page in Markdown."""
         return "\n".join(self.lines) + "\n"
 
     def write(self) -> None:
-        about = self.about
-        self.heading(1, f"ODD of the study {about.name}")
+        """Write all sections of the page."""
+        facts = self.facts
+        self.heading(1, f"ODD of the study {facts.name}")
         self.say(
-            f"The model {about.model.name}, described after Grimm et al. (2020) by"
+            f"The model {facts.model.name}, described after Grimm et al. (2020) by"
             f" boidsweep {program().version} from what its code and the spec say of"
             " themselves."
         )
@@ -193,52 +229,74 @@ class _Page:
         self.list(self.gaps or ["none"])
 
     def heading(self, level: int, text: str) -> None:
-        """A heading."""
+        """Add a heading.
+
+        Parameters
+        ----------
+        level : int
+            1 for the title of the page.
+        text : str
+        """
         before = [""] if self.lines and self.lines[-1] else []
         self.lines += [*before, f"{'#' * level} {text}", ""]
 
     def say(self, text: str) -> None:
-        """A paragraph."""
+        """Add a paragraph."""
         self.lines += [*([""] if self.lines and self.lines[-1] else []), text]
 
-    def gap(self, what: str) -> None:
-        """Something that is said nowhere."""
-        self.say(f"*not stated: {what}*")
-        self.gaps.append(what)
+    def gap(self, missing: str) -> None:
+        """Add a gap: a text that is missing."""
+        self.say(f"*not stated: {missing}*")
+        self.gaps.append(missing)
 
-    def either(self, text: str | None, what: str) -> None:
-        """A paragraph, or a gap where there is none."""
+    def either(self, text: str | None, missing: str) -> None:
+        """Add a paragraph, or a gap without a text.
+
+        Parameters
+        ----------
+        text : str or None
+        missing : str
+            Text of the gap.
+        """
         if text:
             self.say(text)
         else:
-            self.gap(what)
+            self.gap(missing)
 
     def list(self, items: Iterable[str]) -> None:
-        """A list."""
+        """Add a list."""
         self.lines += [
             *([""] if self.lines[-1] else []),
-            *(f"- {one}" for one in items),
+            *(f"- {item}" for item in items),
         ]
 
     def table(self, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-        """A table."""
+        """Add a table.
+
+        Parameters
+        ----------
+        heads : sequence of str
+            Titles of the columns.
+        rows : iterable of sequence of str
+            Cells of each row.
+        """
         cells = [heads, ["---"] * len(heads), *rows]
         lines = ["| " + " | ".join(map(_cell, row)) + " |" for row in cells]
         self.lines += [*([""] if self.lines[-1] else []), *lines]
 
 
 def _purpose(page: _Page) -> None:
-    model = page.about.model
+    model = page.facts.model
     document = bibliography_of(model.name)
     if document:
         page.say(f"The model of: {document.title}. {document.source}.")
     else:
         source = f"Source of the model: {model.source}." if model.source else None
         page.either(source, f"who described the model {model.name}, and where")
-    page.either(_module_text(page.about), f"what the model {model.name} is for")
-    said = page.about.document.comment
+    page.either(_module_text(page.facts), f"what the model {model.name} is for")
+    comment = page.facts.document.comment
     page.either(
-        f"The spec of the study begins: {said}" if said else None,
+        f"The spec of the study begins: {comment}" if comment else None,
         "the purpose of this study, and the question that it answers: the spec begins"
         " with no comment that says it",
     )
@@ -249,16 +307,20 @@ def _purpose(page: _Page) -> None:
 
 
 def _entities(page: _Page) -> None:
-    about, model = page.about, page.about.model
+    facts = page.facts
+    model = facts.model
     kinds = f", of the kinds {', '.join(model.kinds)}" if model.kinds else ""
     obstacles = "Obstacles are discs, rectangles and polygons."
     page.say(
         f"The entities are boids{kinds}, in a world of two dimensions. {obstacles}"
     )
-    length, speed = spelled("length", model), spelled("length/time", model)
-    rows = [("x, y", length, "position"), ("vx, vy", speed, "velocity")]
+    rows = [
+        ("x, y", spelled("length", model), "position"),
+        ("vx, vy", spelled("length/time", model), "velocity"),
+    ]
     rows += [
-        (name, spelled(one.unit, model), one.text) for name, one in model.state.items()
+        (name, spelled(column.unit, model), column.text)
+        for name, column in model.state.items()
     ]
     page.table(("state of a boid", "unit", "what it is"), rows)
     page.say(
@@ -267,37 +329,47 @@ def _entities(page: _Page) -> None:
     )
     for group, title in GROUPS.items():
         page.heading(3, title)
-        inside = [one for one in about.settings.values() if one.group == group]
         page.table(
             ("setting", "value", "unit", "allowed", "what it is"),
             [
-                (one.name, _values(about, one.name), one.unit, _allowed(one), one.text)
-                for one in inside
+                (
+                    setting.name,
+                    _values(facts, setting.name),
+                    setting.unit,
+                    _allowed(setting),
+                    setting.text,
+                )
+                for setting in facts.settings.values()
+                if setting.group == group
             ],
         )
 
 
 def _process(page: _Page) -> None:
-    about, model = page.about, page.about.model
-    found = [name for name, one in _own_settings(model).items() if one == UPDATE]
-    for name in found:
-        page.say(f"Order of updates ({name}): {_values(about, name)}. {UPDATE.text}.")
+    facts = page.facts
+    model = facts.model
+    declared = _own_settings(model).items()
+    updates = [name for name, declaration in declared if declaration == UPDATE]
+    for name in updates:
+        page.say(f"Order of updates ({name}): {_values(facts, name)}. {UPDATE.text}.")
     if model.update_order:
         page.say(f"Order of updates: {model.update_order}.")
-    elif not found:
+    elif not updates:
         page.gap(
             "whether boids are updated one after the other or all at once: the model"
             " has neither a setting nor an update_order that says it; its step, below,"
             " may"
         )
-    if not about.code:
+    if not facts.code:
         page.gap("what happens in a step: the model's own code was not loaded")
         return
     page.either(_text(model.advance), "what a step does, in words")
     called = _called(model.advance)
     if called:
         page.say("A step calls these functions, in the order in which it names them:")
-        page.list(f"`{name}`: {_first(_text(one))}" for name, one in called.items())
+        page.list(
+            f"`{name}`: {_first(_text(function))}" for name, function in called.items()
+        )
 
 
 def _concepts(page: _Page) -> None:
@@ -307,19 +379,19 @@ def _concepts(page: _Page) -> None:
 
 
 def _basic_principles(page: _Page) -> None:
-    rules = page.about.model.rules
+    rules = page.facts.model.rules
     if rules:
         page.say("Boids steer by rules, each with a weight; 0 switches it off.")
         page.table(
             ("rule", "weight", "value", "to the goal"),
             [
                 (
-                    one.name,
-                    one.weight,
-                    _values(page.about, one.weight),
-                    _yes(one.to_goal),
+                    rule.name,
+                    rule.weight,
+                    _values(page.facts, rule.weight),
+                    _yes(rule.to_goal),
                 )
-                for one in rules
+                for rule in rules
             ],
         )
     else:
@@ -327,11 +399,11 @@ def _basic_principles(page: _Page) -> None:
 
 
 def _objectives(page: _Page) -> None:
-    goal = [one.name for one in page.about.model.rules if one.to_goal]
-    if goal:
-        place = [_values(page.about, name) for name in ("goal_x", "goal_y")]
-        page.say(f"Boids go to the goal at ({', '.join(place)}) by {', '.join(goal)}.")
-        if later := _values(page.about, "next_goals"):
+    rules = [rule.name for rule in page.facts.model.rules if rule.to_goal]
+    if rules:
+        goal = [_values(page.facts, name) for name in ("goal_x", "goal_y")]
+        page.say(f"Boids go to the goal at ({', '.join(goal)}) by {', '.join(rules)}.")
+        if later := _values(page.facts, "next_goals"):
             page.say(f"From there they go on to {later}, one after the other.")
     else:
         page.say("No rule leads boids to a goal.")
@@ -339,8 +411,9 @@ def _objectives(page: _Page) -> None:
 
 
 def _sensing(page: _Page) -> None:
-    about, model = page.about, page.about.model
-    if about.code:
+    facts = page.facts
+    model = facts.model
+    if facts.code:
         page.either(_text(model.sight), "whom boids see, in words")
     else:
         page.gap("whom boids see: the model's own code was not loaded")
@@ -349,60 +422,60 @@ def _sensing(page: _Page) -> None:
 
 
 def _interaction(page: _Page) -> None:
-    if not page.about.code:
+    if not page.facts.code:
         page.gap("how boids act on each other: the model's own code was not loaded")
         return
     page.say("Boids act on each other, and obstacles on them, by the submodels below.")
 
 
 def _stochasticity(page: _Page) -> None:
-    about = page.about
+    facts = page.facts
     page.say(
-        f"Random numbers are {about.seeds}. `common` means the same numbers at every"
+        f"Random numbers are {facts.seeds}. `common` means the same numbers at every"
         " point, `independent` others at each."
     )
     page.table(
         ("stream", "numbers", "what is drawn"),
-        [(key.name, about.streams.get(key.field, ""), key.text) for key in STREAMS],
+        [(key.name, facts.streams.get(key.field, ""), key.text) for key in STREAMS],
     )
 
 
 def _collectives(page: _Page) -> None:
     page.say(
         "Flocks are found for metrics alone: boids nearer than flock_range"
-        f" ({_values(page.about, 'flock_range')}) are of one flock."
+        f" ({_values(page.facts, 'flock_range')}) are of one flock."
     )
     page.gap("whether flocks act on boids in another way than by the submodels")
 
 
 def _observation(page: _Page) -> None:
-    about = page.about
+    facts = page.facts
     rows = []
-    for name, (unit, text) in about.record.items():
-        metric = about.known.metrics.get(name)
+    for name, (unit, text) in facts.record.items():
+        metric = facts.known.metrics.get(name)
         source = metric.source if metric else "computed from others, by the spec"
         rows.append((name, unit, text, source))
     page.table(("metric", "unit", "what it is", "source"), rows)
 
 
-def _stated_nowhere(what: str) -> Callable[[_Page], None]:
-    return lambda page: page.gap(what)
+def _stated_nowhere(missing: str) -> Callable[[_Page], None]:
+    return lambda page: page.gap(missing)
 
 
 def _initialization(page: _Page) -> None:
-    about = page.about
-    for name in _texts(about, "start_draws"):
-        start = about.known.starts[name]
+    facts = page.facts
+    for name in _texts(facts, "start_draws"):
+        start = facts.known.starts[name]
         page.say(f"Start `{name}`: {start.text} ({start.source}).")
-    for name in _texts(about, "map"):
-        known = about.known.maps.get(name)
+    for name in _texts(facts, "map"):
+        known = facts.known.maps.get(name)
         if known:
             drawn = " Every trial draws it anew." if known.random else ""
             page.say(f"Map `{name}`: {known.text} ({known.source}).{drawn}")
         else:
             page.say(f"Map `{name}`: brought by the spec.")
-    if about.model.begin_state:
-        text = _text(about.model.begin_state) if about.code else None
+    if facts.model.begin_state:
+        text = _text(facts.model.begin_state) if facts.code else None
         page.either(text, "how the state of boids begins")
     page.say("The values of the settings of the start stand above.")
 
@@ -412,45 +485,45 @@ def _input_data(page: _Page) -> None:
 
 
 def _submodels(page: _Page) -> None:
-    about = page.about
-    if not about.code:
+    facts = page.facts
+    if not facts.code:
         page.gap("the submodels: the model's own code was not loaded")
         return
-    called = _called(about.model.advance)
-    for name, one in called.items():
-        page.heading(3, f"`{name}` ({one.__module__})")
-        page.either(_text(one), f"what `{name}` does")
+    called = _called(facts.model.advance)
+    for name, function in called.items():
+        page.heading(3, f"`{name}` ({function.__module__})")
+        page.either(_text(function), f"what `{name}` does")
     if not called:
         page.gap("the submodels: the step of the model calls no function of a name")
 
 
 def _experiment(page: _Page) -> None:
-    about = page.about
-    varied = [name for name, values in about.values.items() if len(values) > 1]
-    if about.searches:
+    facts = page.facts
+    varied = [name for name, values in facts.values.items() if len(values) > 1]
+    if facts.searches:
         page.say(
             "It is a search, which decides as it runs which points it has. The spec"
-            f" says its parameters, objectives and budget. Preset {about.preset}."
+            f" says its parameters, objectives and budget. Preset {facts.preset}."
         )
     else:
         page.say(
-            f"{about.points:,} points, {about.replicates} trials a point,"
-            f" {about.trials:,} trials in all. Preset {about.preset}."
+            f"{facts.points:,} points, {facts.replicates} trials a point,"
+            f" {facts.trials:,} trials in all. Preset {facts.preset}."
         )
     if varied:
         page.table(
             ("setting that varies", "values"),
-            [(name, _values(about, name)) for name in varied],
+            [(name, _values(facts, name)) for name in varied],
         )
-    if about.continued:
+    if facts.continued:
         page.say(
-            f"Trials along {about.continued} are links of chains, a chain a replicate,"
-            f" {' and then '.join(about.directions)}: the first link begins as stated"
+            f"Trials along {facts.continued} are links of chains, a chain a replicate,"
+            f" {' and then '.join(facts.directions)}: the first link begins as stated"
             " under Initialization, each other one with the last positions, velocities"
             " and states of the link before it."
         )
     page.say("The spec:")
-    spec = "\n".join(about.document.for_readers).strip()
+    spec = "\n".join(facts.document.for_readers).strip()
     page.lines += ["", *(f"    {line}" for line in spec.splitlines())]
 
 
@@ -463,7 +536,7 @@ ELEMENTS: Mapping[str, Callable[[_Page], None]] = {
     "Input data": _input_data,
     "Submodels": _submodels,
 }
-"""Of ODD, in their order."""
+"""Functions that write the elements of ODD, in their order."""
 CONCEPTS: Mapping[str, Callable[[_Page], None]] = {
     "Basic principles": _basic_principles,
     "Emergence": _stated_nowhere("what emerges, and what the rules impose"),
@@ -477,24 +550,28 @@ CONCEPTS: Mapping[str, Callable[[_Page], None]] = {
     "Collectives": _collectives,
     "Observation": _observation,
 }
+"""Functions that write the design concepts of ODD, in their order."""
 
 
 def _recorded(study: Study) -> dict[str, tuple[str, str]]:
-    model, known = study.known.models[study.model], study.known.metrics
+    model = study.known.models[study.model]
+    metrics = study.known.metrics
     measured = {
-        name: (spelled(known[name].unit, model), known[name].text)
+        name: (spelled(metrics[name].unit, model), metrics[name].text)
         for name in study.record.metrics
     }
-    derived = study.record.derive
-    return measured | {one.name: (one.unit, one.expression.text) for one in derived}
+    return measured | {
+        derived.name: (derived.unit, derived.expression.text)
+        for derived in study.record.derive
+    }
 
 
 def _stored_record(study: StoredStudy) -> dict[str, tuple[str, str]]:
     columns = study.columns.query("table == 'trials'").set_index("column")
-    said = {name: columns.loc[name] for name in study.metrics if name in columns.index}
+    rows = {name: columns.loc[name] for name in study.metrics if name in columns.index}
     return {
         name: (str(row["unit"]), str(row["text"]).removesuffix(", at the last frame"))
-        for name, row in said.items()
+        for name, row in rows.items()
     }
 
 
@@ -508,69 +585,70 @@ def _own_settings(model: Model) -> dict[str, About]:
 
 
 def _called(function: Any) -> dict[str, Any]:
-    """The functions that a function calls by a name of its module, by that name, in the
-    order in which its code names them; and those that these call, if they are of the
-    same module.
+    """Return the functions that a function calls, by their names in its module.
+
+    They are in the order in which its code names them. Functions of the same module are
+    followed by those that they call.
     """
-    found = dict[str, Any]()
-    _add_called(_plain(function), found)
-    return found
+    functions = dict[str, Any]()
+    _add_called(_plain(function), functions)
+    return functions
 
 
-def _add_called(plain: Any, found: dict[str, Any]) -> None:
+def _add_called(plain: Any, functions: dict[str, Any]) -> None:
     for name in plain.__code__.co_names:
-        one = plain.__globals__.get(name)
-        if name not in found and inspect.isfunction(_plain(one)):
-            found[name] = one
-            if one.__module__ == plain.__module__:
-                _add_called(_plain(one), found)
+        function = plain.__globals__.get(name)
+        if name not in functions and inspect.isfunction(_plain(function)):
+            functions[name] = function
+            if function.__module__ == plain.__module__:
+                _add_called(_plain(function), functions)
 
 
-def _plain(one: Any) -> Any:
-    """The Python function that numba has compiled, or what is none of numba's."""
-    return getattr(one, "py_func", one)
+def _plain(function: Any) -> Any:
+    """Return the Python function that numba has compiled; other objects unchanged."""
+    return getattr(function, "py_func", function)
 
 
-def _text(one: Any) -> str | None:
-    """The docstring of a function."""
-    return inspect.getdoc(_plain(one)) or None
+def _text(function: Any) -> str | None:
+    """Return the docstring of a function, None without one."""
+    return inspect.getdoc(_plain(function)) or None
 
 
 def _first(text: str | None) -> str:
-    """The first paragraph of a docstring, in one line."""
+    """Return the first paragraph of a docstring, in one line."""
     return " ".join((text or "not stated").split("\n\n")[0].split())
 
 
-def _module_text(about: StudyFacts) -> str | None:
-    """What the module of the model says of itself first."""
-    module = inspect.getmodule(_plain(about.model.advance)) if about.code else None
-    found = inspect.getdoc(module) if module else None
-    return _first(found) if found else None
+def _module_text(facts: StudyFacts) -> str | None:
+    """Return the first paragraph of the docstring of the module of the model."""
+    module = inspect.getmodule(_plain(facts.model.advance)) if facts.code else None
+    text = inspect.getdoc(module) if module else None
+    return _first(text) if text else None
 
 
 def _distinct(values: Any) -> list[Value]:
-    found: list[Value] = list(dict.fromkeys(values.tolist()))
-    return found
+    return list(dict.fromkeys(values.tolist()))
 
 
-def _texts(about: StudyFacts, setting: str) -> Iterator[str]:
-    yield from (str(value) for value in about.values.get(setting, ()))
+def _texts(facts: StudyFacts, setting: str) -> Iterator[str]:
+    yield from (str(value) for value in facts.values.get(setting, ()))
 
 
-def _values(about: StudyFacts, setting: str) -> str:
-    values = about.values.get(setting, [])
+def _values(facts: StudyFacts, setting: str) -> str:
+    values = facts.values.get(setting, [])
     if len(values) > MOST_VALUES and all(
-        isinstance(one, float | int) for one in values
+        isinstance(value, float | int) for value in values
     ):
-        numbers = [float(one) for one in values]
+        numbers = [float(value) for value in values]
         return f"{len(values):,} values from {min(numbers):g} to {max(numbers):g}"
     return ", ".join(
-        f"{one:g}" if isinstance(one, float) else str(one) for one in values
+        f"{value:g}" if isinstance(value, float) else str(value) for value in values
     )
 
 
 def _span(counts: Sequence[int]) -> str:
-    low, high = min(counts), max(counts)
+    low = min(counts)
+    high = max(counts)
     return f"{low:,}" if low == high else f"{low:,} to {high:,}"
 
 

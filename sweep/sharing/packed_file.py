@@ -1,17 +1,17 @@
-"""A file of a study: a zip whose members are all listed in SHA256SUMS, with checksums.
+"""The file of a packed study: a zip with a list of checksums of all members.
 
-    README.md               what it is, for who has no boidsweep
+    README.md               description for readers without boidsweep
     ro-crate-metadata.json  the same for machines: RO-Crate 1.2
-    CITATION.bib            what to cite
+    CITATION.bib            works to cite
     provenance.json         spec, commits, versions, processors
-    code/                   code of the user's own, to be read
-    tables/                 trials.csv, and columns.csv, which says what they are
-    study/                  what is stored of the study, as it is
+    code/                   custom code, to be read
+    tables/                 trials.csv, and columns.csv, which describes its columns
+    study/                  the stored files of the study, unchanged
     SHA256SUMS              for `sha256sum -c`
 
-Nothing in it is compressed: tables are already, and so a file cannot unpack to more
-than it is. The file may come from anyone. All of it is checked before anything is made
-of it: names, kinds of members, sizes, and each checksum.
+No member is compressed. Tables are compressed already, and so a file cannot unpack to
+more than its own size. The file may be untrusted. All of it is checked before it is
+used: names, kinds of members, sizes, and each checksum.
 """
 
 import hashlib
@@ -28,30 +28,43 @@ from sweep.spec.study_folder import ASKED, CODE, PART_NAME, PARTS, PLAN, SPEC
 from sweep.store.manifest import NAME
 from sweep.text import shortened
 
-SUMS, CRATE, STUDY = "SHA256SUMS", "ro-crate-metadata.json", "study"
+SUMS = "SHA256SUMS"
+CRATE = "ro-crate-metadata.json"
+STUDY = "study"
+"""Folder of the stored files of the study."""
 SUM = re.compile(r"([0-9a-f]{64})  (.+)")
-MOST_SUMS, MOST_CRATE = 2**26, 2**20
+MOST_SUMS = 2**26
+"""Most bytes of SHA256SUMS."""
+MOST_CRATE = 2**20
+"""Most bytes of the RO-Crate metadata."""
 MOST_MEMBER_NAME = 500
+"""Most characters of the name of a member."""
 READ_BYTES = 2**20
 BEGINNING = (1980, 1, 1, 0, 0, 0)
-"""The time of every member, so that the same study is packed as the same bytes."""
+"""Time of every member, so that a study is always packed as the same bytes."""
 ENCRYPTED = 0x1
+"""Bit of the flags of an encrypted member."""
 NONE_OF_OURS = 'is no file that "sweep pack" writes'
-MADE_BY_UNIX, ORDINARY = 3, (stat.S_IFREG | 0o644) << 16
+MADE_BY_UNIX = 3
+"""System of every member, so that its attributes are a Unix file mode."""
+ORDINARY = (stat.S_IFREG | 0o644) << 16
+"""Attributes of an ordinary file."""
 
 
 class Sink(io.RawIOBase):
-    """A stream that writes to another one, and knows the sha256 of what went by."""
+    """A stream that writes to another one and computes the sha256 of its data."""
 
     def __init__(self, stream: Any) -> None:
         super().__init__()
-        self._stream, self._digest = stream, hashlib.sha256()
+        self._stream = stream
+        self._digest = hashlib.sha256()
 
     def writable(self) -> bool:
+        """Return True: the stream is for writing."""
         return True
 
     def write(self, data: Any) -> int:
-        """Write `data`; the number of its bytes."""
+        """Write data, and return the number of bytes."""
         content = memoryview(data).cast("B")
         self._digest.update(content)
         self._stream.write(content)
@@ -59,18 +72,18 @@ class Sink(io.RawIOBase):
 
     @property
     def sha256(self) -> str:
-        """Of all that was written, in hexadecimal."""
+        """The sha256 of all written data, in hexadecimal."""
         return self._digest.hexdigest()
 
 
 Member = Callable[[Sink], None]
-"""Writes the content of a member."""
+"""Function that writes the content of a member."""
 
 
 def write_packed(file: BinaryIO, members: Mapping[str, Member]) -> None:
-    """Write a file of members, in their order, and then their checksums.
+    """Write a packed file: its members in their order, and then their checksums.
 
-    The same members give the same bytes.
+    Equal members give identical bytes.
     """
     file.seek(0)
     file.truncate()
@@ -88,7 +101,8 @@ def _write(sink: Sink, text: bytes) -> None:
 def _add(archive: ZipFile, name: str, write: Member) -> str:
     """Write a member, and return its sha256."""
     info = ZipInfo(name, BEGINNING)
-    info.create_system, info.external_attr = MADE_BY_UNIX, ORDINARY
+    info.create_system = MADE_BY_UNIX
+    info.external_attr = ORDINARY
     with archive.open(info, "w", force_zip64=True) as stream:
         sink = Sink(stream)
         write(sink)
@@ -96,15 +110,16 @@ def _add(archive: ZipFile, name: str, write: Member) -> str:
 
 
 class PackedFile:
-    """The file of a packed study, open for reading; all of it was checked.
+    """The file of a packed study, checked completely and open for reading.
 
-    Raises StoreError where it cannot be read, is no such file, or is damaged.
+    Raises StoreError if it cannot be read, is no such file, or is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            if not path.is_file():  # a pipe would be waited for
+            # Opening a pipe would wait for its writer.
+            if not path.is_file():
                 raise OSError(
                     "is no ordinary file" if path.exists() else "no such file"
                 )
@@ -126,13 +141,30 @@ class PackedFile:
         self._file.close()
 
     def names(self) -> list[str]:
-        """The members of the study, by their paths in it."""
+        """Return the members of the study, by their paths in it."""
         begin = f"{STUDY}/"
         inside = (name for name in self.sums if name.startswith(begin))
         return [name.removeprefix(begin) for name in inside]
 
     def read(self, name: str, most: int) -> bytes:
-        """The content of a small member. Raises StoreError."""
+        """Return the content of a small member.
+
+        Parameters
+        ----------
+        name : str
+            Name of the member.
+        most : int
+            Most bytes that it may have.
+
+        Returns
+        -------
+        bytes
+
+        Raises
+        ------
+        StoreError
+            If it is larger, damaged or not what was packed.
+        """
         if self._members[name].file_size > most:
             raise self.error(f"{name} is larger than {most:,} bytes")
         content = io.BytesIO()
@@ -140,8 +172,18 @@ class PackedFile:
         return content.getvalue()
 
     def copy(self, name: str, target: Any) -> None:
-        """Write the content of a member. Raises StoreError where it is not what was
-        packed.
+        """Write the content of a member to a stream.
+
+        Parameters
+        ----------
+        name : str
+            Name of the member.
+        target : binary stream
+
+        Raises
+        ------
+        StoreError
+            If the content is damaged, or is not what was packed.
         """
         sink = Sink(target)
         for content in self._contents(name):
@@ -153,9 +195,8 @@ class PackedFile:
             )
 
     def _contents(self, name: str) -> Iterator[bytes]:
-        """The content of a member, some at a time. A damaged place of it may lead
-        before the file, which is an OSError.
-        """
+        """Yield the content of a member, READ_BYTES at a time."""
+        # A damaged offset may be before the beginning of the file: an OSError.
         wrong = BadZipFile, EOFError, NotImplementedError, ValueError, OSError
         try:
             with self._archive.open(self._members[name]) as stream:
@@ -165,7 +206,7 @@ class PackedFile:
             raise self.error(f"{name} is damaged ({error})") from error
 
     def error(self, wrong: str) -> StoreError:
-        """What is wrong with the file."""
+        """Return an error of the file, which begins with its path."""
         return StoreError(f"{self.path}: {wrong}")
 
     def _check(self) -> None:
@@ -174,32 +215,31 @@ class PackedFile:
         except (BadZipFile, NotImplementedError, ValueError, OSError) as error:
             raise self.error(f"{NONE_OF_OURS} ({error})") from error
         self._members = self._named()
-        self.sums: dict[str, str] = {}
         self.sums = self._listed()
         for name in self.sums:
             self.copy(name, _Nowhere())
 
     def _named(self) -> dict[str, ZipInfo]:
-        """The members by name, each an ordinary one."""
-        found = dict[str, ZipInfo]()
+        """Return the members by name, after a check of their names, kinds and sizes."""
+        members = dict[str, ZipInfo]()
         for info in self._archive.infolist():
             shown = shortened(ascii(info.filename)[1:-1])
-            if info.filename in found:
+            if info.filename in members:
                 raise self.error(f"{shown} stands in it twice")
             if why := _strange(info):
                 raise self.error(f"{shown} {why}; nothing of it was written")
-            found[info.filename] = info
+            members[info.filename] = info
         for name in (SUMS, CRATE):
-            if name not in found:
+            if name not in members:
                 raise self.error(f"{NONE_OF_OURS}: it has no {name}")
         size = self._file.seek(0, io.SEEK_END)
-        unpacked = sum(info.file_size for info in found.values())
+        unpacked = sum(info.file_size for info in members.values())
         if unpacked > size:
             raise self.error(f"unpacks to {unpacked:,} bytes, and has {size:,} itself")
-        return found
+        return members
 
     def _listed(self) -> dict[str, str]:
-        """The sha256 of each member, as SHA256SUMS has it."""
+        """Return the sha256 of each member, from SHA256SUMS."""
         lines = self.read(SUMS, MOST_SUMS).decode(errors="replace").splitlines()
         rows = [SUM.fullmatch(line) for line in lines]
         sums = {row[2]: row[1] for row in rows if row}
@@ -216,12 +256,13 @@ class PackedFile:
 
 class _Nowhere:
     def write(self, _content: object) -> None:
-        """Forget it."""
+        """Discard the content."""
 
 
 def _strange(info: ZipInfo) -> str:
-    """Why a member is none of ours, in words; "" where it may be."""
-    name, kind = info.filename, stat.S_IFMT(info.external_attr >> 16)
+    """Return why a member is not allowed, in words; "" if it is allowed."""
+    name = info.filename
+    kind = stat.S_IFMT(info.external_attr >> 16)
     path = PurePosixPath(name)
     plain = path.as_posix() == name and name.isprintable() and "\\" not in name
     if not plain or path.is_absolute() or ".." in path.parts or ":" in name:

@@ -1,5 +1,6 @@
-"""A study as one file, for a colleague, an archive or another machine: all that is
-stored of it as it is, and beside it what a stranger needs to read it.
+"""A study as one file, for a colleague, an archive or another machine.
+
+The file has all stored files of the study, and what a reader without boidsweep needs.
 """
 
 import json
@@ -29,8 +30,10 @@ ENDINGS = (".zip",)
 
 @dataclass(frozen=True)
 class Packed:
-    """A file that was written: where, its bytes and sha256, and the trials in it that
-    do not belong to the spec as last launched.
+    """A written file of a study: its path, size and sha256.
+
+    `apart` is the number of trials in it that do not belong to the spec of the last
+    run.
     """
 
     path: Path
@@ -40,20 +43,46 @@ class Packed:
 
 
 def packed_name(study: str) -> Path:
-    """The file that a study is packed to if its user names none."""
+    """Return the default path of the packed file of a study."""
     return Path(f"{study.replace('/', '-')}.zip")
 
 
 def pack(
     study: StoredStudy, path: Path | None = None, *, force: bool = False
 ) -> Packed:
-    """Write all that is stored of a study into one .zip file: see
-    `sweep.sharing.packed_file`.
+    """Write all stored files of a study into one .zip file.
 
-    The same study gives the same bytes. A launch may go on meanwhile: what it has
-    stored by then is packed. Raises OutputError for a file that exists without `force`
-    or cannot be written, ChoiceError where no trial is stored, or `where` has chosen
-    some, and StoreError for what cannot be read.
+    `sweep.sharing.packed_file` describes the file. A study always gives identical
+    bytes. A run of the study may continue meanwhile: the trials that it has stored by
+    then are packed.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        A whole study, not one that `where` has restricted.
+    path : Path, optional
+        By default `packed_name` in the current folder.
+    force : bool, default False
+        Replace a file that exists.
+
+    Returns
+    -------
+    Packed
+
+    Raises
+    ------
+    OutputError
+        If the file exists without `force`, or cannot be written.
+    ChoiceError
+        If no trials are stored, or `where` has restricted the study.
+    StoreError
+        If the study cannot be read.
+
+    Examples
+    --------
+    >>> import sweep
+    >>> pack(sweep.load("my/first")).path.name
+    'my-first.zip'
     """
     path = path or packed_name(study.name)
     check_output(path, ENDINGS, force=force)
@@ -121,5 +150,5 @@ def _stored(place: Location, sink: Sink) -> None:
 
 def _provenance(study: StoredStudy) -> str:
     listed = study.plan["trial_id"].to_pylist()
-    about: dict[str, Any] = study.provenance | {"origins": origins_of(study, listed)}
-    return json.dumps(about, indent=1, sort_keys=True)
+    record: dict[str, Any] = study.provenance | {"origins": origins_of(study, listed)}
+    return json.dumps(record, indent=1, sort_keys=True)

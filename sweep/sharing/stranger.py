@@ -1,5 +1,6 @@
-"""The texts of a packed study for who has no boidsweep: a README, and RO-Crate metadata
-(https://w3id.org/ro/crate/1.2).
+"""The texts of a packed study for readers without boidsweep.
+
+These are a README, and RO-Crate metadata (https://w3id.org/ro/crate/1.2).
 """
 
 import json
@@ -26,12 +27,12 @@ MEMBERS = {
     "study/plan.parquet": (PARQUET, "the trials of the spec"),
     "study/parts/": ("", "all tables in parts, as they are stored, in parquet files"),
 }
-"""What a packed study has in any case, and what it is."""
+"""Media type and description of the members that every packed study has."""
 
 
 def readme(study: StoredStudy, citation: Citation) -> str:
-    """What the file is, and how its tables are read with other programs."""
-    about = "\n".join(f"| `{name}` | {text} |" for name, (_, text) in MEMBERS.items())
+    """Return the README: the content of the file, and how other programs read it."""
+    members = "\n".join(f"| `{name}` | {text} |" for name, (_, text) in MEMBERS.items())
     cited = "\n".join(f"- {work.as_text()}" for work in citation.works)
     return f"""# The study {study.name}
 
@@ -41,7 +42,7 @@ and parameter sweeps over boid swarms. You need not have that program to read it
 | file | what it is |
 |---|---|
 | `{CRATE}` | this description for machines (RO-Crate 1.2) |
-{about}
+{members}
 | `code/` | the models, metrics, maps and starts that the study brings, if it does |
 
 ## Read it
@@ -75,12 +76,25 @@ The licence of these data is {NO_LICENCE}.
 """
 
 
-def crate(study: StoredStudy, citation: Citation, others: list[str]) -> str:
-    """The metadata of the file as RO-Crate 1.2, ready for writing; `others` are files
-    besides those of MEMBERS.
+def crate(study: StoredStudy, citation: Citation, code_files: list[str]) -> str:
+    """Return the metadata of the file as the JSON text of RO-Crate 1.2.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    citation : Citation
+        The works to cite, with the study itself.
+    code_files : list of str
+        Names of the members with custom code.
+
+    Returns
+    -------
+    str
     """
-    files = [_entity(name, *about) for name, about in MEMBERS.items()]
-    files += [_entity(name, "text/x-python", "code of the study") for name in others]
+    files = [_entity(name, *member) for name, member in MEMBERS.items()]
+    files += [
+        _entity(name, "text/x-python", "code of the study") for name in code_files
+    ]
     works = [_work(work) for work in citation.works if work.kind != "study"]
     (itself,) = (work for work in citation.works if work.kind == "study")
     root = {
@@ -91,8 +105,8 @@ def crate(study: StoredStudy, citation: Citation, others: list[str]) -> str:
         "identifier": itself.note,
         "datePublished": stored_at(study).date().isoformat(),
         "license": NO_LICENCE,
-        "hasPart": [{"@id": one["@id"]} for one in files],
-        "citation": [{"@id": one["@id"]} for one in works],
+        "hasPart": [{"@id": entity["@id"]} for entity in files],
+        "citation": [{"@id": entity["@id"]} for entity in works],
         "mentions": [{"@id": "#launch"}],
     }
     launch = {
@@ -124,21 +138,21 @@ def _described(study: StoredStudy) -> str:
 
 
 def _entity(name: str, encoding: str, text: str) -> dict[str, Any]:
-    """A file, or a folder, whose name ends in a slash."""
+    """Return the entity of a file, or of a folder if the name ends in a slash."""
     kind = "Dataset" if name.endswith("/") else "File"
-    said = {"@id": name, "@type": kind, "name": name, "description": text}
-    return said | ({"encodingFormat": encoding} if encoding else {})
+    entity = {"@id": name, "@type": kind, "name": name, "description": text}
+    return entity | ({"encodingFormat": encoding} if encoding else {})
 
 
 def _work(work: Work) -> dict[str, Any]:
     kinds = {"software": "SoftwareApplication", "model": "CreativeWork"}
-    said = {
+    entity = {
         "@id": f"#{work.key}",
         "@type": kinds[work.kind],
         "name": work.title,
-        "author": ", ".join(one.name for one in work.authors),
+        "author": ", ".join(author.name for author in work.authors),
         "datePublished": "" if work.year is None else str(work.year),
         "version": work.version,
         "description": work.note,
     }
-    return {name: text for name, text in said.items() if text}
+    return {name: text for name, text in entity.items() if text}

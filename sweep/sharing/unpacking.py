@@ -1,4 +1,4 @@
-"""A study again from its packed file, of which everything was checked before."""
+"""A stored study from its packed file, which is checked completely before."""
 
 import hashlib
 import secrets
@@ -21,8 +21,10 @@ from sweep.tables.stored_trials import origins
 
 @dataclass(frozen=True)
 class LoadedFile:
-    """A study that was loaded: its name, its place, the name under which its spec was
-    launched, and whether trials of it were computed by code of its own.
+    """A study that was loaded from a file.
+
+    `place` is its folder, and `launched_as` the name under which its spec was run.
+    `own_code` is True if custom code computed trials of it.
     """
 
     study: str
@@ -32,15 +34,39 @@ class LoadedFile:
 
 
 def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile:
-    """Make a study of a file that `pack` has written, below `results`, as `name` or as
-    it was called when it was packed.
+    """Store the study of a packed file.
 
-    Its parts, code, spec and plan are those that were packed, to the byte. Nothing is
-    written before every checksum of the file is right, and nothing counts before all is
-    there: the plan comes last. Where this was killed, the same call goes on. No code of
-    it runs. Raises StoreError for a file that is
-    none of these, that is damaged, or whose study no launch writes, and where there is
-    such a study already; ChoiceError for what is no name of a study.
+    Its parts, code, spec and plan are identical to those that were packed. Nothing is
+    written before all checksums of the file are verified. The plan is written last, so
+    that an incomplete study does not count. A call that was killed can be repeated. No
+    code of the study runs.
+
+    Parameters
+    ----------
+    path : Path
+        File that `pack` has written.
+    results : Location
+        Folder of stored studies.
+    name : str, optional
+        Name of the study; by default its name when it was packed.
+
+    Returns
+    -------
+    LoadedFile
+
+    Raises
+    ------
+    StoreError
+        If the file is no packed study, is damaged, or has a study that no run writes,
+        and if the study exists already.
+    ChoiceError
+        If the name is not valid.
+
+    Examples
+    --------
+    >>> from sweep.store.locations import location
+    >>> unpack(Path("my-first.zip"), location("results"), "my/copy").study
+    'my/copy'
     """
     with PackedFile(path) as packed:
         study = name or _packed_name(packed)
@@ -53,18 +79,18 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
                 place.tidy(whole=True)
                 # Somebody may have launched it, and ended, while we waited.
                 _refuse_others(place, study, packed)
-                about = _fill(place, packed)
+                launched_as, own_code = _fill(place, packed)
         except BaseException:
             place.left()
             raise
-    return LoadedFile(study, place.root, *about)
+    return LoadedFile(study, place.root, launched_as, own_code)
 
 
 def _packed_name(packed: PackedFile) -> str:
-    """The name of the study when it was packed. Raises StoreError."""
+    """Return the name of the study when it was packed. Raises StoreError."""
     try:
         graph = parsed(packed.read(CRATE, MOST_CRATE), {"@graph": [{}]})["@graph"]
-        (name,) = (one["name"] for one in graph if one.get("@id") == "./")
+        (name,) = (entity["name"] for entity in graph if entity.get("@id") == "./")
         if not isinstance(name, str):
             raise ValueError("a name is a text")
     except (ValueError, KeyError):
@@ -73,8 +99,9 @@ def _packed_name(packed: PackedFile) -> str:
 
 
 def _refuse_others(place: StudyPlace, study: str, packed: PackedFile) -> None:
-    """Raise StoreError where something is in the place that is not in the file: what is
-    in both was loaded by a process that was killed.
+    """Raise StoreError if the place has files that are not in the packed file.
+
+    Files in both were loaded by a process that was killed.
     """
     content = place.content()
     if PLAN in content:
@@ -91,24 +118,25 @@ def _refuse_others(place: StudyPlace, study: str, packed: PackedFile) -> None:
 
 
 def _is_packed(place: Location, name: str, packed: PackedFile) -> bool:
-    """Whether a stored file is in the packed one too, with the same content."""
+    """Return whether a stored file is in the packed one, with the same content."""
     member = f"{STUDY}/{name}"
     if member not in packed.sums:
         return False
     try:
         with open_stored(place) as file:
-            found = hashlib.file_digest(file, "sha256").hexdigest()
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:  # it is a folder, or none of ours
         return False
-    return found == packed.sums[member]
+    return digest == packed.sums[member]
 
 
 def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
-    """Store the study of a file in a place that has nothing, or a part of it. Returns
-    the name under which it was launched, and whether it has code of its own. After an
-    error the place is empty if it was so before.
+    """Store the study of a file in a place that is empty, or has some of its files.
+
+    Return the name under which it was run, and whether custom code computed trials.
+    After an error the place is empty if it had no parts before.
     """
-    there = {part.name for part in place.parts()}
+    parts_before = {part.name for part in place.parts()}
     try:
         with place.staging(f"packed-{secrets.token_hex(6)}") as staging:
             staged = staging / STUDY
@@ -117,33 +145,36 @@ def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
                 (staged / name).parent.mkdir(exist_ok=True)
                 with create(staged / name) as file:
                     packed.copy(f"{STUDY}/{name}", file)
-            about = _checked(staging, packed)
+            origin = _checked(staging, packed)
             for part in sorted((staged / PARTS).iterdir()):
-                if part.name not in there:
+                if part.name not in parts_before:
                     place.commit(part, part.name)
-            files = [one for one in sorted(staged.iterdir()) if one.is_file()]
-            for file_of in sorted(files, key=lambda one: one.name == PLAN):
-                place.put(file_of)
-            return about
+            files = [path for path in sorted(staged.iterdir()) if path.is_file()]
+            # The plan is last: without it the study does not count.
+            for path in sorted(files, key=lambda path: path.name == PLAN):
+                place.put(path)
+            return origin
     except BaseException:
-        if not there:
+        if not parts_before:
             place.delete()
         raise
 
 
 def _checked(staging: Path, packed: PackedFile) -> tuple[str, bool]:
-    """The same of the study in a folder, which a launch could have written. Raises
-    StoreError where it could not.
+    """Check a staged study, and return the two results of `_fill` for it.
+
+    Raises StoreError if a run could not have written its files.
     """
     try:
         study = StoredStudy(STUDY, staging)
         for part in study.store.all_parts():
-            if what := damage(part):
-                raise StoreError(f"{part}: {what}")
+            if fault := damage(part):
+                raise StoreError(f"{part}: {fault}")
         study.store.read_asked()
         trials = [*study.store.trial_ids()]
-        used = [study.provenance, *(about for about, _ in origins(study.store, trials))]
-        return str(study.provenance.get("study", "")), bool(codes_of(used))
+        earlier = [provenance for provenance, _ in origins(study.store, trials)]
+        codes = codes_of([study.provenance, *earlier])
+        return str(study.provenance.get("study", "")), bool(codes)
     except UserError as error:
-        said = str(error).replace(f"{staging}/", "")
-        raise packed.error(f"holds no study that a launch writes: {said}") from error
+        fault = str(error).replace(f"{staging}/", "")
+        raise packed.error(f"holds no study that a launch writes: {fault}") from error

@@ -35,7 +35,7 @@ def test_a_jump_is_told() -> None:
 def test_peaks_of_the_mixture_are_where_its_phases_are() -> None:
     large = jumping(1)[-1]
     found = two_peaks(large)
-    assert found.told()
+    assert found.significant()
     assert found.low < 0.2 < found.valley < 0.6 < found.high < 0.8
     assert found.x == pytest.approx(1.0, abs=0.05)
     assert binder_minimum(large).sign == "negative"
@@ -44,7 +44,7 @@ def test_peaks_of_the_mixture_are_where_its_phases_are() -> None:
 def test_few_trials_are_not_tested() -> None:
     found = two_peaks(jumping(1, k=5)[-1])
     assert not found.tested
-    assert not found.told()
+    assert not found.significant()
     assert said(continuous(1, k=5)) != "continuous"
 
 
@@ -56,7 +56,7 @@ def test_one_peak_is_told_to_be_two_in_few_studies() -> None:
     for seed in range(60):
         rng = np.random.default_rng(seed)
         m = np.hypot(*rng.normal(0.3, 0.1, (2, 9, 8, 60)))
-        wrong += two_peaks(SizeCurve(9, 3.0, np.arange(9.0), tuple(m))).told()
+        wrong += two_peaks(SizeCurve(9, 3.0, np.arange(9.0), tuple(m))).significant()
     assert wrong <= binom.interval(0.998, 60, 0.05)[1]
 
 

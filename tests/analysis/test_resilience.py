@@ -44,13 +44,15 @@ def test_an_exponential_comes_back_when_its_solution_does(
     exact = math.log(0.6 / within) / 0.25
     assert 0.0 <= found.time - exact < 0.5
     late = TIMES[TIMES > 10.0] - 10.0
-    assert found.kept == pytest.approx(1 - 0.6 * np.exp(-0.25 * late).mean(), rel=1e-12)
+    assert found.retained == pytest.approx(
+        1 - 0.6 * np.exp(-0.25 * late).mean(), rel=1e-12
+    )
 
 
 def test_what_is_lost_for_good_has_no_time() -> None:
     whole = np.ones(len(TIMES))
     lost = recovery(TIMES, whole, np.where(TIMES > 10.0, 0.7, 1.0), 10.0, 0.1)
-    assert lost.kept == pytest.approx(0.7, rel=1e-12)
+    assert lost.retained == pytest.approx(0.7, rel=1e-12)
     assert math.isnan(lost.time)
 
 
@@ -80,12 +82,12 @@ def test_without_a_level_there_is_no_value(
 def test_pairs_that_do_not_come_back_count_and_unknown_ones_do_not() -> None:
     pairs = [Recovery(0.5, np.nan), Recovery(0.7, 4.0), Recovery(0.9, 6.0)]
     found = resilience([*pairs, Recovery(np.nan, np.nan)])
-    assert found.kept.value == pytest.approx(0.7)
-    assert found.kept.n == found.recovered.n == 3
+    assert found.retained.value == pytest.approx(0.7)
+    assert found.retained.n == found.recovered.n == 3
     assert found.recovered.value == pytest.approx(2 / 3)
     assert found.time[0] == 5.0
     assert found.time.n == 2
-    assert found.kept.low < 0.7 < found.kept.high
+    assert found.retained.low < 0.7 < found.retained.high
     assert 0.0 < found.recovered.low < found.recovered.high < 1.0
 
 

@@ -77,7 +77,7 @@ def test_the_burn_in_ends_where_a_step_does() -> None:
     values = autoregressive(0.5, 100, 2000) + 5 * (np.arange(2000) < 300)
     found = [burn_in(row) for row in values]
     frames = np.array([one.frames for one in found])
-    assert all(one.found for one in found)
+    assert all(one.end_found for one in found)
     assert frames.min() >= 300
     assert np.mean(frames < 400) >= 0.9
 

@@ -84,7 +84,7 @@ def _rows(
             for part, interval in zip(PARTS, found, strict=True):
                 row[part] = interval.value
                 row[f"{part}_low"], row[f"{part}_high"] = interval.low, interval.high
-            row |= {"pairs": found.kept.n, "lack": len(pairs) - found.kept.n}
+            row |= {"pairs": found.retained.n, "lack": len(pairs) - found.retained.n}
             rows.append(row)
     return pd.DataFrame(rows)
 

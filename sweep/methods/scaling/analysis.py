@@ -286,8 +286,10 @@ def _states(
                 "trials": len(samples),
                 "frames": count,
                 "tau": tau * steps,
-                "burn_in": start.frames * steps if enough and start.found else np.nan,
-                "endless": not start.found and len(samples) < ENOUGH_SERIES,
+                "burn_in": start.frames * steps
+                if enough and start.end_found
+                else np.nan,
+                "endless": not start.end_found and len(samples) < ENOUGH_SERIES,
                 "drift_p": drift(samples).p if enough else np.nan,
             }
         )

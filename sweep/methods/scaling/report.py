@@ -65,7 +65,7 @@ def _sizes(found: Scaling, title: str) -> TextTable:
         height = with_interval(peak.height, peak.height_low, peak.height_high)
         if not two.tested:
             shown = "too few trials"
-        elif two.told(found.confidence):
+        elif two.significant(found.confidence):
             shown = f"yes, at {brief(two.x)}: {two.low:.2g} and {two.high:.2g}"
         else:
             shown = f"not told (p = {two.p:.2g})"
