@@ -1,36 +1,34 @@
-"""When a point has enough trials: repeated confidence intervals, which hold at all
-looks together.
+"""Repeated confidence intervals, which hold at all looks together.
 
-Whoever looks after every few trials and stops as soon as the interval is narrow takes
-the moments at which the values happen to lie close together: the usual interval then
-covers less often than it says. Here the intervals of all looks cover the mean together
-with the stated confidence (Jennison and Turnbull 1984, Controlled Clinical Trials 5,
-33-45; 1989, J. R. Stat. Soc. B 51, 305-361), so the one at which a point stops does,
-whatever made it stop.
+A look after every few trials that stops as soon as the interval is narrow takes the
+moments at which the values happen to be close together. The usual interval then covers
+less often than stated. Here the intervals of all looks together cover the mean with the
+stated confidence (Jennison and Turnbull 1984, Controlled Clinical Trials 5, 33-45;
+1989, J. R. Stat. Soc. B 51, 305-361). So does the interval at which a point stops, for
+whatever reason it stopped.
 
-Each look takes the interval that holds for the distribution of the values, at one
-common, higher confidence, the nominal one. That is Student's for normal values, and
-those of others come to it with many trials. For independent normal values the sequence
-of t statistics depends neither on their mean nor on their variance, so that confidence
-is found by a simulation once for all. It is the price of looking: with a first look at
-10, where the known standard deviation would ask for 31 trials, a point takes 2.2 times
-as many on average with `max` 200 and 2.4 times with 1000; where for 123, 2.3 times with
+Each look takes the interval for the distribution of the values, at one common, higher
+confidence, the nominal one. The interval is Student's for normal values; intervals for
+other distributions approach it with many trials. For independent normal values the
+sequence of t statistics depends neither on the mean nor on the variance. So one
+simulation finds the nominal confidence. Looking has a price: with a first look at 10,
+where the known standard deviation would ask for 31 trials, a point takes 2.2 times as
+many on average with `max` 200 and 2.4 times with 1000; where for 123, 2.3 times with
 1000. With a first look at 3 these are 2.4, 2.6 and 2.5.
 
-Several metrics share what may go wrong: each has 1 - (1 - confidence) / M in place of
-the confidence, with M metrics (Bonferroni), so that the intervals of all looks of all
-of them hold together, however they depend on each other.
+Of M metrics each has 1 - (1 - confidence) / M in place of the confidence (Bonferroni).
+So the intervals of all looks at all metrics hold together, however the metrics depend
+on each other.
 
-It buys more than is seen at the end: of the intervals at which normal points stop, 99 %
-cover the mean (min 3: 98.7 %), as most of what could go wrong at other looks did not.
-For others see `repeated_interval`. Values that depend on each other are not
-covered; trials of one point never do, as each has random numbers of its own.
+The coverage at the end is higher than stated: of the intervals at which normal points
+stop, 99 % cover the mean (min 3: 98.7 %), as most errors at other looks did not happen.
+See `repeated_interval` for other distributions. Values that depend on each other are
+not covered; trials of one point are independent, as each has its own random numbers.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -45,31 +43,36 @@ Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 GROWTH = 1.25
-"""By which factor the number of trials grows from one look to the next."""
-
+"""Factor by which the number of trials grows from one look to the next."""
 PATHS = 400_000
 SEED = 20240611
-ALL_NORMAL: Mapping[str, Declared] = MappingProxyType({})
 LEAST_LOOK = 3
 """The fewest trials of a point at its first look."""
 MOST_METRICS = 10
 """The most metrics of a rule: of more, PATHS would be too few for each confidence."""
 SAFETY = 2.0
-"""Standard errors of the simulation by which the nominal confidence is on the safe
-side: 0.07 % at 95 %.
+"""Standard errors of the simulation that the nominal confidence is on the safe side.
+
+That is 0.07 % at 95 %.
 """
 
 
 class Width(NamedTuple):
-    """How wide the half of an interval may be: so much in the unit of the metric, or
-    such a share of the mean, `relative`.
+    """The largest half-width of a confidence interval.
+
+    Attributes
+    ----------
+    half
+        The half-width, in the unit of the metric, or as a fraction of the mean.
+    relative
+        Whether the half-width is a fraction of the mean.
     """
 
     half: float
     relative: bool = False
 
     def allowed(self, means: Floats) -> Floats:
-        """The half width that is allowed for each mean, in the unit of the metric."""
+        """Return the half-width allowed for each mean, in the unit of the metric."""
         return (
             self.half * np.abs(means)
             if self.relative
@@ -77,21 +80,22 @@ class Width(NamedTuple):
         )
 
     def as_json(self) -> float | str:
-        """As a spec has it: 0.02, or "5%"."""
+        """Return the value that a spec has: 0.02, or "5%"."""
         if not self.relative:
             return self.half
         return f"{100.0 * self.half:.9f}".rstrip("0").rstrip(".") + "%"
 
     @property
     def in_words(self) -> str:
-        """How wide it may be, as a reader has it."""
+        """The half-width as text for a reader."""
         width = self.as_json()
         return f"{width} of its mean" if isinstance(width, str) else f"{width:g}"
 
 
 def looks(least: int, most: int) -> tuple[int, ...]:
-    """Numbers of trials from `least` to `most`, each a quarter more than the one
-    before, and at least one more.
+    """Return the numbers of trials of all looks, from `least` to `most`.
+
+    Each is a quarter more than the one before, and at least one more.
     """
     numbers = [least]
     while numbers[-1] < most:
@@ -101,11 +105,11 @@ def looks(least: int, most: int) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
-    """The confidence at which Student's intervals of all `looks` cover the mean
-    together with `confidence`.
+    """Return the confidence of the interval at each look that makes all looks hold.
 
-    By a simulation of PATHS sequences of normal values with a fixed seed, rounded up to
-    the safe side.
+    Student's intervals of all `looks` then cover the mean together with `confidence`.
+    The value comes from PATHS simulated sequences of normal values with a fixed seed,
+    and is rounded up to the safe side.
     """
     if len(looks) == 1:
         return confidence
@@ -118,16 +122,18 @@ def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
 
 
 def _smallest_p(looks: tuple[int, ...], largest: float) -> Floats:
-    """The smallest two-sided p of Student's test of the true mean over the looks of
-    each path; 1 above `largest`.
+    """Return the smallest two-sided p of each path, shape (PATHS,).
 
+    That is of Student's test of the true mean, over all looks; 1 above `largest`.
     Between two looks only the sum of the new values and the sum of their squares are
     drawn.
     """
     from scipy.special import stdtr, stdtrit
 
     rng = np.random.default_rng(SEED)
-    total, squares, smallest = np.zeros(PATHS), np.zeros(PATHS), np.ones(PATHS)
+    total = np.zeros(PATHS)
+    squares = np.zeros(PATHS)
+    smallest = np.ones(PATHS)
     for before, n in zip((0, *looks), looks, strict=False):
         normal = rng.standard_normal(PATHS)
         total += math.sqrt(n - before) * normal
@@ -146,18 +152,36 @@ def repeated_interval(
     confidence: float = 0.95,
     distribution: Declared = "normal",
 ) -> "Interval":
-    """The mean of `values` (n,) and its repeated confidence interval, where n is one of
-    `looks`.
+    """Return the mean of independent values and its repeated confidence interval.
 
-    It is the interval that values of this `distribution` have, see
-    `sweep.analysis.mean_bounds`, at the nominal confidence. Valid for independent
-    values whichever look it is and why ever that one was chosen. NaN does not count
-    among the values, and is taken to be missing whatever the value would have been.
-    Raises ValueError where n is none of the looks.
+    Valid at whichever look, and for whatever reason that look was chosen.
 
+    Parameters
+    ----------
+    values : array_like
+        Independent values, shape (n,), where n is one of `looks`. NaN does not count,
+        and is taken to be missing whatever the value would have been.
+    looks : sequence of int
+        The numbers of trials of all looks.
+    confidence : float, default 0.95
+        The confidence with which the intervals of all looks hold together.
+    distribution : Declared, default "normal"
+        Distribution and range of the values, see `sweep.analysis.mean_bounds`.
+
+    Returns
+    -------
+    Interval
+
+    Raises
+    ------
+    ValueError
+        If n is not one of the looks.
+
+    Notes
+    -----
     Per cent of 95 % intervals that cover the mean where points stop, the lowest of four
     half widths from 1 to 0.15 standard deviations, at most 400 trials, by the number of
-    trials at first look; 500 points each, the whole table stands in
+    trials at first look; 500 points each. The whole table is in
     `docs/decisions/looks-hold-together.md`:
 
         first look                      3     10     30
