@@ -1,14 +1,18 @@
 """A method is one entry: its reports are commands, and reports of a loaded study."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import pyarrow as pa
 import pytest
 
 import sweep
 from sweep.cli.app import app
 from sweep.errors import ChoiceError
 from sweep.method import methods
+from sweep.spec.study import parse_spec
+from sweep.store.plan_about import PlanAbout
 from tests.commands import started_in_turn
 from tests.other_packages import install
 from tests.studies import SMALL, launched
@@ -364,11 +368,15 @@ def test_a_key_that_is_taken_and_a_second_rule_are_said(tmp_path: Path) -> None:
     offered = {
         "doubling": "doubling.method:METHOD",
         "seeding": "doubling.seeding:METHOD",
+        "forming": "doubling.forming:METHOD",
     }
     files = {
         "__init__.py": "",
         "method.py": DOUBLING,
         "seeding.py": DOUBLING.replace('name="double"', 'name="seed"'),
+        "forming.py": DOUBLING.replace('name="double"', 'name="again"').replace(
+            "read=read", 'form_of="replicates", read=read'
+        ),
     }
     packages = install(tmp_path, {"boidsweep.methods": offered}, files, name="doubling")
     spec = f"{SMALL}double: {{times: 1}}\n"
@@ -380,9 +388,17 @@ def test_a_key_that_is_taken_and_a_second_rule_are_said(tmp_path: Path) -> None:
     )
     assert plan.returncode == 0
     assert 'the section "seed" of seeding: its key is taken' in plan.stderr
+    assert 'the section "again" of forming: its key is taken' in plan.stderr
     assert 'two.yaml:11: one rule adds trials or points of a study: "double"' in (
         refused.stderr
     )
+
+
+def test_the_record_of_a_section_replaces_nothing_of_a_plan() -> None:
+    about = PlanAbout.of(parse_spec(SMALL), [], [])
+    taken = replace(about, sections={"varied": [1], "double": {"times": 2}})
+    with pytest.raises(ValueError, match=r"a plan has these itself: varied$"):
+        taken.into(pa.table({}), {})
 
 
 def test_every_report_is_a_command() -> None:
