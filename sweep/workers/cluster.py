@@ -33,10 +33,10 @@ from sweep.workers.tasks import Tasks
 from sweep.workers.watch import NO_LIMITS, JobNote, LimitKeeper, Limits, Watching
 
 CONNECT_SECONDS = 10.0
-"""How long a scheduler may take to answer for the first time."""
+"""Seconds that a scheduler may take to answer for the first time."""
 AGAIN_SECONDS = 5.0
 AWAY_SECONDS = 600.0
-"""How long a scheduler that has answered may be away."""
+"""Seconds that a scheduler that has answered may be away."""
 PAUSE_SECONDS = 0.2
 PLAIN = (
     "%s: not encrypted, and open to whoever reaches it: such a one can run code on its"

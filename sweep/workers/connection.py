@@ -128,7 +128,7 @@ async def _opened(
     from distributed import Client
     from distributed.comm.core import FatalCommClosedError
 
-    # What dask says of lost connections, in many lines, is said by us in one.
+    # dask reports a lost connection in many lines; we report it in one.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     make: Any = Client

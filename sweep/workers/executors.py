@@ -121,7 +121,7 @@ class ExecutorFactory(Protocol):
 
     @property
     def flying(self) -> "Flying":
-        """How its workers run trials; the drive loop knows nothing of that."""
+        """Way in which its workers run trials; the drive loop does not use it."""
 
 
 class FliesOnProcessors:
@@ -129,7 +129,7 @@ class FliesOnProcessors:
 
     @property
     def flying(self) -> "Flying":
-        """How its workers run trials."""
+        """Way in which its workers run trials."""
         from sweep.workers.flying import OnProcessors
 
         return OnProcessors()

@@ -62,7 +62,7 @@ class Sent(NamedTuple):
     trial : callable
         Runs a trial, or many trials by its method `several`.
     deal : callable
-        Makes a dealer of jobs with such costs, longest first or `in_order`.
+        Makes a Dealing from the costs of jobs: longest first, or `in_order`.
     limits : Limits
         Limits of each job.
     """

@@ -171,7 +171,7 @@ class Cuda(Loky):
 
     @property
     def flying(self) -> OnDevice:
-        """How its workers run trials: in batches on the GPU."""
+        """Way in which its workers run trials: in batches on the GPU."""
         from sweep.trial.on_device import AT_ONCE, DeviceTrials, refusal_of
 
         return OnDevice(DeviceTrials(), refusal_of, AT_ONCE, this_gpu())

@@ -150,7 +150,7 @@ class Tasks(Executor):
         return sum(self._threads.values())
 
     def ask_workers(self, *, everyone: bool) -> None:
-        """Find the present workers, and check those that are new.
+        """Find the present workers, and check that each has one thread.
 
         Raises OSError where the scheduler does not answer, WorkersError for a worker
         that cannot run our trials.
@@ -190,7 +190,7 @@ class Tasks(Executor):
         try:
             answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
         except TimeoutError:
-            # A worker is slow, or hangs: it says what it is when it gets a task.
+            # A worker is slow, or hangs: it tells its fingerprint when it gets a task.
             return
         foreign = []
         for address, answer in answers.items():

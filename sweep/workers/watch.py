@@ -86,7 +86,7 @@ class Watching(Protocol):
     """
 
     ended: bool
-    """Whether a worker, and its whole pool with it, was ended; the caller resets it."""
+    """True once a worker, and its pool with it, was ended; the caller resets it."""
 
     def __enter__(self) -> "Watching": ...
 
@@ -141,7 +141,7 @@ class LimitKeeper:
     def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
-        """Whether a worker has been ended; the caller resets it for new workers."""
+        """True once a worker was ended; the caller resets it for new workers."""
         self._free = list(range(seats))
         self._verdicts: dict[int, Overrun | None] = {}
         self._lock = threading.Lock()
