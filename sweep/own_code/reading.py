@@ -94,7 +94,8 @@ def study_of(
     ----------
     spec : str or mapping
     path : Path, optional
-        File of the spec in messages. Without it, errors of a mapping name its keys.
+        File in which the spec would be: errors name it, and its folder has the code.
+        Without it, errors of a mapping name its keys.
     code, code_from
         As in `load_spec`.
 
@@ -147,7 +148,7 @@ def study_with(text: str, path: Path, known: Catalogue) -> Study:
     text : str
         YAML text of the spec.
     path : Path
-        File of the spec in messages.
+        File in which the spec would be: errors name it.
     known : Catalogue
         Catalogue with the files and modules that the spec names.
 
