@@ -1,15 +1,16 @@
-"""Models, metrics, maps and starts of the user's own, in files beside a spec or in
-modules of packages.
+"""Custom models, metrics, maps and initial conditions.
 
-sources      the text of the files, and of what they import
-loading      their modules, made from the text
-installed    modules of packages that a spec names
-places       a table of where boids start
-entries      what a file offers, and what it must be
-names        names in its functions that stand for nothing
-catalogue    names with those of the files
-added        the code of a stored study, with further files
-description  what is stored of entries, to be read without their code
-references   where a spec names code
-reading      from the file of a spec to its study
+Their code is in files next to a spec, or in modules of packages.
+
+    sources      the text of the files, and of the files that they import
+    loading      their modules, made from the text
+    installed    modules of packages that a spec names
+    places       a table of initial positions of boids
+    entries      the entries that a file offers, and their checks
+    names        undefined names in its functions
+    catalogue    built-in entries with those of the files
+    added        the code of a stored study, with further files
+    description  the stored description of entries, to be read without their code
+    references   the keys of a spec that name code
+    reading      from the file of a spec to its study
 """

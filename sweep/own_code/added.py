@@ -12,12 +12,28 @@ from sweep.own_code.sources import Sources, gather
 def with_files(
     code: OwnCode | None, spec: Path, files: Sequence[Path]
 ) -> tuple[OwnCatalogue, list[str]]:
-    """The catalogue of `code`, None where there is none yet, with some files; and what
-    each file is called in it. It runs the code.
+    """Return a catalogue of stored code with further files. It runs the code.
 
-    The files lie where the code lies, which is the folder of the `spec` or begins
-    there. Raises CodeError for a file that lies elsewhere, for one that is none, and
-    for one that the code has with another text.
+    Parameters
+    ----------
+    code : OwnCode or None
+        Code of the study; None where it has no custom code yet.
+    spec : Path
+        File of the spec. The folder of the code is relative to its folder.
+    files : sequence of Path
+        Further files, within the folder of the code.
+
+    Returns
+    -------
+    catalogue : OwnCatalogue
+    names : list of str
+        Path of each file from the folder of the code.
+
+    Raises
+    ------
+    CodeError
+        If a file is missing, lies outside the folder, or is in the code with another
+        text; or if the code cannot be used.
     """
     folder = spec.parent / (code.folder if code else ".")
     names = [_inside(folder, file) for file in files]
@@ -36,13 +52,13 @@ def with_files(
 
 
 def _inside(folder: Path, file: Path) -> str:
-    """The path of a file from the folder of the code."""
-    whole = Path(os.path.normpath(Path.cwd() / file))
+    """Return the path of a file from the folder of the code."""
+    absolute = Path(os.path.normpath(Path.cwd() / file))
     if not file.is_file():
         raise CodeError(f'there is no file "{file}"')
-    if not whole.is_relative_to(folder.resolve()):
+    if not absolute.is_relative_to(folder.resolve()):
         raise CodeError(
             f"{file} lies outside {folder}, where the spec of the study and its code"
             " lie: copy it there, so that the spec can name it"
         )
-    return whole.relative_to(folder.resolve()).as_posix()
+    return absolute.relative_to(folder.resolve()).as_posix()

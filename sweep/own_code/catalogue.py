@@ -1,4 +1,4 @@
-"""A catalogue with the entries of files of the user's own."""
+"""A catalogue with the entries of custom code."""
 
 import hashlib
 import json
@@ -43,17 +43,24 @@ REGISTRIES: dict[str, Registry[Any]] = {
 } | {"samplers": SAMPLERS}
 _LOCK = RLock()
 COMMON = {name for _, group in GROUPS for name in group._fields}
-"""The settings that every model has."""
+"""Names of the parameters that every model has."""
 
 
 @dataclass(frozen=True)
 class OwnCode:
-    """The files that a spec names, with all that they import, and modules of installed
-    packages. `named` are their paths and names, each with the name of the model that
-    the spec takes from it, or None.
+    """The custom code of a spec: its files, with all imported files, and modules.
 
-    `packages` has the packages of the modules, and `folder` is the path from the folder
-    of the spec to that of the files.
+    Attributes
+    ----------
+    sources : Sources
+        Files that the spec names, and the files that they import.
+    named : tuple of (str, str or None)
+        Path of each named file, or name of each module of a package; with the name of
+        the model that the spec takes from it, or None.
+    packages : tuple of Installed
+        Packages of the modules.
+    folder : str, default "."
+        Path from the folder of the spec to the folder of the files.
     """
 
     sources: Sources
@@ -63,30 +70,32 @@ class OwnCode:
 
     @cached_property
     def sha(self) -> str:
-        """The sha256 of the code, and of what is taken from it."""
+        """The sha256 of the code, and of the names that are taken from it."""
         more = [self.packages] if self.packages else []
         content = json.dumps([self.sources.files, self.named, *more])
         return hashlib.sha256(content.encode()).hexdigest()
 
     @property
     def runs(self) -> tuple[str, ...]:
-        """What runs: files, and modules of packages."""
+        """Files and modules of packages that run."""
         modules = [name for name, _ in self.named if self.package_of(name)]
         return (*self.sources.code, *modules)
 
     def package_of(self, name: str) -> Installed | None:
-        """The package of a module that is named, None for a file."""
+        """Return the package of a named module; None for a file."""
         if name in self.sources.texts:
             return None
         first = name.partition(".")[0]
-        return next((one for one in self.packages if one.name == first), None)
+        packages = (package for package in self.packages if package.name == first)
+        return next(packages, None)
 
 
 class _Joined(Mapping[str, T]):
-    """Entries of ours, and some more."""
+    """Built-in entries and custom entries. The custom ones come first in a look-up."""
 
     def __init__(self, ours: Mapping[str, T], own: Mapping[str, T]) -> None:
-        self._ours, self._own = ours, own
+        self._ours = ours
+        self._own = own
 
     def __getitem__(self, name: str) -> T:
         return self._own[name] if name in self._own else self._ours[name]
@@ -102,7 +111,7 @@ class _Joined(Mapping[str, T]):
 
 
 class _JoinedMetrics(_Joined[Metric]):
-    """Metrics of ours and some more, also of parts of the boids of these models."""
+    """Built-in and custom metrics, also of parts of the boids of these models."""
 
     def __init__(
         self,
@@ -117,11 +126,11 @@ class _JoinedMetrics(_Joined[Metric]):
         return self._of_part(name) or super().__getitem__(name)
 
     def __contains__(self, name: object) -> bool:
-        there = super().__contains__(name)
-        return there or (isinstance(name, str) and self._of_part(name) is not None)
+        listed = super().__contains__(name)
+        return listed or (isinstance(name, str) and self._of_part(name) is not None)
 
     def _of_part(self, name: str) -> Metric | None:
-        """The metric of a part; None for what is listed, or stands for none."""
+        """Return the metric of a part; None for a listed name, or an unknown one."""
         if OF not in name or super().__contains__(name):
             return None
         kinds = (kind for model in self._models.values() for kind in model.kinds)
@@ -129,18 +138,22 @@ class _JoinedMetrics(_Joined[Metric]):
 
 
 def _joined(known: Catalogue, own: Offered) -> list[Any]:
-    """The mappings of a catalogue with more entries."""
+    """Return the mappings of a catalogue with more entries."""
     models = _Joined(known.models, own.models)
     metrics = _JoinedMetrics(known.metrics, own.metrics, models)
-    maps, starts = _Joined(known.maps, own.maps), _Joined(known.starts, own.starts)
+    maps = _Joined(known.maps, own.maps)
+    starts = _Joined(known.starts, own.starts)
     return [models, metrics, maps, starts]
 
 
-def completed(known: Catalogue, about: Mapping[str, Any]) -> Catalogue:
-    """The catalogue with those described entries that it lacks, as of a package that is
-    not installed. Raises ValueError for what describes no entries.
+def completed(known: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
+    """Return the catalogue with the described entries that it lacks.
+
+    Such entries are those of a package that is not installed. Raises ValueError where
+    `stored` is no description of entries.
     """
-    offers, missing = described(json.dumps(about)), nothing()
+    offers = described(json.dumps(stored))
+    missing = nothing()
     for kind in CATALOGUED:
         for name, entry in getattr(offers, kind).items():
             if name not in _of(known, kind):
@@ -149,8 +162,9 @@ def completed(known: Catalogue, about: Mapping[str, Any]) -> Catalogue:
 
 
 def of_packages(known: Catalogue, names: Mapping[str, Iterable[str]]) -> dict[str, Any]:
-    """What is stored of those entries that other packages bring; empty where all are
-    ours. `names` are those that a study uses, by kind.
+    """Return the stored description of the entries that other packages bring.
+
+    It is empty where all are built in. `names` are those that a study uses, by kind.
     """
     used = nothing()
     for kind, some in names.items():
@@ -166,10 +180,15 @@ def _of(known: Catalogue, kind: str) -> Mapping[str, Any]:
 
 
 class OwnCatalogue(Catalogue):
-    """What names stand for in a study with `code` of its own.
+    """The catalogue of a study with custom code.
 
-    `own` are its entries, and `origins` the file or module of each, by its kind and
-    name.
+    Attributes
+    ----------
+    code : OwnCode
+    own : Offered
+        Entries of the code.
+    origins : mapping of (str, str) to str
+        File or module of each entry, by its kind and name.
     """
 
     code: OwnCode
@@ -189,37 +208,50 @@ class OwnCatalogue(Catalogue):
 
     @property
     def runs(self) -> tuple[str, ...]:
+        """Files and modules of packages that run."""
         return self.code.runs
 
     def written(self, kind: str, name: str, /) -> str:
+        """Return an entry as a spec writes it, such as ``./vortex.py``.
+
+        Parameters
+        ----------
+        kind : str
+            Kind of the entry, such as ``models``.
+        name : str
+            Its name in the catalogue. A built-in entry is written by that name.
+        """
         origin = self.origins.get((kind, name))
         if origin is None:
             return name
-        wanted = dict(self.code.named)[origin] if kind == "models" else name
+        attribute = dict(self.code.named)[origin] if kind == "models" else name
         if self.code.package_of(origin):
-            return f"{origin}:{wanted}"
+            return f"{origin}:{attribute}"
         path = (PurePosixPath(self.code.folder) / origin).as_posix()
         path = path if path.startswith("..") else f"./{path}"
-        alone = wanted == MODEL or not origin.endswith(SUFFIX)
-        return path if alone else f"{path}:{wanted}"
+        alone = attribute == MODEL or not origin.endswith(SUFFIX)
+        return path if alone else f"{path}:{attribute}"
 
     def __reduce__(self) -> tuple[object, ...]:
         return loaded, (self.code,)
 
     @property
     def samplers(self) -> Mapping[str, Sampler]:
-        """All samplers of points, with its own."""
+        """All samplers of points, with the custom ones."""
         return _Joined(SAMPLERS, self.own.samplers)
 
     @cached_property
-    def about(self) -> dict[str, Any]:
-        """What is stored of its entries, ready for JSON."""
+    def description(self) -> dict[str, Any]:
+        """Stored description of its entries, ready for JSON."""
         return description(self.own)
 
 
 def loaded(code: OwnCode) -> OwnCatalogue:
-    """The catalogue with what the code offers: the same object for the same code. It
-    runs the code, once in a process. Raises CodeError as `_loaded`.
+    """Return the catalogue with the entries of the code.
+
+    It runs the code, once per process: the same code gives the same object. Raises
+    CodeError, which names the file, for an entry that cannot be used, and for a name
+    that is taken already.
     """
     with _LOCK:
         return _loaded(code)
@@ -227,16 +259,12 @@ def loaded(code: OwnCode) -> OwnCatalogue:
 
 @lru_cache(maxsize=64)
 def _loaded(code: OwnCode) -> OwnCatalogue:
-    """The catalogue with what the code offers. It runs it, once in a process.
-
-    Raises CodeError, which names the file, for what is no entry, and for names that
-    stand for something else already.
-    """
-    own, origins = nothing(), dict[tuple[str, str], str]()
+    own = nothing()
+    origins = dict[tuple[str, str], str]()
     for file, model in code.named:
         with _of_file(file):
-            found = _found_in(code, file, model)
-            for kind, entries in found._asdict().items():
+            offers = _offers_of(code, file, model)
+            for kind, entries in offers._asdict().items():
                 for name in entries:
                     _enter(kind, name, file, origins)
                 getattr(own, kind).update(entries)
@@ -247,20 +275,21 @@ def _loaded(code: OwnCode) -> OwnCatalogue:
     return catalogue
 
 
-def _found_in(code: OwnCode, file: str, model: str | None) -> Offered:
+def _offers_of(code: OwnCode, file: str, model: str | None) -> Offered:
     if package := code.package_of(file):
         return offered(installed_module(file, package), file, model)
     if file in code.sources.code:
         return offered(load(code.sources, file), file, model)
-    name, found = PurePosixPath(file).stem, nothing()
+    name = PurePosixPath(file).stem
     check_name(file, "start", name)
-    found.starts[name] = read_places(file, code.sources.texts[file])
-    return found
+    offers = nothing()
+    offers.starts[name] = read_places(file, code.sources.texts[file])
+    return offers
 
 
 @contextmanager
 def _of_file(file: str) -> Iterator[None]:
-    """Errors say which of the files that a spec names they are about."""
+    """Let errors name the file of the spec that they are about."""
     try:
         yield
     except CodeError as error:
@@ -268,8 +297,16 @@ def _of_file(file: str) -> Iterator[None]:
 
 
 def check_free(file: str, kind: str, name: str) -> None:
-    """Raise CodeError where a name of a kind, such as models, is taken without any file
-    of the user's own.
+    """Raise CodeError where a name is taken without any custom code.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file in the message.
+    kind : str
+        Kind of the entry, such as ``models``.
+    name : str
+        Name of the entry.
     """
     if name in REGISTRIES[kind]:
         origin = REGISTRIES[kind].origins.get(name)
@@ -285,7 +322,7 @@ def check_free(file: str, kind: str, name: str) -> None:
 def _enter(
     kind: str, name: str, file: str, origins: dict[tuple[str, str], str]
 ) -> None:
-    """Note where a name comes from. Raises CodeError where it is taken."""
+    """Note the file of a name. Raises CodeError where the name is taken."""
     check_free(file, kind, name)
     earlier = origins.setdefault((kind, name), file)
     if earlier != file:
@@ -293,7 +330,7 @@ def _enter(
 
 
 def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
-    """Raise CodeError for a model whose metrics, settings or presets cannot be."""
+    """Raise CodeError for a model with wrong metrics, parameters or presets."""
     model = known.models[name]
     for metric in model.metrics:
         if metric not in known.metrics:
@@ -306,38 +343,39 @@ def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
         )
     for preset in model.presets:
         values = model.preset_values(preset)
-        for setting, about in settings.items():
+        for parameter, setting in settings.items():
             try:
-                about.coerce(values[setting])
+                setting.coerce(values[parameter])
             except NotAllowedError as error:
                 raise CodeError(f'{file}: preset "{preset}": {error}') from None
 
 
 def _check_sight(file: str, name: str, known: OwnCatalogue) -> None:
-    """Raise CodeError where `sight` of a model does not say whom boids see."""
-    model, settings = known.models[name], settings_of(name, known)
+    """Raise CodeError where `sight` of a model returns no Sight, or raises."""
+    model = known.models[name]
+    settings = settings_of(name, known)
     for preset in model.presets:
         values = preset_settings(name, preset, known)
         params = settings_tuple(model.params, values, settings)
         try:
-            seen = model.sight(params)
+            sight = model.sight(params)
         except Exception as error:
-            said = f"{type(error).__name__}: {error}"
-            raise CodeError(f"{file}: sight of {name}, {preset}: {said}") from error
-        if not isinstance(seen, Sight):
+            message = f"{type(error).__name__}: {error}"
+            raise CodeError(f"{file}: sight of {name}, {preset}: {message}") from error
+        if not isinstance(sight, Sight):
             raise CodeError(
-                f"{file}: sight of {name} returns {seen!r}: it must return a Sight"
+                f"{file}: sight of {name} returns {sight!r}: it must return a Sight"
             )
 
 
 @lru_cache(maxsize=64)
-def unloaded(code: OwnCode, about: str) -> OwnCatalogue:
-    """The catalogue of stored code, which does not run: its entries say what is in
-    `about`, a text in JSON, and what they would compute raises CodeError.
+def unloaded(code: OwnCode, text: str) -> OwnCatalogue:
+    """Return the catalogue of stored code, which does not run.
 
-    Raises ValueError for what describes no entries.
+    Its entries are those of a stored description, `text`, in JSON. Their functions
+    raise CodeError. Raises ValueError where the text describes no entries.
     """
-    own = described(about)
+    own = described(text)
     for kind, entries in own._asdict().items():
         if taken := entries.keys() & REGISTRIES[kind].keys():
             raise ValueError(f"it has {kind} of the names {', '.join(taken)} as we do")

@@ -1,6 +1,7 @@
-"""What is said of entries without their code, as JSON: settings with units and ranges,
-presets, metrics and their units. With it tables of a study can be read although nobody
-has said that its code may run.
+"""The stored description of custom entries, as JSON.
+
+It has parameters with units and ranges, presets, metrics and their units. With it the
+tables of a study can be read without leave to run its code.
 """
 
 import json
@@ -20,12 +21,15 @@ POTENTIAL = "pair_potential"
 
 
 def description(own: Offered) -> dict[str, Any]:
-    """What is said of entries, ready for JSON."""
+    """Return the description of entries, ready for JSON.
+
+    It has no samplers: the points of a study are stored.
+    """
     return {
         "models": {name: _of_model(model) for name, model in own.models.items()},
-        "metrics": {name: _plain(one) for name, one in own.metrics.items()},
-        "maps": {name: _plain(one) for name, one in own.maps.items()},
-        "starts": {name: _of_start(one) for name, one in own.starts.items()},
+        "metrics": {name: _plain(metric) for name, metric in own.metrics.items()},
+        "maps": {name: _plain(entry) for name, entry in own.maps.items()},
+        "starts": {name: _of_start(start) for name, start in own.starts.items()},
     }
 
 
@@ -37,19 +41,19 @@ def _of_model(model: Model) -> dict[str, Any]:
     }
     return _plain(model) | {
         "settings": settings,
-        "state": {name: _plain(about) for name, about in model.state.items()},
+        "state": {name: _plain(value) for name, value in model.state.items()},
         POTENTIAL: model.pair_potential is not None,
     }
 
 
 def _of_start(start: Start) -> dict[str, Any]:
-    about = _plain(start)
-    del about["by_replicate"]  # functions
-    return about
+    fields = _plain(start)
+    del fields["by_replicate"]  # functions
+    return fields
 
 
 def _plain(entry: Any) -> dict[str, Any]:
-    """The fields of an entry that are no functions."""
+    """Return the fields of an entry that are no functions."""
     return {
         name: list(value) if isinstance(value, tuple) else value
         for name, value in entry._asdict().items()
@@ -58,16 +62,18 @@ def _plain(entry: Any) -> dict[str, Any]:
 
 
 def described(text: str) -> Offered:
-    """The entries of a description, without code: whatever asks them to compute raises
-    CodeError. Raises ValueError for what describes none.
+    """Return the entries of a description, without code.
+
+    Their functions raise CodeError. Raises ValueError where the text, which is JSON,
+    describes no entries.
     """
     try:
-        about = json.loads(text)
+        stored = json.loads(text)
         return Offered(
-            {name: _model(one) for name, one in about["models"].items()},
-            {name: _metric(one) for name, one in about["metrics"].items()},
-            {name: _map(one) for name, one in about["maps"].items()},
-            {name: _start(one) for name, one in about["starts"].items()},
+            {name: _model(fields) for name, fields in stored["models"].items()},
+            {name: _metric(fields) for name, fields in stored["metrics"].items()},
+            {name: _map(fields) for name, fields in stored["maps"].items()},
+            {name: _start(fields) for name, fields in stored["starts"].items()},
             samplers={},  # points are stored
         )
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
@@ -75,23 +81,24 @@ def described(text: str) -> Offered:
 
 
 def _asleep(*_: object) -> NoReturn:
-    """In the place of a function whose code was not asked to run."""
+    """Raise CodeError, in the place of a function whose code was not loaded."""
     raise CodeError("this needs the study's own code, which was not loaded")
 
 
-def _model(about: dict[str, Any]) -> Model:
-    fields = [(name, _hint(one)) for name, one in about.pop("settings").items()]
-    params: Any = NamedTuple("Params", fields)  # type: ignore[misc]
+def _model(fields: dict[str, Any]) -> Model:
+    settings = fields.pop("settings")
+    hints = [(name, _hint(setting)) for name, setting in settings.items()]
+    params: Any = NamedTuple("Params", hints)  # type: ignore[misc]
     for demands in ("demands", "potential_demands"):
-        about[demands] = _demands(about.get(demands, []))
-    potential = _asleep if about.pop(POTENTIAL) else None
-    about["metrics"] = tuple(about["metrics"])
-    about["kinds"] = tuple(about["kinds"])
+        fields[demands] = _demands(fields.get(demands, []))
+    potential = _asleep if fields.pop(POTENTIAL) else None
+    fields["metrics"] = tuple(fields["metrics"])
+    fields["kinds"] = tuple(fields["kinds"])
     # Settings that all models have came with later versions too.
-    presets = about["presets"].items()
-    about["presets"] = {name: COMMON | values for name, values in presets}
-    about["vectors"] = tuple(map(tuple, about.get("vectors", ())))
-    state = {name: _about(one) for name, one in about.pop("state").items()}
+    presets = fields["presets"].items()
+    fields["presets"] = {name: COMMON | values for name, values in presets}
+    fields["vectors"] = tuple(map(tuple, fields.get("vectors", ())))
+    state = {name: _about(value) for name, value in fields.pop("state").items()}
     model = Model(
         params=params,
         sight=_asleep,
@@ -100,49 +107,49 @@ def _model(about: dict[str, Any]) -> Model:
         goal_seekers=_asleep,
         pair_potential=potential,
         state=state,
-        count_kinds=_asleep if about["kinds"] else None,
-        **about,
+        count_kinds=_asleep if fields["kinds"] else None,
+        **fields,
     )
-    if said := flaw(model):
-        raise ValueError(said)
+    if mistake := flaw(model):
+        raise ValueError(mistake)
     return model
 
 
-def _hint(about: dict[str, Any]) -> Any:
-    return Annotated[KIND[about.pop("kind")], _about(about)]
+def _hint(fields: dict[str, Any]) -> Any:
+    return Annotated[KIND[fields.pop("kind")], _about(fields)]
 
 
-def _about(about: dict[str, Any]) -> About:
-    about["choices"] = tuple(about.get("choices", ()))
-    if math.isnan(about["low"]) or math.isnan(about["high"]):
+def _about(fields: dict[str, Any]) -> About:
+    fields["choices"] = tuple(fields.get("choices", ()))
+    if math.isnan(fields["low"]) or math.isnan(fields["high"]):
         raise ValueError("a bound is no number")
-    return About(**about)
+    return About(**fields)
 
 
 def _demands(stored: list[list[str]]) -> tuple[Demand, ...]:
-    return tuple(Demand(str(condition), str(said)) for condition, said in stored)
+    return tuple(Demand(str(condition), str(words)) for condition, words in stored)
 
 
-def _metric(about: dict[str, Any]) -> Metric:
-    demands = _demands(about.pop("demands", []))
+def _metric(fields: dict[str, Any]) -> Metric:
+    demands = _demands(fields.pop("demands", []))
     for read in ("state", "kinds"):
-        about[read] = tuple(about[read])
+        fields[read] = tuple(fields[read])
     for field, choices in CHOICES.items():
-        if field in about and about[field] not in get_args(choices):
-            raise ValueError(f"a metric has {field}={about[field]!r}")
-    metric = Metric(_asleep, demands=demands, **about)
-    if said := wrong_range(metric):
-        raise ValueError(f"a metric {said}")
+        if field in fields and fields[field] not in get_args(choices):
+            raise ValueError(f"a metric has {field}={fields[field]!r}")
+    metric = Metric(_asleep, demands=demands, **fields)
+    if mistake := wrong_range(metric):
+        raise ValueError(f"a metric {mistake}")
     return metric
 
 
-def _map(about: dict[str, Any]) -> Map:
-    size = about.pop("size", None)
-    drawn = (float(size[0]), float(size[1])) if size else None
-    return Map(_asleep, size=drawn, **about)
+def _map(fields: dict[str, Any]) -> Map:
+    stored = fields.pop("size", None)
+    size = (float(stored[0]), float(stored[1])) if stored else None
+    return Map(_asleep, size=size, **fields)
 
 
-def _start(about: dict[str, Any]) -> Start:
-    demands = _demands(about.pop("demands", []))
-    about.setdefault("random", about["text"] != GIVEN)  # not stored up to 0.18
-    return Start(_asleep, demands=demands, **about)
+def _start(fields: dict[str, Any]) -> Start:
+    demands = _demands(fields.pop("demands", []))
+    fields.setdefault("random", fields["text"] != GIVEN)  # not stored up to 0.18
+    return Start(_asleep, demands=demands, **fields)

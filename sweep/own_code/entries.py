@@ -1,4 +1,4 @@
-"""What a file of the user's own offers: a model, and tables of other entries.
+"""The entries that a file of custom code offers: a model, and tables of other entries.
 
 A file has them under fixed names: MODEL, a Model; METRICS, MAPS, STARTS and SAMPLERS,
 each a mapping from names to entries. Each is checked here, so that a spec can rely on
@@ -36,7 +36,7 @@ T = TypeVar("T")
 KINDS = (float, int, bool)
 MODEL = "MODEL"
 CHOICES = {"better": Better, "distribution": Distribution, "within": Range}
-"""The fields of a metric that are one of some words."""
+"""Fields of a metric that are one of some words, and the words."""
 
 
 class Offered(NamedTuple):
@@ -50,25 +50,36 @@ class Offered(NamedTuple):
 
 
 def nothing() -> Offered:
-    """No entries yet."""
-    return Offered({}, {}, {}, {}, {})
+    """Return an Offered without entries, to be filled."""
+    return Offered(models={}, metrics={}, maps={}, starts={}, samplers={})
 
 
 def offered(module: ModuleType, file: str, model: str | None) -> Offered:
-    """What the module of a file offers; `model` is the name in it of the model that a
-    spec asks for, if it asks for one.
+    """Return the entries that the module of a file offers.
 
-    Raises CodeError for what is no such entry.
+    Parameters
+    ----------
+    module : ModuleType
+        Module of the file.
+    file : str
+        Name of the file in messages.
+    model : str or None
+        Name in the module of the model that a spec asks for; None for no model.
+
+    Raises
+    ------
+    CodeError
+        If an entry cannot be used.
     """
     models = [] if model is None else [model_of(module, file, model)]
-    found = Offered(
-        {one.name: one for one in models},
-        table_of(module, file, "METRICS", Metric),
-        table_of(module, file, "MAPS", Map),
-        table_of(module, file, "STARTS", Start),
-        table_of(module, file, "SAMPLERS", Sampler),
+    offers = Offered(
+        models={model.name: model for model in models},
+        metrics=table_of(module, file, "METRICS", Metric),
+        maps=table_of(module, file, "MAPS", Map),
+        starts=table_of(module, file, "STARTS", Start),
+        samplers=table_of(module, file, "SAMPLERS", Sampler),
     )
-    stamped = found.models, found.metrics, found.maps, found.starts
+    stamped = (offers.models, offers.metrics, offers.maps, offers.starts)
     for name, entry in chain.from_iterable(table.items() for table in stamped):
         if fields := without_stamp(entry):
             raise CodeError(
@@ -76,56 +87,85 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
                 " file: only of those can an edit be noticed"
             )
         _check_functions(file, name, entry)
-    for name, sampler in found.samplers.items():
+    for name, sampler in offers.samplers.items():
         if sampler.blocks:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
-    for name, metric in found.metrics.items():
+    for name, metric in offers.metrics.items():
         for field, choices in CHOICES.items():
-            given = getattr(metric, field)
-            if given is not None and given not in get_args(choices):
+            word = getattr(metric, field)
+            if word is not None and word not in get_args(choices):
                 raise CodeError(
-                    f'{file}: metric "{name}" has {field}="{given}"; allowed:'
+                    f'{file}: metric "{name}" has {field}="{word}"; allowed:'
                     f" {_listed(get_args(choices))}"
                 )
-        if said := wrong_range(metric):
-            raise CodeError(f'{file}: metric "{name}" {said}')
+        if mistake := wrong_range(metric):
+            raise CodeError(f'{file}: metric "{name}" {mistake}')
         if metric.unit not in UNITS:
             raise CodeError(
                 f'{file}: metric "{name}" has the unit "{metric.unit}"; allowed:'
                 f" {_listed(UNITS)}"
             )
-    return found
+    return offers
 
 
 def wrong_range(metric: Metric) -> str:
-    """Why `low` and `high` of a metric are no range; "" where they are one."""
-    low, high = ends = metric.low, metric.high
-    if all(isinstance(end, int | float) for end in ends) and low < high:
+    """Return why `low` and `high` of a metric are no range; "" where they are one."""
+    low = metric.low
+    high = metric.high
+    if all(isinstance(end, int | float) for end in (low, high)) and low < high:
         return ""
     return f"has low={low!r} and high={high!r}; allowed: two numbers, the lower first"
 
 
 def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
-    """The model that a module has under a name. Raises CodeError where it is none, or
-    where its settings or presets are not what specs can use.
+    """Return the model that a module has under a name.
+
+    Parameters
+    ----------
+    module : ModuleType
+    file : str
+        Name of the file in messages.
+    attribute : str, default "MODEL"
+        Name of the model in the module.
+
+    Raises
+    ------
+    CodeError
+        If there is no model of that name, or specs cannot use its parameters or
+        presets.
     """
     model = getattr(module, attribute, None)
     if not isinstance(model, Model):
-        there = [name for name, one in vars(module).items() if isinstance(one, Model)]
-        found = f"it has {_listed(there)}" if there else "it has no Model"
-        raise CodeError(f"{file}: {attribute} is no Model; {found}")
+        values = vars(module).items()
+        names = [name for name, value in values if isinstance(value, Model)]
+        hint = f"it has {_listed(names)}" if names else "it has no Model"
+        raise CodeError(f"{file}: {attribute} is no Model; {hint}")
     check_name(file, "model", model.name)
     _check_settings(file, model)
     _check_presets(file, model)
-    if said := flaw(model):
-        raise CodeError(f"{file}: {model.name}: {said}")
+    if mistake := flaw(model):
+        raise CodeError(f"{file}: {model.name}: {mistake}")
     return model
 
 
 def table_of(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[str, T]:
-    """The entries of a kind that a module has in a mapping, none if it has no such.
+    """Return the entries of a kind that a module has in a mapping.
 
-    Raises CodeError for what is no such mapping, and for names that cannot be.
+    Parameters
+    ----------
+    module : ModuleType
+    file : str
+        Name of the file in messages.
+    name : str
+        Name of the mapping in the module, such as ``METRICS``. A module without it has
+        no entries of that kind.
+    kind : type
+        Type of its entries.
+
+    Raises
+    ------
+    CodeError
+        If it is no such mapping, or an entry cannot have its name.
     """
     table = getattr(module, name, {})
     if not isinstance(table, Mapping):
@@ -138,7 +178,17 @@ def table_of(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[st
 
 
 def check_name(file: str, kind: str, name: object) -> None:
-    """Raise CodeError where the entry of a file cannot have this name."""
+    """Raise CodeError where the entry of a file cannot have a name.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file in messages.
+    kind : str
+        Kind of the entry in words, such as ``metric``.
+    name : object
+        Name of the entry; an error if it is no string.
+    """
     if not (isinstance(name, str) and NAME.fullmatch(name)) or _is_word(name):
         raise CodeError(
             f'{file}: a {kind} cannot be called "{name}": a name has small letters,'
@@ -164,17 +214,19 @@ ARGUMENTS = {
     "count_kinds": "params, n",
     "measure": "frames, filled, ground, observation, values",
 }
-"""What the functions of entries are called with. Those that draw a map or a start may
-be partial.
+"""Arguments of the functions of entries.
+
+Functions that draw a map or a start may be partial.
 """
 COMPILED = ("advance", "measure")
 """The functions that run in every step or frame."""
 
 
 def _check_functions(file: str, name: str, entry: Any) -> None:
-    """Raise CodeError for functions that read names which stand for nothing, for those
-    that are not compiled and must be, and for those that take other arguments than they
-    get.
+    """Raise CodeError for a function that cannot be used.
+
+    It reads an undefined name, is not compiled and must be, or takes other arguments
+    than it gets.
     """
     for field in ARGUMENTS.keys() & set(entry._fields):
         function = getattr(entry, field)
@@ -188,16 +240,17 @@ def _check_functions(file: str, name: str, entry: Any) -> None:
         where = f"{file}, line {line}: {plain.__name__}"
         if field in COMPILED and not is_compiled(function):
             raise CodeError(f"{where} is not compiled: write @jit above it")
-        wanted, taken = ARGUMENTS[field].split(", "), plain.__code__.co_argcount
-        if taken != len(wanted):
+        arguments = ARGUMENTS[field].split(", ")
+        taken = plain.__code__.co_argcount
+        if taken != len(arguments):
             raise CodeError(
                 f"{where}, the {field} of {name}, takes {taken} arguments, and gets"
-                f" {len(wanted)}: {', '.join(wanted)}"
+                f" {len(arguments)}: {', '.join(arguments)}"
             )
 
 
 def _check_settings(file: str, model: Model) -> None:
-    """Raise CodeError unless each setting has a kind and an About."""
+    """Raise CodeError unless each parameter has a kind and an About."""
     params = model.params
     if not (isinstance(params, type) and hasattr(params, "_fields")):
         raise CodeError(f"{file}: params of {model.name} is no NamedTuple class")
@@ -211,12 +264,12 @@ def _check_settings(file: str, model: Model) -> None:
                 f"{where} is written as Annotated[float, About(...)], with float, int"
                 " or bool"
             )
-        about = extras[0]
-        if about.unit not in UNITS:
+        setting = extras[0]
+        if setting.unit not in UNITS:
             raise CodeError(
-                f'{where} has the unit "{about.unit}"; allowed: {_listed(UNITS)}'
+                f'{where} has the unit "{setting.unit}"; allowed: {_listed(UNITS)}'
             )
-        if about.choices and base is not int:
+        if setting.choices and base is not int:
             raise CodeError(f"{where} has choices, so it is an int: their index")
         if name in common or name in TAKEN:
             raise CodeError(f"{where} has a name that every model has, or every table")

@@ -1,4 +1,4 @@
-"""Modules of installed packages that a spec names, `their_package.vortex:MODEL`.
+"""Modules of installed packages, which a spec names by `their_package.vortex:MODEL`.
 
 Their text does not travel: a package is installed wherever its trials run. So its code
 has a hash, and a process whose package has another one refuses.
@@ -24,8 +24,16 @@ _IMPORTED: dict[str, str] = {}
 
 
 class Installed(NamedTuple):
-    """A package: its name when it is imported, its distribution as `name version`, and
-    the sha256 of its code.
+    """An installed package.
+
+    Attributes
+    ----------
+    name : str
+        Name by which it is imported.
+    owner : str
+        Its distribution, as ``name version``.
+    sha : str
+        The sha256 of its code.
     """
 
     name: str
@@ -34,32 +42,33 @@ class Installed(NamedTuple):
 
 
 def installed_package(module: str) -> Installed:
-    """The package that has a module, as it is installed here; nothing is imported.
+    """Return the package that has a module, as it is installed; nothing is imported.
 
     Raises CodeError where no package of that name is installed.
     """
     name = module.partition(".")[0]
     distribution = _providers().get(name)
-    if distribution is None or not (found := locations(name)):
+    if distribution is None or not (paths := locations(name)):
         message = unknown("installed package", name, sorted(_providers()))
         raise CodeError(f"{module}: {message}")
     owner = f"{distribution.name} {distribution.version}"
-    return Installed(name, owner, package_sha(*found))
+    return Installed(name, owner, package_sha(*paths))
 
 
 def locations(package: str) -> list[Path]:
-    """The folders of a package, or the file of one that is a single module."""
-    found = find_spec(package)
-    if found is None:
+    """Return the folders of a package, or the file of a package that is a module."""
+    spec = find_spec(package)
+    if spec is None:
         return []
-    whole = found.submodule_search_locations or [found.origin or ""]
-    places = map(Path, whole)
-    return [place for place in places if place.is_dir() or place.suffix == SUFFIX]
+    paths = map(Path, spec.submodule_search_locations or [spec.origin or ""])
+    return [path for path in paths if path.is_dir() or path.suffix == SUFFIX]
 
 
 def installed_module(module: str, package: Installed) -> ModuleType:
-    """The module of a package, which is imported. Raises CodeError where the package
-    has other code here, and for whatever is wrong with it.
+    """Import a module of a package, and return it.
+
+    Raises CodeError where the installed package has other code than `package`, where it
+    was edited since its import, and for any error of the import.
     """
     here = installed_package(module)
     if here.sha != package.sha:
@@ -80,12 +89,13 @@ def installed_module(module: str, package: Installed) -> ModuleType:
 
 @cache
 def _providers() -> dict[str, Distribution]:
-    """The distribution of each package and module that is installed."""
-    found = dict[str, Distribution]()
-    for one in distributions(path=places()):
-        listed = (one.read_text("top_level.txt") or "").split()
-        files = {file.parts[0].removesuffix(".py") for file in one.files or ()}
-        for name in {*listed, *files, one.name.replace("-", "_")}:
+    """Return the distribution of each package and module that is installed."""
+    providers = dict[str, Distribution]()
+    for distribution in distributions(path=places()):
+        listed = (distribution.read_text("top_level.txt") or "").split()
+        paths = distribution.files or ()
+        files = {path.parts[0].removesuffix(".py") for path in paths}
+        for name in {*listed, *files, distribution.name.replace("-", "_")}:
             if name.isidentifier() and name not in sys.stdlib_module_names:
-                found.setdefault(name, one)
-    return found
+                providers.setdefault(name, distribution)
+    return providers

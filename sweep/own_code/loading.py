@@ -1,5 +1,6 @@
-"""Modules made from sources: they are imported from memory, so that no file is written
-that could be edited, be half there, or be somebody else's.
+"""Modules made from sources, and imported from memory.
+
+So no file is written that could be edited, be half there, or be somebody else's.
 
 The folder of the sources is a package whose name has their hash. So two versions of a
 file are two modules, also in one process.
@@ -20,12 +21,12 @@ from sweep.errors import CodeError
 from sweep.own_code.sources import PACKAGE, Sources
 
 STAMPED_AS = "own"
-"""What stamps call the package, whose own name has the hash of all its files."""
+"""Name of the package in code hashes: its own name has the hash of all its files."""
 _LOCK = RLock()
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
-    """Finds and loads the modules of all sources that were asked for."""
+    """Finder and loader of the modules of all sources that were asked for."""
 
     def __init__(self) -> None:
         self.known: dict[str, Sources] = {}
@@ -37,12 +38,12 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         sources = self.known.get(package)
         if sources is None:
             return None
-        file, whole = _file(sources, inner)
-        if file is None and not whole:
+        file, is_package = _file(sources, inner)
+        if file is None and not is_package:
             return None
         origin = f"{package}/{file}" if file else package
         spec = importlib.machinery.ModuleSpec(
-            name, self, origin=origin, is_package=whole
+            name, self, origin=origin, is_package=is_package
         )
         spec.has_location = file is not None
         return spec
@@ -73,22 +74,22 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
 
 
 def _file(sources: Sources, inner: str) -> tuple[str | None, bool]:
-    """The file of a module, if it has one, and whether it is a package."""
+    """Return the file of a module, if it has one, and whether it is a package."""
     path = inner.replace(".", "/")
     if f"{path}.py" in sources.texts:
         return f"{path}.py", False
     first = f"{path}/{PACKAGE}".lstrip("/")
-    whole = not path or any(name.startswith(f"{path}/") for name in sources.texts)
-    return (first if first in sources.texts else None), whole
+    is_package = not path or any(file.startswith(f"{path}/") for file in sources.texts)
+    return (first if first in sources.texts else None), is_package
 
 
 _FINDER = _Finder()
 
 
 def load(sources: Sources, file: str) -> ModuleType:
-    """The module of one of the sources, which runs when it is first asked for.
+    """Return the module of one of the sources, which runs when it is first asked for.
 
-    Raises CodeError, with file and line, for whatever it raises.
+    Raises CodeError, with file and line, for any error of its code.
     """
     with _LOCK, _explained(sources):
         if sources.package not in _FINDER.known:

@@ -1,5 +1,7 @@
-"""The names that functions read, before numba meets them: it would compile for seconds
-and then say only from where a function with a wrong name is called.
+"""The names that functions read, checked before numba compiles them.
+
+numba would compile for seconds, and then report only where a function with a wrong name
+is called.
 """
 
 import builtins
@@ -11,7 +13,7 @@ from typing import Any, NamedTuple
 
 
 class Undefined(NamedTuple):
-    """A global name that is read and stands for nothing, its file and its line."""
+    """A global name that is read and not defined, with its file and line."""
 
     name: str
     file: str
@@ -19,7 +21,7 @@ class Undefined(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The code of the line, and what is wrong with it."""
+        """The code of the line, and its mistake."""
         code = linecache.getline(self.file, self.line).strip()
         return (
             f'"{code}": the name "{self.name}" stands for nothing; define or import it'
@@ -27,28 +29,36 @@ class Undefined(NamedTuple):
 
 
 def undefined(function: Callable[..., Any]) -> Iterator[Undefined]:
-    """What a function, compiled or not, and the compiled ones that it calls, read and
-    is not there. Those of `kernels` are not looked at.
+    """Yield the undefined names of a function, and of compiled functions that it calls.
+
+    The function may be compiled or not. Functions of `kernels` are not looked at.
     """
     plain = getattr(function, "py_func", function)
     return _undefined(plain, set()) if isinstance(plain, FunctionType) else iter(())
 
 
-def _undefined(function: FunctionType, seen: set[FunctionType]) -> Iterator[Undefined]:
-    seen.add(function)
-    code, known = function.__code__, function.__globals__
-    for one in dis.get_instructions(code):
-        lacking = one.argval not in known and not hasattr(builtins, str(one.argval))
-        if one.opname == "LOAD_GLOBAL" and lacking:
-            line = one.positions.lineno if one.positions else None
-            yield Undefined(one.argval, code.co_filename, line or code.co_firstlineno)
+def _undefined(
+    function: FunctionType, checked: set[FunctionType]
+) -> Iterator[Undefined]:
+    checked.add(function)
+    code = function.__code__
+    known = function.__globals__
+    for instruction in dis.get_instructions(code):
+        if instruction.opname != "LOAD_GLOBAL":
+            continue
+        name = instruction.argval
+        if name not in known and not hasattr(builtins, name):
+            positions = instruction.positions
+            line = positions.lineno if positions else None
+            yield Undefined(name, code.co_filename, line or code.co_firstlineno)
     called = [known.get(name) for name in code.co_names]
-    modules = [one for one in called if isinstance(one, ModuleType)]
-    called += [getattr(one, name, None) for one in modules for name in code.co_names]
-    for other in called:
-        inner = getattr(other, "py_func", None)
-        if isinstance(inner, FunctionType) and inner not in seen and _is_own(inner):
-            yield from _undefined(inner, seen)
+    modules = [value for value in called if isinstance(value, ModuleType)]
+    for module in modules:
+        called += [getattr(module, name, None) for name in code.co_names]
+    for value in called:
+        inner = getattr(value, "py_func", None)
+        if isinstance(inner, FunctionType) and inner not in checked and _is_own(inner):
+            yield from _undefined(inner, checked)
 
 
 def _is_own(function: FunctionType) -> bool:

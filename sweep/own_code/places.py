@@ -1,4 +1,4 @@
-"""Where boids start, from a table: a CSV file with a row for each boid.
+"""Initial positions and velocities of boids, from a CSV file with one row per boid.
 
 Its columns are x and y, in the model's unit of length, and either `heading`, in degrees
 from the x axis towards the y axis, or vx and vy. With a column `replicate` each
@@ -19,42 +19,56 @@ COLUMNS = (("x", "y", "heading"), ("x", "y", "vx", "vy"))
 
 
 def read_places(file: str, text: str) -> Start:
-    """The start that a table gives. Raises CodeError, with the line, for what is none.
+    """Return the initial condition that a table gives.
 
-    file  what errors call it
-    text  its text
+    Parameters
+    ----------
+    file : str
+        Name of the table in messages.
+    text : str
+        Its text.
+
+    Raises
+    ------
+    CodeError
+        If the table cannot be used; the message has the line where there is one.
     """
     rows = csv.reader(io.StringIO(text))
     flocks = dict[int, list[tuple[float, ...]]]()
     try:
-        order, which = _columns(file, [name.strip() for name in next(rows, [])])
+        header = [name.strip() for name in next(rows, [])]
+        order, replicate_column = _columns(file, header)
+        length = len(order) + (replicate_column is not None)
         for row in filter(None, rows):
             line = f"{file}, line {rows.line_num}"
-            replicate = _replicate(line, row, which)
-            place = _place(line, row, order, others=which is not None)
-            flocks.setdefault(replicate, []).append(place)
+            replicate = _replicate(line, row, replicate_column)
+            boid = _boid(line, row, order, length)
+            flocks.setdefault(replicate, []).append(boid)
     except csv.Error as error:
         raise CodeError(f"{file}, line {rows.line_num}: {error}") from None
     return given_start([*_in_order(file, flocks)], file)
 
 
 def _columns(file: str, header: list[str]) -> tuple[list[int], int | None]:
-    """Where the numbers of a boid stand in a row, and where its replicate does."""
+    """Return the indices of the columns of a boid, and of the column of its replicate.
+
+    The latter is None in a table without that column.
+    """
     names = {*header} - {REPLICATE}
-    columns = next((one for one in COLUMNS if {*one} == names), None)
+    columns = next((columns for columns in COLUMNS if {*columns} == names), None)
     if columns is None or len(header) != len({*header}):
-        allowed = " or ".join(", ".join(one) for one in COLUMNS)
+        allowed = " or ".join(", ".join(columns) for columns in COLUMNS)
         raise CodeError(
             f"{file}, line 1: its columns must be {allowed}; {REPLICATE} may be added"
         )
-    which = header.index(REPLICATE) if REPLICATE in header else None
-    return [header.index(name) for name in columns], which
+    replicate_column = header.index(REPLICATE) if REPLICATE in header else None
+    return [header.index(name) for name in columns], replicate_column
 
 
 def _in_order(
     file: str, flocks: dict[int, list[tuple[float, ...]]]
 ) -> Iterator[Places]:
-    """The flock of each replicate."""
+    """Yield the flock of each replicate; all have the same number of boids."""
     if not flocks:
         raise CodeError(f"{file} has no boid")
     for replicate in range(len(flocks)):
@@ -63,20 +77,21 @@ def _in_order(
                 f"{file} has no boid of {REPLICATE} {replicate}, and some of"
                 f" {max(flocks)}: replicates count from 0, and none is left out"
             )
-        found, first = flocks[replicate], flocks[0]
-        if len(found) != len(first):
+        flock = flocks[replicate]
+        first = flocks[0]
+        if len(flock) != len(first):
             raise CodeError(
-                f"{file} has {len(first)} boids of {REPLICATE} 0, and {len(found)} of"
+                f"{file} has {len(first)} boids of {REPLICATE} 0, and {len(flock)} of"
                 f" {REPLICATE} {replicate}: all must have the same number"
             )
-        yield tuple(found)
+        yield tuple(flock)
 
 
-def _replicate(line: str, row: list[str], which: int | None) -> int:
-    """The replicate of a row; 0 in a table that does not tell."""
-    if which is None:
+def _replicate(line: str, row: list[str], column: int | None) -> int:
+    """Return the replicate of a row; 0 in a table without that column."""
+    if column is None:
         return 0
-    text = row[which].strip() if which < len(row) else ""
+    text = row[column].strip() if column < len(row) else ""
     if not (text.isascii() and text.isdigit()):
         raise CodeError(
             f'{line}: {REPLICATE} "{text[:80]}" is no whole number from 0 on'
@@ -84,16 +99,14 @@ def _replicate(line: str, row: list[str], which: int | None) -> int:
     return int(text)
 
 
-def _place(
-    line: str, row: list[str], order: list[int], *, others: bool
+def _boid(
+    line: str, row: list[str], order: list[int], length: int
 ) -> tuple[float, ...]:
-    """The numbers of a boid; there may be `others` in its row: its replicate."""
+    """Return the numbers of a boid, from a row that must have `length` values."""
     try:
         numbers = tuple(float(row[index]) for index in order)
-        if len(row) == len(order) + others and all(map(math.isfinite, numbers)):
+        if len(row) == length and all(map(math.isfinite, numbers)):
             return numbers
     except (ValueError, IndexError):
         pass
-    raise CodeError(
-        f"{line}: {', '.join(row)[:80]}: not {len(order) + others} finite numbers"
-    )
+    raise CodeError(f"{line}: {', '.join(row)[:80]}: not {length} finite numbers")

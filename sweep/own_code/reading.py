@@ -1,4 +1,4 @@
-"""From the file of a spec to its study, with the code that it names."""
+"""The way from the file of a spec to its study, with the code that it names."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -34,10 +34,21 @@ from sweep.spec.study import Study, read_study
 def load_specs(
     path: Path, *, code: bool = True, code_from: Path | None = None
 ) -> list[Study]:
-    """The studies that a file describes, one a document. Raises as `load_spec`, and for
-    two studies of one name; all mistakes of all documents are in one SpecError.
+    """Return the studies that a file describes, one per document.
+
+    Parameters
+    ----------
+    path, code, code_from
+        As in `load_spec`.
+
+    Raises
+    ------
+    SpecError
+        As `load_spec`, and for two studies of one name. It has all mistakes of all
+        documents.
     """
-    mistakes, studies = Mistakes(), dict[str, Study]()
+    mistakes = Mistakes()
+    studies = dict[str, Study]()
     for root in read_documents(path):
         with mistakes.noted():
             study = _read(root, code, code_from)
@@ -51,11 +62,21 @@ def load_specs(
 
 
 def load_spec(path: Path, *, code: bool = True, code_from: Path | None = None) -> Study:
-    """The study that the file of a spec describes, which has no other one.
+    """Return the study that the file of a spec describes, which has no other one.
 
-    If the spec names code, it runs; files of code lie in the folder of the spec, or in
-    `code_from` where it is given. Raises SpecError, with file and line, for whatever is
-    wrong with the spec; without `code`, for one that names any.
+    Parameters
+    ----------
+    path : Path
+        File of the spec.
+    code : bool, default True
+        Whether code that the spec names may run.
+    code_from : Path, optional
+        Folder of the files of code; by default the folder of the spec.
+
+    Raises
+    ------
+    SpecError
+        With file and line, if the spec is wrong, or names code that may not run.
     """
     return _read(read_document(path), code, code_from)
 
@@ -67,8 +88,21 @@ def study_of(
     code: bool = True,
     code_from: Path | None = None,
 ) -> Study:
-    """The same for a YAML text or a mapping, as if it stood in the file `path`. Without
-    one, errors of a mapping name its keys.
+    """Return the study of a YAML text or a mapping.
+
+    Parameters
+    ----------
+    spec : str or mapping
+    path : Path, optional
+        File in which the spec would be: errors name it, and its folder has the code.
+        Without it, errors of a mapping name its keys.
+    code, code_from
+        As in `load_spec`.
+
+    Raises
+    ------
+    SpecError
+        As `load_spec`.
     """
     file = path or Path("spec.yaml")
     if path is None and isinstance(spec, Mapping):
@@ -78,35 +112,50 @@ def study_of(
 
 
 def check_spec(spec: Mapping[str, Any], path: Path) -> None:
-    """Raise SpecError where `study_of` would, for a mapping of what was read from YAML.
+    """Raise SpecError where `study_of` would, for a mapping that was read from YAML.
 
-    It is not written as a text first. Its code runs.
+    The mapping is not written as a text first. Its code runs.
     """
     _read(Entry(Document(path, ""), (), spec), True, None)
 
 
 def with_variants(study: Study) -> list[Study]:
-    """The study, and after it the variants that its sections ask for. No code runs.
+    """Return the study, and after it the variants that its sections ask for.
 
-    Raises SpecError, with the line of the key that asks for it, for a variant that
-    cannot be.
+    No code runs. Raises SpecError, with the line of the key that asks for it, for a
+    variant that is no study.
     """
-    found = [study]
+    studies = [study]
     for variant in study.variants():
         try:
             text = dump(variant.spec)
-            place = study.path.with_name(f"{study.path.name} ({variant.name})")
-            found.append(study_with(text, place, study.known))
+            path = study.path.with_name(f"{study.path.name} ({variant.name})")
+            studies.append(study_with(text, path, study.known))
         except SpecError as error:
-            said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
-            message = f"the study cannot be run with {variant.words}: {said}"
+            mistakes = (str(mistake).split(": ", 1)[-1] for mistake in error.mistakes)
+            message = (
+                f"the study cannot be run with {variant.words}: {'; '.join(mistakes)}"
+            )
             raise study.document.error(variant.place, message) from None
-    return found
+    return studies
 
 
 def study_with(text: str, path: Path, known: Catalogue) -> Study:
-    """The study of a YAML text, as if it stood in the file `path`. The files that it
-    names are those that `known` has: nothing runs. Raises SpecError.
+    """Return the study of a YAML text, whose code is loaded already: nothing runs.
+
+    Parameters
+    ----------
+    text : str
+        YAML text of the spec.
+    path : Path
+        File in which the spec would be: errors name it.
+    known : Catalogue
+        Catalogue with the files and modules that the spec names.
+
+    Raises
+    ------
+    SpecError
+        If the spec is wrong.
     """
     root = parse_document(text, path)
     if not isinstance(known, OwnCatalogue):
@@ -116,49 +165,69 @@ def study_with(text: str, path: Path, known: Catalogue) -> Study:
 
 
 def code_of(path: Path) -> list[Path]:
-    """The files that a spec would run, with those that they import, and the packages
-    whose modules it names; nothing runs.
+    """Return the paths of the code of a spec; nothing runs.
 
-    Raises SpecError for what cannot be read.
+    These are the files that would run, with the files that they import, and the
+    locations of the packages whose modules it names. Raises SpecError for a spec or a
+    file that cannot be read.
     """
     roots = read_documents(path)
-    if not (named := [one for root in roots for one in references(root)]):
+    if not (named := [reference for root in roots for reference in references(root)]):
         return []
     code = own_code(roots[0], named)
-    files = [path.parent / file for file in code.sources.code]
-    return [*files, *(place for one in code.packages for place in locations(one.name))]
+    paths = [path.parent / file for file in code.sources.code]
+    for package in code.packages:
+        paths += locations(package.name)
+    return paths
 
 
 def schema_for(
     path: Path, *, code: bool = True, code_from: Path | None = None
 ) -> Schema:
-    """The JSON Schema of the specs in a file, with all that the code brings that they
-    name.
+    """Return the JSON Schema of the specs in a file, with the entries of their code.
 
-    The code runs; what else stands in the spec may be wrong. Raises SpecError, with
-    file and line, for code that cannot be used; without `code`, for a spec that names
-    any. `code_from` is as in `load_spec`.
+    The code runs. The rest of the spec may be wrong.
+
+    Parameters
+    ----------
+    path, code, code_from
+        As in `load_spec`.
+
+    Raises
+    ------
+    SpecError
+        With file and line, if code cannot be used, or a spec names code that may not
+        run.
     """
     roots = read_documents(path)
     specs = [(root, _allowed(root, code, code_from)) for root in roots]
-    if not (every := [one for _, named in specs for one in named]):
+    if not (every := [reference for _, named in specs for reference in named]):
         return json_schema()
     known = known_to(roots[0], every, code_from)
-    files: dict[str, str | None] = {str(one.entry.value): None for one in every}
+    files = dict[str, str | None].fromkeys(reference.text for reference in every)
     for root, named in specs:
         plain = resolved(root, named, known)
-        models = [one for one in named if one.kind == "models"]
-        files |= {str(one.entry.value): plain.child("model").text() for one in models}
+        models = [reference for reference in named if reference.kind == "models"]
+        files |= {model.text: plain.child("model").text() for model in models}
     return json_schema(known, files, known.samplers)
 
 
 def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
-    """The name of a model that is named by itself, or by what has it: a file,
-    `./vortex.py` or `./file.py:NAME` from the current folder, or a module of a package,
-    `their_package.vortex:MODEL`. And the catalogue for it.
+    """Return the name of a model, and the catalogue that has it. Its code runs.
 
-    The code runs. Raises SpecError, without `code` for any, and for the name of a file
-    without its ending.
+    Parameters
+    ----------
+    text : str
+        Name of the model; or its file, ``./vortex.py`` or ``./file.py:NAME`` from the
+        current folder; or its module, ``their_package.vortex:MODEL``.
+    code : bool, default True
+        Whether code may run.
+
+    Raises
+    ------
+    SpecError
+        If the model cannot be used, its code may not run, or the text is the name of a
+        file without its ending.
     """
     file = Path()
     if FILE.fullmatch(text):
@@ -189,9 +258,9 @@ def _read(root: Entry, code: bool, code_from: Path | None) -> Study:
 
 
 def _allowed(root: Entry, code: bool, code_from: Path | None) -> list[Reference]:
-    """What a spec names. Without `code`, SpecError if any of it runs."""
+    """Return the references of a spec. Raises SpecError for code that may not run."""
     named = references(root, code_from)
-    running = [one.entry for one in named if one.runs]
+    running = [reference.entry for reference in named if reference.runs]
     if running and not code:
         first = running[0]
         raise first.error(f'this spec runs code from "{first.value}"; no code may run')

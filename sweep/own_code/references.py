@@ -1,9 +1,10 @@
-"""Where a spec names code: files as `model: ./vortex.py`, `metrics: [./mine.py]` and
-`map: ./maze.py`, each with `:NAME` where the file has several; `start_draws:
-./flock.csv`; and modules of installed packages, as `model: their_package.vortex:MODEL`.
+"""References of a spec to code.
 
-A file or module brings all that it offers, so other keys name its entries by their
-plain names.
+A spec names files, such as `model: ./vortex.py`, `metrics: [./mine.py]` and `map:
+./maze.py`, each with `:NAME` where the file has several. It names tables, such as
+`start_draws: ./flock.csv`, and modules of installed packages, such as `model:
+their_package.vortex:MODEL`. A file or module brings all entries that it offers, so
+other keys name its entries by their plain names.
 """
 
 import os
@@ -32,14 +33,23 @@ KINDS = {
     "start_draws": "starts",
     "sample": "samplers",
 }
-"""The keys of a spec that may name code, and what they want from it."""
+"""Keys of a spec that may name code, and the kinds of entries that they take."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What a spec names at `entry`: the path of a file from the folder of code, or a
-    module; the kind of entry that is wanted; and its name there, None for all or the
-    one.
+    """A file or module that a spec names.
+
+    Attributes
+    ----------
+    entry : Entry
+        Entry of the spec that names it.
+    origin : str
+        Path of the file from the folder of code, or name of the module.
+    kind : str
+        Kind of entry that the spec takes from it, such as ``models``.
+    name : str or None
+        Name of the entry there; None for all entries of the kind, or the only one.
     """
 
     entry: Entry
@@ -48,21 +58,26 @@ class Reference:
     name: str | None
 
     @property
+    def text(self) -> str:
+        """The text of the spec that names it."""
+        return str(self.entry.value)
+
+    @property
     def is_file(self) -> bool:
-        """Whether it is a file, and no module."""
+        """True for a file, False for a module."""
         return self.origin.endswith((SUFFIX, PLACES))
 
     @property
     def runs(self) -> bool:
-        """Whether it is code, and no table."""
+        """True for code, False for a table."""
         return not self.origin.endswith(PLACES)
 
 
 def references(root: Entry, code_from: Path | None = None) -> list[Reference]:
-    """All files and modules that a spec names.
+    """Return all files and modules that a spec names.
 
-    Raises SpecError for paths that lead out of the folder from which code is taken:
-    that of the spec, or `code_from`.
+    Raises SpecError for paths that lead out of the folder from which code is taken: the
+    folder of the spec, or `code_from`.
     """
     return list(_within(root, code_from))
 
@@ -78,17 +93,17 @@ def _within(entry: Entry, code_from: Path | None) -> Iterator[Reference]:
         keys := [part for part in reversed(entry.place) if part in KINDS]
     ):
         kind = KINDS[str(keys[0])]
-        if found := FILE.fullmatch(entry.value):
-            file = _inside(entry, found["path"], code_from)
+        if match := FILE.fullmatch(entry.value):
+            file = _inside(entry, match["path"], code_from)
             if file.endswith(PLACES) and keys[0] != "start_draws":
                 raise entry.error(f"{file} can only be a start (start_draws)")
-            yield Reference(entry, file, kind, found["name"])
-        elif found := MODULE.fullmatch(entry.value):
-            yield Reference(entry, found["path"], kind, found["name"])
+            yield Reference(entry, file, kind, match["name"])
+        elif match := MODULE.fullmatch(entry.value):
+            yield Reference(entry, match["path"], kind, match["name"])
 
 
 def _inside(entry: Entry, path: str, code_from: Path | None) -> str:
-    """The path of a file from the folder from which code is taken."""
+    """Return the path of a file from the folder from which code is taken."""
     parts = path.split("/")
     if parts[0] not in (".", "..", "") and len(parts) == 1:
         raise entry.error(f'a file beside the spec is written "./{path}"')
@@ -102,39 +117,55 @@ def _inside(entry: Entry, path: str, code_from: Path | None) -> str:
         return "/".join(part for part in parts[1:] if part != ".")
     if parts[0] not in (".", "..") or "" in parts:
         raise entry.error(f'"{path}" begins neither with ./ nor with ../')
-    whole = os.path.normpath(entry.document.path.parent.resolve() / path)
-    if not Path(whole).is_relative_to(code_from.resolve()):
+    file = Path(os.path.normpath(entry.document.path.parent.resolve() / path))
+    if not file.is_relative_to(code_from.resolve()):
         raise entry.error(
             f'"{path}" lies outside {code_from}, from where alone code is taken'
             " (--code-from)"
         )
-    return Path(whole).relative_to(code_from.resolve()).as_posix()
+    return file.relative_to(code_from.resolve()).as_posix()
 
 
 def own_code(
     root: Entry, named: list[Reference], code_from: Path | None = None
 ) -> OwnCode:
-    """The code that a spec names. Raises SpecError for what cannot be read."""
-    wanted, packages = dict[str, str | None](), dict[str, Installed]()
-    for one in named:
-        model = (one.name or MODEL) if one.kind == "models" else None
-        wanted[one.origin] = model or wanted.get(one.origin)
+    """Return the code that a spec names; nothing runs.
+
+    Parameters
+    ----------
+    root : Entry
+        The spec.
+    named : list of Reference
+        Its references, from `references`.
+    code_from : Path, optional
+        Folder of the files of code; by default the folder of the spec.
+
+    Raises
+    ------
+    SpecError
+        If a file cannot be read, or a package is not installed.
+    """
+    models = dict[str, str | None]()
+    for reference in named:
+        model = (reference.name or MODEL) if reference.kind == "models" else None
+        models[reference.origin] = model or models.get(reference.origin)
     beside = root.document.path.parent
     folder = code_from or beside
-    for one in named:
+    packages = dict[str, Installed]()
+    for reference in named:
         try:
-            if one.is_file:
-                gather(folder, [one.origin])
+            if reference.is_file:
+                gather(folder, [reference.origin])
             else:
-                package = installed_package(one.origin)
+                package = installed_package(reference.origin)
                 packages[package.name] = package
         except CodeError as error:
-            raise one.entry.error(str(error)) from None
-    files = {one.origin for one in named if one.is_file}
+            raise reference.entry.error(str(error)) from None
+    files = {reference.origin for reference in named if reference.is_file}
     up = os.path.relpath(folder.resolve(), beside.resolve())
     return OwnCode(
-        gather(folder, [origin for origin in wanted if origin in files]),
-        tuple(wanted.items()),
+        gather(folder, [origin for origin in models if origin in files]),
+        tuple(models.items()),
         tuple(sorted(packages.values())),
         Path(up).as_posix(),
     )
@@ -143,22 +174,46 @@ def own_code(
 def known_to(
     root: Entry, named: list[Reference], code_from: Path | None = None
 ) -> OwnCatalogue:
-    """The catalogue of a spec that names code; it runs it. Raises SpecError."""
+    """Return the catalogue of a spec that names code. It runs the code.
+
+    Parameters
+    ----------
+    root, named, code_from
+        As in `own_code`; there is at least one reference.
+
+    Raises
+    ------
+    SpecError
+        If the code cannot be read or used.
+    """
     code = own_code(root, named, code_from)
     try:
         return loaded(code)
     except CodeError as error:
-        at = next((one for one in named if one.origin == error.file), named[0])
-        raise at.entry.error(str(error)) from error
+        blamed = (reference for reference in named if reference.origin == error.file)
+        raise next(blamed, named[0]).entry.error(str(error)) from error
 
 
 def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
-    """The same spec with plain names in the place of files. Raises SpecError where a
-    file has no such entry, or none that is meant alone.
+    """Return the same spec with plain names in the place of files and modules.
+
+    Parameters
+    ----------
+    root : Entry
+        The spec.
+    named : list of Reference
+        Its references.
+    known : OwnCatalogue
+        Catalogue with their entries.
+
+    Raises
+    ------
+    SpecError
+        If a file has no such entry, or several where the spec needs one.
     """
     document = replace(root.document, lines=dict(root.document.lines))
-    by_place = {one.entry.place: one for one in named}
-    value = _replaced(root.value, (), by_place, known, document.lines)
+    by_place = {reference.entry.place: reference for reference in named}
+    value = _replaced(root.value, (), by_place, known, lines=document.lines)
     return replace(root, document=document, value=value)
 
 
@@ -171,20 +226,21 @@ def _replaced(
 ) -> Any:
     if isinstance(value, dict):
         return {
-            key: _replaced(one, (*place, key), named, known, lines)
-            for key, one in value.items()
+            key: _replaced(child, (*place, key), named, known, lines=lines)
+            for key, child in value.items()
         }
     if isinstance(value, list):
-        found, at = list[Any](), list[int | None]()
-        for index, one in enumerate(value):
+        children = list[Any]()
+        lines_of = list[int | None]()
+        for index, child in enumerate(value):
             here = (*place, index)
             names = _names(named[here], known) if here in named else None
-            new = names or [_replaced(one, here, named, known, lines)]
-            found += new
-            at += [lines.get(here)] * len(new)
-        if len(found) > len(value):  # a list of names, each in the line of its file
-            lines |= {(*place, k): line for k, line in enumerate(at) if line}
-        return found
+            new = names or [_replaced(child, here, named, known, lines=lines)]
+            children += new
+            lines_of += [lines.get(here)] * len(new)
+        if len(children) > len(value):  # a list of names, each in the line of its file
+            lines |= {(*place, k): line for k, line in enumerate(lines_of) if line}
+        return children
     if place in named:
         names = _names(named[place], known)
         if len(names) > 1:
@@ -198,10 +254,14 @@ def _replaced(
 
 
 def _names(reference: Reference, known: OwnCatalogue) -> list[str]:
-    """The names of the entries that a file or module stands for."""
-    origin, kind = reference.origin, reference.kind
-    names = [name for one, name in known.origins if one == kind]
-    names = [name for name in names if known.origins[kind, name] == origin]
+    """Return the names of the entries that a file or module stands for."""
+    origin = reference.origin
+    kind = reference.kind
+    names = [
+        name
+        for (kind_of_entry, name), file in known.origins.items()
+        if kind_of_entry == kind and file == origin
+    ]
     if not names:
         raise reference.entry.error(f"{origin} has no {kind.upper()}")
     if reference.name is None or kind == "models":

@@ -1,8 +1,8 @@
-"""The text of a user's own files: those that a spec names, and those beside them that
-they import.
+"""The text of the files of custom code.
 
-The text is read once, before anything runs. It goes to every worker and into the store,
-so that each trial is computed by the same lines, whatever becomes of the files.
+These are the files that a spec names, and the files next to them that they import. The
+text is read once, before any code runs. It goes to every worker and into the store, so
+that each trial is computed by the same lines, whatever becomes of the files.
 """
 
 import ast
@@ -19,7 +19,7 @@ from sweep.spec.study_folder import PLAN
 from sweep.text import similar
 
 SUFFIX = ".py"
-"""Of code; other files are data."""
+"""Ending of files of code; other files are data."""
 PACKAGE = "__init__.py"
 MOST_BYTES = 2_000_000
 MOST_FILES = 100
@@ -27,12 +27,12 @@ KEPT = (
     ", where results are stored: `sweep code STUDY --to FOLDER` writes spec and code"
     " of a study into a folder, to launch there"
 )
-"""Of a spec that is launched from where a launch has put it, without its files."""
+"""Hint for a spec that is launched from a folder of results, without its files."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """Files by their paths from one folder, as `rules/pull.py`, each with its text."""
+    """Files by their paths from one folder, such as `rules/pull.py`, with texts."""
 
     files: tuple[tuple[str, str], ...]
 
@@ -43,7 +43,7 @@ class Sources:
 
     @cached_property
     def sha(self) -> str:
-        """The sha256 of all files: of each path and text."""
+        """The sha256 of all files, of their paths and texts."""
         return hashlib.sha256(json.dumps(self.files).encode()).hexdigest()
 
     @property
@@ -57,30 +57,32 @@ class Sources:
         return f"own_{self.sha[:16]}"
 
     def module(self, file: str) -> str:
-        """The full name of the module that a file is."""
+        """Return the full name of the module that a file is."""
         parts = PurePosixPath(file).with_suffix("").parts
         inner = parts[:-1] if file.endswith(PACKAGE) else parts
         return ".".join([self.package, *inner])
 
 
 def gather(folder: Path, files: Iterable[str]) -> Sources:
-    """These files, whose paths start in `folder`, and all that they import relatively.
+    """Read files, whose paths start in `folder`, and all that they import relatively.
 
     Raises CodeError, which names file and line, for a file that cannot be read or is no
-    Python, for one outside the folder, and for an import that finds nothing.
+    Python, for a file outside the folder, for an import without a file, and for more
+    than MOST_FILES or MOST_BYTES.
     """
-    found, waiting = dict[str, str](), list(dict.fromkeys(files))
+    texts = dict[str, str]()
+    waiting = list(dict.fromkeys(files))
     while waiting:
         file = waiting.pop()
-        if file not in found:
-            found[file] = _text(folder, file)
+        if file not in texts:
+            texts[file] = _text(folder, file)
             if file.endswith(SUFFIX):
-                waiting += _imported(folder, file, found[file])
-        if len(found) > MOST_FILES:
+                waiting += _imported(folder, file, texts[file])
+        if len(texts) > MOST_FILES:
             raise CodeError(f"{file}: more than {MOST_FILES} files import each other")
-        if sum(map(len, found.values())) > MOST_BYTES:
+        if sum(map(len, texts.values())) > MOST_BYTES:
             raise CodeError(f"{file}: the files have more than {MOST_BYTES:,} bytes")
-    return Sources(tuple(sorted(found.items())))
+    return Sources(tuple(sorted(texts.items())))
 
 
 def _text(folder: Path, file: str) -> str:
@@ -89,8 +91,8 @@ def _text(folder: Path, file: str) -> str:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not path.is_file():
             hint = similar(file, list(_alike(folder, path)))
-            kept = KEPT if (folder / PLAN).is_file() else ""
-            raise CodeError(f'there is no file "{file}" in {folder}{hint or kept}')
+            hint = hint or (KEPT if (folder / PLAN).is_file() else "")
+            raise CodeError(f'there is no file "{file}" in {folder}{hint}')
         content = path.read_bytes() if path.stat().st_size <= MOST_BYTES else None
     except (OSError, RuntimeError, ValueError) as error:
         raise CodeError(f"{file} cannot be read: {error}") from None
@@ -108,21 +110,22 @@ def _text(folder: Path, file: str) -> str:
 
 
 def _alike(folder: Path, path: Path) -> Iterator[str]:
-    """The files with the same ending beside a file that is not there, by their paths
-    from `folder`.
+    """Yield the files with the same ending next to a missing file.
+
+    They are paths from `folder`.
     """
-    for one in sorted(path.parent.glob(f"*{path.suffix}"))[:MOST_FILES]:
-        yield one.relative_to(folder).as_posix()
+    for file in sorted(path.parent.glob(f"*{path.suffix}"))[:MOST_FILES]:
+        yield file.relative_to(folder).as_posix()
 
 
 def _imported(folder: Path, file: str, text: str) -> Iterator[str]:
-    """The files that a file imports relatively, by their paths from the folder."""
+    """Yield the files that a file imports relatively, as paths from the folder."""
     try:
         nodes = _imports(text)
     except (SyntaxError, ValueError, RecursionError) as error:
         line = getattr(error, "lineno", None) or 1
-        said = getattr(error, "msg", str(error))
-        raise CodeError(f"{file}, line {line}: no Python: {said}") from None
+        message = getattr(error, "msg", str(error))
+        raise CodeError(f"{file}, line {line}: no Python: {message}") from None
     for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.level:
             yield from _relative(folder, file, node)
@@ -132,9 +135,11 @@ def _imported(folder: Path, file: str, text: str) -> Iterator[str]:
 
 @lru_cache(maxsize=MOST_FILES)
 def _imports(text: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
-    """The imports of a file, which several entries of a spec name."""
+    """Return the imports of a file, which several entries of a spec name."""
     nodes = ast.walk(ast.parse(text))
-    return tuple(one for one in nodes if isinstance(one, ast.Import | ast.ImportFrom))
+    return tuple(
+        node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)
+    )
 
 
 def _relative(folder: Path, file: str, node: ast.ImportFrom) -> Iterator[str]:
@@ -146,20 +151,20 @@ def _relative(folder: Path, file: str, node: ast.ImportFrom) -> Iterator[str]:
     for end in range(1, len(above) + 1):  # importing a.b.c runs those of a and a.b too
         yield from _package(folder, PurePosixPath(*above[:end]))
     base = PurePosixPath(*above, *(node.module or "").split("."))
-    whole = list(_module(folder, base)) if node.module else []
-    yield from whole
+    files = list(_module(folder, base)) if node.module else []
+    yield from files
     for alias in node.names:
-        part = list(_module(folder, base / alias.name))
-        yield from part
-        if not part and not whole and not any(_package(folder, base)):
-            wanted = f"{base / alias.name if not node.module else base}{SUFFIX}"
+        submodule = list(_module(folder, base / alias.name))
+        yield from submodule
+        if not submodule and not files and not any(_package(folder, base)):
+            missing = f"{base / alias.name if not node.module else base}{SUFFIX}"
             raise CodeError(
-                f"{file}, line {node.lineno}: there is no {wanted} to import"
+                f"{file}, line {node.lineno}: there is no {missing} to import"
             )
 
 
 def _module(folder: Path, path: PurePosixPath) -> Iterator[str]:
-    """The file of a module, if there is one."""
+    """Yield the file of a module, if there is one."""
     file = path.with_name(path.name + SUFFIX)
     if (folder / file).is_file():
         yield file.as_posix()
@@ -168,13 +173,13 @@ def _module(folder: Path, path: PurePosixPath) -> Iterator[str]:
 
 
 def _package(folder: Path, path: PurePosixPath) -> Iterator[str]:
-    """The first file of a package, if it has one."""
+    """Yield the first file of a package, if it has one."""
     if (folder / path / PACKAGE).is_file():
         yield (path / PACKAGE).as_posix()
 
 
 def _check_absolute(folder: Path, file: str, node: ast.Import | ast.ImportFrom) -> None:
-    """Raise CodeError for an import that means a file beside, and does not say so."""
+    """Raise CodeError for an absolute import of a file next to this one."""
     named = (
         [alias.name for alias in node.names]
         if isinstance(node, ast.Import)

@@ -64,7 +64,7 @@ def keep_code(store: Store, known: Catalogue) -> None:
     if isinstance(known, OwnCatalogue):
         code = known.code
         files, named = code.sources.texts, dict(code.named)
-        content = {"files": files, "named": named, "about": known.about}
+        content = {"files": files, "named": named, "about": known.description}
         content |= {"packages": code.packages, "folder": code.folder}
         store.write_code(code.sha, json.dumps(content).encode())
 

@@ -1,8 +1,8 @@
-"""Runs trials in workers and stores their results. Trials that fail are tried again if
-the spec says so.
+"""Attempts at trials in workers, and the storing of their results.
 
-Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here
-when its trial is stored, and when its trial took too long and is tried again.
+A trial that fails is tried again if the spec asks for retries. A long trial resumes
+from its checkpoint, if there is one. A checkpoint is deleted here when its trial is
+stored, and when its trial took too long and is tried again.
 """
 
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -33,20 +33,35 @@ def run_jobs(
     failures: Failures,
     noted: Callable[[list[Result]], None] = lambda _results: None,
 ) -> None:
-    """Run `jobs` and store their results.
+    """Run trials and store their results.
 
-        study     the study of the jobs: its time limit, retries and checkpoints
-        jobs      the trials to run
-        store     the store of the study
-        tables    makes the tables of a part from results
-        executor  runs the jobs
-        failures  the failed trials that the launch knows of already
-        noted     is told of results, once they are handed to the store
+    Chains of linked jobs run whole, link after link. Trials that fail run again after
+    all others, if the spec asks for retries; only their last outcome is stored. All
+    finished trials are stored, also where an error is raised.
 
-    Of linked jobs whole chains run, link after link. Trials that fail run again after
-    all others, if the spec says so; only their last outcome is stored. Raises
-    FailedTrialsError as soon as more trials of the study have failed than are allowed,
-    and KeyboardInterrupt after Ctrl-C. In both cases all finished trials are stored.
+    Parameters
+    ----------
+    study : Study
+        Study of the jobs, with its time limit, retries and checkpoints.
+    jobs : sequence of Job
+        Trials to run; at least one.
+    store : Store
+        Store of the study.
+    tables : Tables
+        Maker of the tables of a part from results.
+    executor : ExecutorFactory
+        Engine that runs the jobs.
+    failures : Failures
+        Failed trials that the launch knows of already; it counts the new ones.
+    noted : callable, optional
+        Called with results, once they are handed to the store.
+
+    Raises
+    ------
+    FailedTrialsError
+        As soon as more trials of the study have failed than are allowed.
+    KeyboardInterrupt
+        After Ctrl-C.
     """
     failures.check()
     executor.flying.prepare(jobs[0])
@@ -55,7 +70,7 @@ def run_jobs(
     def stored(results: list[Result]) -> None:
         _discard(checkpoints, results)
 
-    outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
+    outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures=failures))
     with (
         Writer[Result](store, tables, size=result_bytes, stored=stored) as writer,
         outcomes as arriving,
@@ -74,8 +89,9 @@ def _outcomes(
     checkpoints: Checkpoints,
     failures: Failures,
 ) -> Generator[list[Result], None, None]:
-    """The last outcome of every job, as the outcomes come back. In each further round
-    the failed jobs are tried again.
+    """Yield the last outcome of every job, as the outcomes come back.
+
+    In each further round the failed jobs are tried again.
     """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
@@ -93,13 +109,15 @@ def _outcomes(
             jobs = jobs.from_links(failed_jobs)
         else:
             jobs = failed_jobs
-    for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
+    driven = _driven(study, jobs, executor, checkpoints, ended=failures.too_many)
+    for results in driven:
         yield [after(rounds, result) for result in results]
 
 
 def _discard(checkpoints: Checkpoints, results: list[Result]) -> None:
     """Delete the checkpoints of these results. A brief trial never wrote one."""
-    if long := [one.job.trial_id for one in results if not is_brief(one.job)]:
+    jobs = [result.job for result in results]
+    if long := [job.trial_id for job in jobs if not is_brief(job)]:
         checkpoints.discard(long)
 
 
@@ -110,11 +128,13 @@ def _driven(
     checkpoints: Checkpoints,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[Result]]:
-    """The outcome of one attempt at each job, from its checkpoint if there is one."""
+    """Yield the outcomes of one attempt at each job.
+
+    A job resumes from its checkpoint, if there is one.
+    """
     seconds = job_seconds(jobs)
-    sent = executor.flying.sent(
-        NewTrials(study, jobs, seconds, executor.workers, checkpoints.folder)
-    )
+    new = NewTrials(study, jobs, seconds, executor.workers, folder=checkpoints.folder)
+    sent = executor.flying.sent(new)
     return drive(
         jobs,
         sent.trial,
@@ -129,6 +149,6 @@ def _driven(
     )
 
 
-def _goes_on(jobs: Sequence[Job], place: int, result: Result) -> bool:
-    """Whether another link of a chain runs after this result."""
-    return isinstance(jobs, LinkedJobs) and jobs.go_on(place, result.last_flock)
+def _goes_on(jobs: Sequence[Job], index: int, result: Result) -> bool:
+    """Return whether another link of a chain runs after this result."""
+    return isinstance(jobs, LinkedJobs) and jobs.go_on(index, result.last_flock)

@@ -1,21 +1,23 @@
-"""Long trials write checkpoints. Whatever ends a trial, it goes on from its checkpoint
-and gives the same bits.
+"""Checkpoints of long trials.
+
+Whatever ends a trial, the trial resumes from its checkpoint, and its results are
+bitwise identical.
 
     checkpoints/<trial_id>.state   the state as it was last written; named .tried-1 or
                                    .tried-2 while it is on trial
     checkpoints/<trial_id>.frames  the frames so far, each written once
 
-A trial of one kernel call has no checkpoint. Any other looks for its checkpoint when it
-begins. It writes one when it has run for a while since the last, and so seldom that
-writing takes about a hundredth of its time. Frames of many boids at every step may take
-more time, but each is written only once, and all of them are in memory too.
+A trial of one kernel call has no checkpoint. Any other trial looks for its checkpoint
+when it begins. It writes one when it has run for a while since the last, and so seldom
+that writing takes about a hundredth of its time. Frames of many boids at every step may
+take more time, but each is written only once, and all of them are in memory too.
 
-A trial that dies when it goes on from its checkpoint must not do so for ever. So the
+A trial that dies when it resumes from its checkpoint must not do so for ever. So the
 file is renamed before it is read, and renamed back when the first kernel call is over.
-A file that still has the name of a try is tried once more; then the trial begins anew.
-The workers write checkpoints, and whoever stores the results deletes them
-(`checkpoint_folder.py`). A worker that cannot write, or does not see the study's
-folder, says so once and runs the trial without checkpoints.
+A file that still has the name of a try is tried once more; then the trial begins again
+at step 0. The workers write checkpoints, and the process that stores the results
+deletes them (`checkpoint_folder.py`). A worker that cannot write, or does not see the
+study's folder, warns once and runs the trial without checkpoints.
 """
 
 import logging
@@ -47,19 +49,28 @@ from sweep.workers.last_state import Lasting, frame_type_of
 LOG = logging.getLogger("sweep")
 
 TIMES_LONGER = 100.0
-"""Between two checkpoints a trial runs at least so many times longer than it took to
-write the last one.
-"""
+"""Least time between two checkpoints, per time that writing the last one took."""
 
 
 @dataclass(frozen=True)
 class Checkpointed:
-    """`run`, that of `sweep.trial.simulation`, with checkpoints in `folder` every so
-    many seconds, without a folder with none; its results are the same, but for the last
-    state where a job records that.
+    """Function that runs trials, with checkpoints.
 
-    Both are sealed with `key`, which the coordinator hands to its workers. `together`
-    says that trials may fly together.
+    Results are those of `run`, besides the last state where a job records it.
+
+    Attributes
+    ----------
+    run : callable
+        ``sweep.trial.simulation.run``.
+    folder : Path or None
+        Folder of checkpoints; None for no checkpoints.
+    every : float
+        Least wall seconds between two checkpoints.
+    key : bytes
+        Key that seals checkpoints and last states. The coordinator hands it to its
+        workers.
+    together : bool
+        Whether trials may run together, in the lanes of a processor.
     """
 
     run: Callable[[Job], Result]
@@ -69,10 +80,11 @@ class Checkpointed:
     together: bool = False
 
     def __call__(self, job: Job) -> Result:
-        """The result of `job`. Its `seconds`, and its time limit, include those of all
-        attempts that it goes on from, and of the earlier trial.
+        """Return the result of a job.
 
-        A trial that raises begins anew, at step 0, the next time.
+        Its `seconds`, and its time limit, include the seconds of all attempts that it
+        resumes from, and of the earlier trial. A trial that raises begins at step 0 the
+        next time.
         """
         if job.record.last_states:
             result = attempt(self._simulate, job)
@@ -82,33 +94,36 @@ class Checkpointed:
         return attempt(self._simulate, job)
 
     def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """The results of `jobs`, in their order; those that have no checkpoint fly
-        together where that is faster.
+        """Return the results of jobs, in their order.
+
+        Jobs without a checkpoint run together where that is faster.
         """
         return in_groups(jobs, self, self._together if self.together else None)
 
     def _together(self, jobs: Sequence[Job]) -> list[Result]:
-        began, folder = time.perf_counter(), self.folder
+        began = time.perf_counter()
+        folder = self.folder
         if folder is None or is_brief(jobs[0]):
             return fly([Simulation(job, together=True) for job in jobs], began)
         if any(_is_begun(folder, job) for job in jobs):
             return [self(job) for job in jobs]
         simulations = [Simulation(job, together=True) for job in jobs]
         checkpoints = [
-            _Checkpoint(folder, one, self.every, self.key) for one in simulations
+            _Checkpoint(folder, simulation, self.every, self.key)
+            for simulation in simulations
         ]
 
         def between(seconds: float, settle: Callable[[], None]) -> None:
-            if any(one.is_due(seconds) for one in checkpoints):
+            if any(checkpoint.is_due(seconds) for checkpoint in checkpoints):
                 settle()
-                for one in checkpoints:
-                    one.after_call(seconds)
+                for checkpoint in checkpoints:
+                    checkpoint.after_call(seconds)
 
         try:
             return fly(simulations, began, between)
         except Exception:
-            for one in checkpoints:
-                one.discard()
+            for checkpoint in checkpoints:
+                checkpoint.discard()
             raise
 
     def _simulate(self, job: Job) -> Result:
@@ -122,8 +137,10 @@ class Checkpointed:
     def _from(
         self, simulation: Simulation, began: float, spent: float
     ) -> tuple[Result, Simulation]:
-        """The result of a simulation that has taken `spent` seconds before, and the
-        simulation at its end, which is another one where there is a checkpoint.
+        """Return the result of a simulation, and the simulation at its end.
+
+        The simulation has taken `spent` seconds before. The returned simulation may be
+        a new one where there is a checkpoint.
         """
         if self.folder is None or is_brief(simulation.job):
             return simulation.result(began - spent), simulation
@@ -140,67 +157,76 @@ class Checkpointed:
 
 
 def _is_begun(folder: Path, job: Job) -> bool:
-    return any(place.exists() for place in state_files(folder, job.trial_id))
+    return any(path.exists() for path in state_files(folder, job.trial_id))
 
 
 class _Checkpoint:
-    """The checkpoint of one trial, used by the worker that runs it as `simulation`."""
+    """The checkpoint of one trial, for the worker that runs it as `simulation`."""
 
     def __init__(
         self, folder: Path, simulation: Simulation, every: float, key: bytes
     ) -> None:
         job = simulation.job
-        self.simulation, self._key = simulation, key
-        self._folder, self._trial, self._every = folder, job.trial_id, every
-        self._places = state_files(folder, job.trial_id)
+        self.simulation = simulation
+        self._key = key
+        self._folder = folder
+        self._trial = job.trial_id
+        self._every = every
+        self._paths = state_files(folder, job.trial_id)
         self._frames = frames_file(folder, job.trial_id)
         self._kind = frame_type_of(simulation)
         # The first, the last, and those between.
         self._most_frames = simulation.schedule.steps // job.record.every + 2
-        self._written, self._count, self._crc = 0, 0, 0
+        self._written = 0  # elements of `simulation.taken` that are in the file
+        self._count = 0  # frames in the file
+        self._crc = 0
         self._aside: Path | None = None
         self._due = every
 
     def resume(self) -> float | None:
-        """Go on from the checkpoint, if there is a good one. Returns the seconds that
-        the trial had taken until then; None where there is no checkpoint.
+        """Resume from the checkpoint, if there is a good one.
+
+        Returns
+        -------
+        float or None
+            Seconds that the trial had taken until then, 0 where the checkpoint cannot
+            be used. None where there is no checkpoint.
         """
-        found = self._set_aside()
-        if found is None:
+        aside = self._set_aside()
+        if aside is None:
             return None
         try:
-            saved = read_state(found, self._trial, self.simulation.state(), self._key)
+            saved = read_state(aside, self._trial, self.simulation.state(), self._key)
             taken = read_frames(self._frames, self._kind, saved, self._most_frames)
             self.simulation.restore(saved.state)
         except Exception as error:  # whatever is wrong with the file, the trial is not
-            LOG.warning("%s: %s; the trial begins anew", found, error)
+            LOG.warning("%s: %s; the trial begins anew", aside, error)
             self.discard()
             self.simulation = Simulation(self.simulation.job)
             return 0.0
         self.simulation.taken = [taken]  # an earlier trial may have left others
-        self._aside, self._written, self._count, self._crc = (
-            found,
-            1,
-            saved.frames,
-            saved.crc,
-        )
+        self._aside = aside
+        self._written = 1
+        self._count = saved.frames
+        self._crc = saved.crc
         self._due = saved.seconds + self._every
-        step, steps = self.simulation.step, self.simulation.schedule.steps
         LOG.warning(
             "trial %s: goes on from step %s of %s",
             self._trial,
-            f"{step:,}",
-            f"{steps:,}",
+            f"{self.simulation.step:,}",
+            f"{self.simulation.schedule.steps:,}",
         )
         return saved.seconds
 
     def is_due(self, seconds: float) -> bool:
-        """Whether it is time for a checkpoint, `seconds` after the trial began."""
+        """Return whether a checkpoint is due, `seconds` after the trial began."""
         return seconds >= self._due
 
     def after_call(self, seconds: float) -> None:
-        """Between two kernel calls, `seconds` since the trial began: write a checkpoint
-        if it is time.
+        """Write a checkpoint between two kernel calls, if it is due.
+
+        The trial began `seconds` ago. The first call also proves that the trial
+        survives its checkpoint, which then gets its own name back.
         """
         if self._aside is not None:
             self._put_back(self._aside)
@@ -211,8 +237,8 @@ class _Checkpoint:
         try:
             self._write(seconds)
         except (OSError, MemoryError) as error:
-            said = getattr(error, "strerror", None) or str(error)
-            _say_once(self._folder, said or type(error).__name__)
+            reason = getattr(error, "strerror", None) or str(error)
+            _say_once(self._folder, reason or type(error).__name__)
         took = time.perf_counter() - began
         self._due = seconds + took + max(self._every, TIMES_LONGER * took)
 
@@ -221,13 +247,14 @@ class _Checkpoint:
         delete_files(self._folder, self._trial)
 
     def _set_aside(self) -> Path | None:
-        """The checkpoint, renamed for the next try; None if there is none, or no try is
-        left.
+        """Return the checkpoint, renamed for the next try.
+
+        Returns None if there is no checkpoint, or no try is left.
         """
-        for place, aside in pairwise(self._places):
+        for path, aside in pairwise(self._paths):
             with suppress(OSError):
-                return place.replace(aside)
-        if self._places[-1].exists():
+                return path.replace(aside)
+        if self._paths[-1].exists():
             LOG.warning(
                 "trial %s: its worker died twice when it went on from its checkpoint;"
                 " the trial begins anew",
@@ -238,7 +265,7 @@ class _Checkpoint:
 
     def _put_back(self, aside: Path) -> None:
         with suppress(OSError):
-            aside.replace(self._places[0])
+            aside.replace(self._paths[0])
 
     def _write(self, seconds: float) -> None:
         if self._folder.is_symlink():
@@ -246,18 +273,22 @@ class _Checkpoint:
         try:
             count, crc = self._add_frames()
             saved = Saved(self.simulation.state(), seconds, count, crc)
-            write_state(self._places[0], self._trial, saved, self._key)
+            write_state(self._paths[0], self._trial, saved, self._key)
         except OSError:
             with suppress(OSError):  # the disk may be full
                 drop_frames(self._frames, self._kind, self._count)
             raise
-        self._written, self._count, self._crc = len(self.simulation.taken), count, crc
+        self._written = len(self.simulation.taken)
+        self._count = count
+        self._crc = crc
 
     def _add_frames(self) -> tuple[int, int]:
         new = self.simulation.taken[self._written :]
         while True:
             try:
-                return add_frames(self._frames, self._kind, new, self._count, self._crc)
+                return add_frames(
+                    self._frames, self._kind, new, self._count, crc=self._crc
+                )
             except FileNotFoundError:
                 # It is the first checkpoint, or the folder has gone with the last of
                 # others. Not its parents: a machine without the study's folder must not

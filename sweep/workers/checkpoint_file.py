@@ -1,5 +1,6 @@
-"""The two files of a checkpoint: the state of a trial, replaced each time, and its
-frames, to which new ones are added.
+"""The two files of a checkpoint: the state of a trial, and its frames.
+
+The state is replaced each time; new frames are added behind the earlier ones.
 
     boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of all that follows
     {"trial_id": ..., "step": 120000, "arrays": ..., ...}   a header in JSON
@@ -9,9 +10,9 @@ The file of frames has records of one size. The header says how many of them cou
 their CRC: records that a writer added, but died before it could declare, are cut off by
 the next writer. No type and no size in memory is taken from the file: its arrays must
 have those of the trial at hand. The seal (HMAC-SHA256) is made with the user's own key,
-because kernels take indices and counts without a check, and numbers become results. The
-same bits are promised only for the same code, libraries and processor, so a checkpoint
-of others is refused.
+because kernels take indices and counts without a check, and numbers become results.
+Bitwise identical results are promised only for the same code, libraries and processor,
+so a checkpoint of another environment is rejected.
 """
 
 import hmac
@@ -40,8 +41,17 @@ FrameType = np.dtype[np.void]
 
 
 class Saved(NamedTuple):
-    """A state, the seconds that the trial had taken until then, and the number and CRC
-    of its frames.
+    """A state of a trial with its frames.
+
+    Attributes
+    ----------
+    state : State
+    seconds : float
+        Wall seconds that the trial had taken until then.
+    frames : int
+        Number of its frames.
+    crc : int
+        CRC-32 of its frames.
     """
 
     state: State
@@ -53,20 +63,36 @@ class Saved(NamedTuple):
 def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
     """Replace the state of a trial in one step. Afterwards the disk holds it.
 
-        path      the file of the state
-        trial_id  the trial
-        saved     its state, seconds, and the number and CRC of its frames
-        key       the key that seals the file
+    Parameters
+    ----------
+    path : Path
+        File of the state.
+    trial_id : str
+        Id of the trial.
+    saved : Saved
+        Its state, seconds, and the number and CRC of its frames.
+    key : bytes
+        Key that seals the file.
 
-    Raises OSError.
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
     """
     with replacing(path) as file:
         file.write(state_bytes(trial_id, saved, key, fingerprint()))
 
 
 def state_bytes(trial_id: str, saved: Saved, key: bytes, code: str) -> bytes:
-    """The content of the file of the state of a trial: see `write_state`. `code` says
-    on which code its bits depend.
+    """Return the content of the file of the state of a trial.
+
+    Parameters
+    ----------
+    trial_id, saved, key
+        As in `write_state`.
+    code : str
+        Code and libraries on which the results depend, as JSON: a fingerprint, or a
+        piece of one.
     """
     state = saved.state
     header = {
@@ -88,16 +114,27 @@ def state_bytes(trial_id: str, saved: Saved, key: bytes, code: str) -> bytes:
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     """Read the state of a trial.
 
-        path      the file of the state
-        trial_id  the trial
-        own       the state of the trial at its start; both have the same arrays
-        key       the key with which the file must be sealed
+    Parameters
+    ----------
+    path : Path
+        File of the state.
+    trial_id : str
+        Id of the trial.
+    own : State
+        State of the trial at its start. Both states have the same arrays.
+    key : bytes
+        Key with which the file must be sealed.
 
-    Raises ValueError, which says what is wrong, if the file cannot be used. Raises
-    OSError if it cannot be read.
+    Raises
+    ------
+    ValueError
+        If the file cannot be used; the message names the reason.
+    OSError
+        If the file cannot be read.
     """
     most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
-    return state_of(read_whole(path, most), trial_id, own, key, refusal)
+    content = read_whole(path, most)
+    return state_of(content, trial_id, own, key, differing=refusal)
 
 
 def state_of(
@@ -105,32 +142,54 @@ def state_of(
     trial_id: str,
     own: State,
     key: bytes,
-    refused: Callable[[str], str],
+    differing: Callable[[str], str],
 ) -> Saved:
-    """The state of a trial in the content of its file: see `read_state`. `refused` says
-    why it cannot be used by what it says of its code.
+    """Return the state of a trial in the content of its file.
+
+    Parameters
+    ----------
+    content : bytes
+        Content of the file.
+    trial_id, own, key
+        As in `read_state`.
+    differing : callable
+        Returns the differences between code of this process and of the state, in words;
+        "" where the state can be used.
+
+    Raises
+    ------
+    ValueError
+        If the state cannot be used; the message names the reason.
     """
-    header, _, values = unsealed(content, key).partition(b"\n")
-    about = json.loads(header)
-    if about["trial_id"] != trial_id:
+    first_line, _, values = unsealed(content, key).partition(b"\n")
+    header = json.loads(first_line)
+    if header["trial_id"] != trial_id:
         raise ValueError("is of another trial")
-    if differing := refused(about["code"]):
-        raise ValueError(f"was written by other code: {differing}")
-    if about["machine"] != _machine():
+    if differences := differing(header["code"]):
+        raise ValueError(f"was written by other code: {differences}")
+    if header["machine"] != _machine():
         raise ValueError(
             "was written on another kind of machine, which may round otherwise"
         )
-    if about["arrays"] != _shapes(own):
+    if header["arrays"] != _shapes(own):
         raise ValueError("has other arrays than the trial")
-    state = State(_split(values, own), about["generator"])
+    state = State(_split(values, own), header["generator"])
     return Saved(
-        state, float(about["seconds"]), int(about["frames"]), int(about["crc"])
+        state, float(header["seconds"]), int(header["frames"]), int(header["crc"])
     )
 
 
 def frame_type(metrics: int, bodies: int, states: int = 0) -> FrameType:
-    """The record of a frame: its step, metrics, and x, y, vx, vy and so many rows of
-    state of `bodies` boids.
+    """Return the record of a frame: step, metrics, x, y, vx, vy and state of boids.
+
+    Parameters
+    ----------
+    metrics : int
+        Number of metrics.
+    bodies : int
+        Number of boids whose motion and state are recorded.
+    states : int, default 0
+        Number of values of state per boid.
     """
     return np.dtype(
         [
@@ -147,43 +206,73 @@ def add_frames(
 ) -> tuple[int, int]:
     """Write frames behind the first ones of a file. Afterwards the disk holds them.
 
-        path    the file of the frames
-        kind    the record of a frame, see `frame_type`
-        taken   the new frames
-        frames  how many frames of the file count; later ones are cut off
-        crc     the CRC of these
+    Parameters
+    ----------
+    path : Path
+        File of the frames.
+    kind : dtype
+        Record of a frame, see `frame_type`.
+    taken : iterable of Taken
+        New frames.
+    frames : int
+        Number of frames in the file that count; later ones are cut off.
+    crc : int
+        CRC-32 of the frames that count.
 
-    Returns the number and the CRC of all frames. Raises OSError, also if the file is a
-    link.
+    Returns
+    -------
+    frames, crc : int
+        Number and CRC-32 of all frames.
+
+    Raises
+    ------
+    OSError
+        If the frames cannot be written, or the file is a link.
     """
     with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
-        for one in taken:
-            content = frame_bytes(kind, one)
+        for new in taken:
+            content = frame_bytes(kind, new)
             file.write(content)
-            frames, crc = frames + len(one.steps), zlib.crc32(content, crc)
+            frames += len(new.steps)
+            crc = zlib.crc32(content, crc)
         file.flush()
         flush(file.fileno())
     return frames, crc
 
 
 def frame_bytes(kind: FrameType, taken: Taken) -> bytes:
-    """Frames as they stand in a file; `kind` is the record of one."""
+    """Return frames as a file holds them; `kind` is the record of one frame."""
     rows = np.empty(len(taken.steps), kind)
-    rows["step"], rows["values"] = taken.steps, taken.values.T
-    rows["bodies"], rows["state"] = taken.bodies, taken.state
+    rows["step"] = taken.steps
+    rows["values"] = taken.values.T
+    rows["bodies"] = taken.bodies
+    rows["state"] = taken.state
     return rows.tobytes()
 
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
-    """Cut a file after its first `frames` frames, because others could not be written.
-    Raises OSError, also for a link.
+    """Cut a file after its first frames, because later ones could not be written.
+
+    Parameters
+    ----------
+    path : Path
+        File of the frames.
+    kind : dtype
+        Record of a frame.
+    frames : int
+        Number of frames that stay.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be cut, or is a link.
     """
     _cut(path, frames * kind.itemsize).close()
 
 
 def _cut(path: Path, size: int) -> BinaryIO:
-    """The file, open for writing, cut to at most `size` bytes."""
+    """Return the file, open for writing, cut to `size` bytes."""
     file = open_regular(path, os.O_RDWR | os.O_CREAT)
     file.truncate(size)
     return file
@@ -192,12 +281,23 @@ def _cut(path: Path, size: int) -> BinaryIO:
 def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
     """Read the frames that a checkpoint declares.
 
-        path   the file of the frames
-        kind   the record of a frame, see `frame_type`
-        saved  the state, with the number and CRC of its frames
-        most   how many frames the whole trial has
+    Parameters
+    ----------
+    path : Path
+        File of the frames.
+    kind : dtype
+        Record of a frame, see `frame_type`.
+    saved : Saved
+        State, with the number and CRC of its frames.
+    most : int
+        Number of frames of the whole trial.
 
-    Raises ValueError if they are not what was written, or OSError.
+    Raises
+    ------
+    ValueError
+        If the frames are not as they were written.
+    OSError
+        If the file cannot be read.
     """
     if saved.frames > most:
         raise ValueError("has more frames than the trial has steps")
@@ -210,8 +310,21 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
 
 
 def frames_of(content: bytes, kind: FrameType, crc: int) -> Taken:
-    """The frames in the content of a file. Raises ValueError where they are not those
-    of that CRC.
+    """Return the frames in the content of a file.
+
+    Parameters
+    ----------
+    content : bytes
+        Frames as in the file, and nothing else.
+    kind : dtype
+        Record of a frame.
+    crc : int
+        CRC-32 that the content must have.
+
+    Raises
+    ------
+    ValueError
+        If the content has another CRC-32.
     """
     if zlib.crc32(content) != crc:
         raise ValueError("has damaged frames")
@@ -225,21 +338,24 @@ def frames_of(content: bytes, kind: FrameType, crc: int) -> Taken:
 
 
 def sealed(content: bytes, key: bytes) -> bytes:
-    """Some content behind a first line with its seal."""
+    """Return content behind a first line with its seal."""
     return _first_line(content, key) + content
 
 
 def unsealed(content: bytes, key: bytes) -> bytes:
-    """What was `sealed`. Raises ValueError, which says what is wrong."""
+    """Return content that was `sealed`, without its first line.
+
+    Raises ValueError where the first line or the seal is wrong.
+    """
     first, _, content = content.partition(b"\n")
-    line, words = first + b"\n", first.split()
+    words = first.split()
     if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
         raise ValueError("is not a checkpoint, or is damaged")
     if words[2] != b"%d" % FORMAT:
         raise ValueError(
             f"is of a format that this version does not know; it knows {FORMAT}"
         )
-    if not hmac.compare_digest(line, _first_line(content, key)):
+    if not hmac.compare_digest(first + b"\n", _first_line(content, key)):
         raise ValueError(
             "is damaged, or was written by somebody else or on a machine where you have"
             " another key"
@@ -253,28 +369,29 @@ def _first_line(content: bytes, key: bytes) -> bytes:
 
 
 def _shapes(state: State) -> dict[str, Any]:
-    """The type and the shape of every array."""
+    """Return the type and the shape of every array."""
     return {
         name: [array.dtype.str, *array.shape] for name, array in state.arrays.items()
     }
 
 
 def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
-    """The arrays in `values`, one after the other, with types and shapes of `own`."""
+    """Return the arrays in `values`, one after the other, with shapes of `own`."""
     if len(values) != sum(array.nbytes for array in own.arrays.values()):
         raise ValueError("is damaged")
-    found, start = {}, 0
+    arrays = {}
+    start = 0
     for name, array in own.arrays.items():
-        found[name] = np.frombuffer(values, array.dtype, array.size, start).reshape(
-            array.shape
-        )
+        flat = np.frombuffer(values, array.dtype, array.size, start)
+        arrays[name] = flat.reshape(array.shape)
         start += array.nbytes
-    return found
+    return arrays
 
 
 @cache
 def _machine() -> list[str]:
-    """What the last bit of a number may depend on besides the code: the processor and
-    the mathematics library.
+    """Return the processor and the mathematics library.
+
+    The last bit of a number may depend on them, besides the code.
     """
     return [cpu_name(), platform.machine(), *platform.libc_ver()]

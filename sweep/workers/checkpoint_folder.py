@@ -1,14 +1,14 @@
-"""Which checkpoints a study has, and which are deleted: those that no trial will go on
-from.
+"""The checkpoints of a study, and the deletion of those that no trial resumes from.
 
 The coordinator deletes a checkpoint when its trial is stored. It knows the names of the
 files, and need not list the folder for that. Some checkpoints remain: the coordinator
 may be killed between the two steps, and a worker that has lost its coordinator may
-still write one. So a launch lists the folder twice: at its beginning it deletes what it
-will not need, and at its end all that is left, even if it had nothing to run.
+still write one. So a launch lists the folder twice. At its beginning it deletes the
+checkpoints that it will not need. At its end it deletes all that are left, even if it
+had nothing to run.
 
-A launch deletes checkpoints of its own trials only, those of its share. A trial of
-another share may be running now. Files without the name of a checkpoint are left alone.
+A launch deletes checkpoints of its own trials only, the trials of its shard. A trial of
+another shard may be running now. Files without the name of a checkpoint are left alone.
 """
 
 import os
@@ -25,8 +25,9 @@ from sweep.store.shares import Share
 
 STATES = ("state", "tried-1", "tried-2")
 FRAMES = "frames"
-"""Endings of the files of a checkpoint. The state has one of three: see
-`sweep.workers.checkpoint`.
+"""Endings of the files of a checkpoint.
+
+The state has one of three: see `sweep.workers.checkpoint`.
 """
 NAME = re.compile(rf"([0-9a-f]{{24}})\.({'|'.join(STATES)}|{FRAMES}|(state-.*))")
 
@@ -40,12 +41,12 @@ class _File(NamedTuple):
 
 
 def state_files(folder: Path, trial: str) -> list[Path]:
-    """Where the state of a trial may be: as written, on its first and second try."""
+    """Return the paths of a state: as written, on its first and on its second try."""
     return [folder / f"{trial}.{ending}" for ending in STATES]
 
 
 def frames_file(folder: Path, trial: str) -> Path:
-    """Where the frames of a trial are."""
+    """Return the path of the frames of a trial."""
     return folder / f"{trial}.{FRAMES}"
 
 
@@ -58,9 +59,10 @@ def delete_files(folder: Path, trial: str) -> None:
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """The checkpoints in `folder` of a launch's trials: those in its `share`, or all.
+    """The checkpoints in `folder` of a launch's trials.
 
-    Without a folder, as in an object store, there are none.
+    The trials are those of its shard, `share`, or all. Without a folder, as in an
+    object store, there are no checkpoints.
     """
 
     folder: Path | None
@@ -68,16 +70,24 @@ class Checkpoints:
 
     @classmethod
     def of(cls, study: Location, share: Share | None = None) -> "Checkpoints":
-        """The checkpoints of the study in this place."""
+        """Return the checkpoints of a study.
+
+        Parameters
+        ----------
+        study : Location
+            Folder of the study, or its place in an object store.
+        share : Share, optional
+            Shard of the launch; by default all trials.
+        """
         folder = study.absolute() / CHECKPOINTS if isinstance(study, Path) else None
         return cls(folder, share)
 
     def trials(self) -> set[str]:
-        """The trials of this launch that have a checkpoint, or a piece of one."""
+        """Return the trials of this launch with a checkpoint, or a piece of one."""
         return {file.trial for file in self._files()}
 
     def size(self) -> int:
-        """The bytes of all these checkpoints."""
+        """Return the size of all these checkpoints, in bytes."""
         total = 0
         for file in self._files():
             with suppress(OSError):
@@ -87,7 +97,7 @@ class Checkpoints:
     def discard(self, trials: Collection[str]) -> None:
         """Delete the checkpoints of trials, and the folder with the last of them.
 
-        What a worker has not finished stays: `keep_only` deletes it.
+        Unfinished files of a worker stay: `keep_only` deletes them.
         """
         if self.folder is None or self.folder.is_symlink():
             return
@@ -96,7 +106,7 @@ class Checkpoints:
         self._delete_if_empty()
 
     def keep_only(self, trials: Collection[str]) -> None:
-        """Delete the checkpoints of all other trials, and what no worker has finished.
+        """Delete the checkpoints of all other trials, and unfinished files.
 
         Nobody may be running trials of this launch.
         """

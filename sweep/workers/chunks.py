@@ -1,5 +1,6 @@
-"""How jobs are dealt out to workers: in chunks of about equal work, or in batches of
-about equal numbers.
+"""Dealing of jobs to workers.
+
+Jobs go in chunks of about equal work, or in batches of about equal numbers.
 """
 
 import math
@@ -12,42 +13,63 @@ if TYPE_CHECKING:
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
 MOST_A_SECOND = 50
-"""Chunks that come back, from all workers. Dask's scheduler on a busy core takes 90."""
+"""Chunks per second that come back, from all workers.
+
+Dask's scheduler on a busy core takes 90.
+"""
 
 
 class Dealing(Protocol):
-    """Deals out the indices of jobs, from 0 on, each once."""
+    """Dealer of the indices of jobs, from 0 on, each once."""
 
     @property
     def left(self) -> int:
-        """How many jobs have not been dealt out."""
+        """Number of jobs that have not been dealt out."""
 
     def take(self, workers: int, /) -> list[int]:
-        """The next indices for one of so many workers; empty when every index has been
-        dealt out.
+        """Return the next indices for one of so many workers.
+
+        The list is empty when every index has been dealt out.
         """
 
     def observe(self, indices: Sequence[int], seconds: float, /) -> None:
-        """Learn that the jobs at `indices` took `seconds` together."""
+        """Learn how long jobs took.
+
+        Parameters
+        ----------
+        indices : sequence of int
+            Indices of the jobs of a chunk.
+        seconds : float
+            Wall seconds of all together.
+        """
 
     def split(self, indices: list[int], /) -> list[list[int]]:
-        """How the jobs of a chunk are tried again that was lost with its worker: one
-        of them may be to blame. Those of several go in smaller chunks.
+        """Return the smaller chunks in which the jobs of a lost chunk are tried again.
+
+        The chunk was lost with its worker, and one of its jobs may be to blame.
         """
 
 
 class Chunks:
-    """Deals out job indices in chunks of about `seconds` of work each: the longest jobs
-    first, or all `in_order`.
+    """Dealer of chunks of about equal work: the longest jobs first, or all in order.
 
     Jobs go singly until a first chunk has been timed; from then on the estimates are
-    scaled by the measured pace. No chunk is more than a third of one worker's share of
+    scaled by the measured pace. No chunk is more than a third of one worker's part of
     the remaining work, so that the workers finish together. The number of workers may
-    change. Many workers get longer chunks, so that at most MOST_A_SECOND come back in a
+    change. Many workers get longer chunks, so that at most MOST_A_SECOND come back per
     second. Estimates are clipped to COST_RANGE, in seconds.
 
-    Jobs go by multiples of `at_once`, as so many run together. Where a worker's share
-    of what is left is fewer, they go by multiples of that: no worker stays without.
+    Parameters
+    ----------
+    costs : array-like of float
+        Estimated seconds of each job, shape (number of jobs,).
+    seconds : float, default 1.0
+        Work per chunk, in wall seconds.
+    in_order : bool, default False
+        Whether jobs go in their order.
+    at_once : int, default 1
+        Number of jobs that run together: jobs go by its multiples. Where fewer are left
+        per worker, they go by multiples of that number: no worker stays without a job.
     """
 
     def __init__(
@@ -63,57 +85,75 @@ class Chunks:
         self._costs = np.clip(np.asarray(costs, float), *COST_RANGE)
         self._order = _order(self._costs, in_order)
         self._through = np.concatenate([[0.0], np.cumsum(self._costs[self._order])])
-        self._seconds, self._at_once = seconds, at_once
+        self._seconds = seconds
+        self._at_once = at_once
         self._first = 0
         self._pace: float | None = None
 
     @property
     def left(self) -> int:
-        """How many jobs have not been dealt out."""
+        """Number of jobs that have not been dealt out."""
         return len(self._order) - self._first
 
     def take(self, workers: int) -> list[int]:
-        """The next chunk of indices for one of so many workers; empty when every index
-        has been dealt out.
+        """Return the next chunk of indices for one of so many workers.
+
+        The chunk is empty when every index has been dealt out.
         """
         group = max(1, min(self._at_once, math.ceil(self.left / workers)))
-        whole = math.ceil(self._size(self.left, workers) / group) * group
-        stop = self._first + min(self.left, whole)
+        rounded = math.ceil(self._size(self.left, workers) / group) * group
+        stop = self._first + min(self.left, rounded)
         indices: list[int] = self._order[self._first : stop].tolist()
         self._first = stop
         return indices
 
     def observe(self, indices: Sequence[int], seconds: float) -> None:
-        """Learn that the jobs at `indices` took `seconds` together."""
+        """Learn how long jobs took, which scales the estimates.
+
+        Parameters
+        ----------
+        indices : sequence of int
+            Indices of the jobs of a chunk.
+        seconds : float
+            Wall seconds of all together.
+        """
         pace = max(seconds, COST_RANGE[0]) / float(self._costs[indices].sum())
         self._pace = pace if self._pace is None else (self._pace * pace) ** 0.5
 
     def split(self, indices: list[int]) -> list[list[int]]:
-        """Each job alone: a chunk takes about as long as its jobs one by one."""
+        """Return each job alone: a chunk takes about as long as its jobs one by one."""
         return [[index] for index in indices]
 
     def _size(self, left: int, workers: int) -> int:
         if self._pace is None:
             return min(left, 1)
-        most, seconds = 1 / (3 * workers), max(self._seconds, workers / MOST_A_SECOND)
-        start, end = float(self._through[self._first]), float(self._through[-1])
+        most = 1 / (3 * workers)
+        seconds = max(self._seconds, workers / MOST_A_SECOND)
+        start = float(self._through[self._first])
+        end = float(self._through[-1])
         budget = min(seconds / self._pace, (end - start) * most)
-        by_time = (
-            int(self._through.searchsorted(start + budget, side="right"))
-            - 1
-            - self._first
-        )
+        stop = int(self._through.searchsorted(start + budget, side="right")) - 1
+        by_time = stop - self._first
         by_count = min(MAX_CHUNK_JOBS, int(left * most))
         return min(left, max(1, min(by_time, by_count)))
 
 
 class Batches:
-    """Deals out job indices in as few batches of at most `at_once` as there can be, and
-    these of equal numbers but for one: the longest jobs first, or all `in_order`.
+    """Dealer of as few batches as possible: the longest jobs first, or all in order.
 
-    A device takes about as long for a batch of few jobs as for one of many, and it runs
-    one batch after another. So, unlike chunks, batches are whole from the first to the
-    last one, and no fewer where there are many workers.
+    Batches have equal numbers of jobs but for one. A device takes about as long for a
+    batch of few jobs as for one of many, and it runs one batch after another. So,
+    unlike chunks, batches are full from the first to the last one, however many workers
+    there are.
+
+    Parameters
+    ----------
+    costs : array-like of float
+        Estimated seconds of each job, shape (number of jobs,).
+    in_order : bool, default False
+        Whether jobs go in their order.
+    at_once : int
+        Largest number of jobs of a batch.
     """
 
     def __init__(
@@ -122,15 +162,16 @@ class Batches:
         import numpy as np
 
         self._order = _order(np.asarray(costs, float), in_order)
-        self._at_once, self._first = at_once, 0
+        self._at_once = at_once
+        self._first = 0
 
     @property
     def left(self) -> int:
-        """How many jobs have not been dealt out."""
+        """Number of jobs that have not been dealt out."""
         return len(self._order) - self._first
 
     def take(self, _workers: int) -> list[int]:
-        """The next batch of indices; empty when every index has been dealt out."""
+        """Return the next batch of indices; empty when all have been dealt out."""
         batches = math.ceil(self.left / self._at_once)
         stop = self._first + (math.ceil(self.left / batches) if batches else 0)
         indices: list[int] = self._order[self._first : stop].tolist()
@@ -138,16 +179,24 @@ class Batches:
         return indices
 
     def observe(self, _indices: Sequence[int], _seconds: float) -> None:
-        """How long a batch takes changes no other one."""
+        """Learn nothing: the time of a batch changes no other batch.
+
+        Parameters
+        ----------
+        _indices : sequence of int
+            Indices of the jobs of a batch.
+        _seconds : float
+            Wall seconds of all together.
+        """
 
     def split(self, indices: list[int]) -> list[list[int]]:
-        """Two halves: so the one job to blame among 4096 is found in 12 batches."""
+        """Return two halves: 12 batches find the job to blame among 4096."""
         half = math.ceil(len(indices) / 2)
         return [part for part in (indices[:half], indices[half:]) if part]
 
 
 def _order(costs: "NDArray[Any]", in_order: bool) -> "NDArray[Any]":
-    """The indices of jobs with these costs in the order in which they are dealt."""
+    """Return the indices of jobs with these costs in the order of dealing."""
     import numpy as np
 
     if in_order:

@@ -1,21 +1,22 @@
-"""A dask.distributed cluster as an engine: workers anywhere run the chunks, this
-process alone drives and stores.
+"""A dask.distributed cluster as an engine.
+
+Workers anywhere run the chunks; this process alone drives and stores.
 
 A chunk is a task of the cluster. Its content is sent as bytes, so that the scheduler
 needs nothing of this package, and a worker compares its own code and libraries before
 it unpacks them (`remote.py`). Workers that join late get work. Workers that leave lose
 none. While there are no workers, or while the scheduler is away, the launch waits and
-says so. The cluster belongs to somebody else: we never shut it down, and cancel only
-our tasks.
+warns. The cluster belongs to somebody else: we never shut it down, and cancel only our
+tasks.
 
 A scheduler that has never answered may have a wrong address: it is tried for
-CONNECT_SECONDS, also if it closes or refuses connections. One that has answered before
-may be away for AWAY_SECONDS.
+CONNECT_SECONDS, also if it closes or refuses connections. A scheduler that has answered
+before may be away for AWAY_SECONDS.
 
-Trials hold Python's lock, so a worker of several threads is refused: two trials in two
+Trials hold Python's lock, so a worker of several threads is rejected: two trials in two
 threads took 1.14 times as long as one after the other. A task that is cancelled while
-it runs goes on to its end, and its result is dropped. `sweep.workers.warden` keeps the
-limits of trials: it ends a worker, and without a nanny the worker is not replaced.
+it runs continues to its end, and its result is dropped. `sweep.workers.warden` keeps
+the limits of trials: it ends a worker, and without a nanny the worker is not replaced.
 """
 
 import logging
@@ -32,10 +33,10 @@ from sweep.workers.tasks import Tasks
 from sweep.workers.watch import NO_LIMITS, JobNote, LimitKeeper, Limits, Watching
 
 CONNECT_SECONDS = 10.0
-"""How long a scheduler may take to answer for the first time."""
+"""Seconds that a scheduler may take to answer for the first time."""
 AGAIN_SECONDS = 5.0
 AWAY_SECONDS = 600.0
-"""How long a scheduler that has answered may be away."""
+"""Seconds that a scheduler that has answered may be away."""
 PAUSE_SECONDS = 0.2
 PLAIN = (
     "%s: not encrypted, and open to whoever reaches it: such a one can run code on its"
@@ -47,34 +48,47 @@ LOG = logging.getLogger("sweep")
 
 @dataclass
 class Dask(FliesOnProcessors):
-    """Runs jobs on the cluster of the scheduler at `address`, or of the one that
-    `scheduler_file` describes.
+    """The engine of a dask cluster, found by one of its two attributes.
 
-    `workers` is the number of threads that the cluster has now, one a worker. `connect`
-    may be called before any work: it raises WorkersError where no scheduler answers, or
-    a worker differs from this process. A scheduler that is lost at any moment after its
-    first answer may be away for AWAY_SECONDS, and so may one that answers and is lost
-    again and again before it says which workers it has; the chunks that were in flight
-    go again.
+    A scheduler that is lost at any moment after its first answer may be away for
+    AWAY_SECONDS. So may a scheduler that is lost again and again before it reports its
+    workers. The chunks that were in flight are sent again.
+
+    Attributes
+    ----------
+    address : str or None
+        Where the scheduler of the cluster answers, such as ``tcp://10.0.0.1:8786``.
+    scheduler_file : str or None
+        File in which the scheduler has written its address.
     """
 
     address: str | None = None
     scheduler_file: str | None = None
     _pool: "Tasks | None" = field(default=None, init=False, repr=False)
     _lost: float | None = field(default=None, init=False, repr=False)
-    _said: str = field(default="", init=False, repr=False)
+    _last_warning: str = field(default="", init=False, repr=False)
     _warned: bool = field(default=False, init=False, repr=False)
 
     @property
     def workers(self) -> int:
+        """Number of threads that the cluster has now, one per worker."""
         return self._pool.threads() if self._pool else 0
 
     def connect(self) -> None:
-        """Check that a scheduler answers and its present workers can run our trials."""
+        """Check that a scheduler answers and its present workers can run our trials.
+
+        It may be called before any work. Raises WorkersError where no scheduler
+        answers, or a worker differs from this process.
+        """
         with suppress(NotYetError):
             self.start()
 
     def start(self) -> Executor:
+        """Return the executor of the cluster; connect first if need be.
+
+        Raises NotYetError while there is no worker, or the scheduler is away. Raises
+        WorkersError where no scheduler answers, or a worker differs from this process.
+        """
         try:
             if self._pool is None:
                 self._pool = Tasks(self._connection())
@@ -85,22 +99,21 @@ class Dask(FliesOnProcessors):
         self._lost = None
         if not self._pool.threads():
             raise self._waiting(f"no worker at {self._where}; waiting for one")
-        self._said = ""
+        self._last_warning = ""
         return self._pool
 
     def stop(self) -> None:
         """Cancel our tasks and close the connection."""
         if self._pool is not None:
-            pool, self._pool, self._lost = (
-                self._pool,
-                None,
-                self._lost or time.monotonic(),
-            )
+            pool = self._pool
+            self._pool = None
+            self._lost = self._lost or time.monotonic()
             pool.end()
 
     def check(self) -> None:
-        """Give up what is in flight once the connection is gone, because dask waits for
-        ever for a scheduler's answer.
+        """Give up all tasks in flight once the connection is gone.
+
+        Without this, dask would wait for ever for an answer of the scheduler.
         """
         if self._pool is None:
             return
@@ -109,10 +122,10 @@ class Dask(FliesOnProcessors):
         elif not self._pool.threads():
             self._waiting(f"no worker at {self._where}; waiting for one")
         else:
-            self._said = ""
+            self._last_warning = ""
 
     def watch(self, limits: Limits) -> Watching:
-        """A warden beside each worker."""
+        """Return what keeps the limits of jobs: a warden next to each worker."""
         return _Posts(limits)
 
     @property
@@ -120,14 +133,15 @@ class Dask(FliesOnProcessors):
         return self.address or f"the scheduler of {self.scheduler_file}"
 
     def _connection(self) -> Connection:
-        """A new connection. Raises OSError if a scheduler that has answered before does
-        not answer.
+        """Return a new connection.
+
+        Raises OSError if a scheduler that has answered before does not answer.
         """
         seconds = CONNECT_SECONDS if self._lost is None else AGAIN_SECONDS
         end = time.monotonic() + seconds
         while True:
             try:
-                made = Connection(self.address, self.scheduler_file, seconds)
+                connection = Connection(self.address, self.scheduler_file, seconds)
                 break
             except ConnectionImpossibleError as error:
                 raise WorkersError(
@@ -146,13 +160,13 @@ class Dask(FliesOnProcessors):
                     f" trying for {CONNECT_SECONDS:.0f} s"
                 )
             time.sleep(PAUSE_SECONDS)
-        if not self._warned and exposed(made.address):
-            LOG.warning(PLAIN, made.address)
+        if not self._warned and exposed(connection.address):
+            LOG.warning(PLAIN, connection.address)
         self._warned = True
-        return made
+        return connection
 
     def _away(self, error: OSError) -> Exception:
-        """The error for a lost scheduler, by how long it has been away."""
+        """Return the error for a lost scheduler, by how long it has been away."""
         assert self._lost is not None
         minutes = f"{AWAY_SECONDS / 60:.0f} minutes"
         if time.monotonic() - self._lost > AWAY_SECONDS:
@@ -169,14 +183,14 @@ class Dask(FliesOnProcessors):
         )
 
     def _waiting(self, words: str) -> NotYetError:
-        if words != self._said:
+        if words != self._last_warning:
             LOG.warning(words)
-            self._said = words
+            self._last_warning = words
         return NotYetError(words)
 
 
 class _Posts(LimitKeeper):
-    """Gives each chunk its limits to take along."""
+    """Keeper that gives each chunk its limits to take along."""
 
     def __init__(self, limits: Limits) -> None:
         super().__init__()

@@ -1,12 +1,12 @@
-"""A connection to the scheduler of a dask cluster, made within a time limit and never
-renewed without our knowing.
+"""A connection to the scheduler of a dask cluster.
 
-dask itself has no time limit for the greeting, so a launch would wait for ever at a
-port where something else listens. And dask's client renews a cut connection, which has
-then lost its subscriptions. A connection here is one stream: when it is cut it is over,
-and whoever wants to go on makes another.
+It is made within a time limit, and never renewed without our knowing. dask itself has
+no time limit for the greeting, so a launch would wait for ever at a port where
+something else listens. And dask's client renews a cut connection, which has then lost
+its subscriptions. A connection here is one stream: when it is cut it is over, and the
+caller makes another to continue.
 
-Who reaches a scheduler can run code on its workers, and here: messages of dask are
+Whoever reaches a scheduler can run code on its workers, and here: messages of dask are
 pickles. With `tls://` each side proves by a certificate that it belongs here; without,
 only the network keeps others away.
 """
@@ -32,10 +32,23 @@ class ConnectionImpossibleError(Exception):
 
 
 class Connection:
-    """An open connection to the scheduler at `address`, or to that of `scheduler_file`.
+    """An open connection to a scheduler.
 
-    Raises OSError if none is made within about `seconds`: another attempt may succeed.
-    Raises ConnectionImpossibleError if none can be made.
+    Parameters
+    ----------
+    address : str or None
+        Where the scheduler answers.
+    scheduler_file : str or None
+        File in which the scheduler has written its address; needed without `address`.
+    seconds : float
+        About how long to try.
+
+    Raises
+    ------
+    OSError
+        If no connection is made within that time: another attempt may succeed.
+    ConnectionImpossibleError
+        If none can be made.
     """
 
     def __init__(
@@ -51,7 +64,7 @@ class Connection:
         self._stream = self.client.scheduler_comm
 
     def alive(self) -> bool:
-        """Whether the scheduler is there, as far as is known."""
+        """Return whether the scheduler is there, as far as is known."""
         stream = self.client.scheduler_comm
         same = stream is self._stream and not stream.closed()
         return same and self.client.status == "running"
@@ -86,19 +99,20 @@ class _EventLoop:
         _close_streams()
 
     def do(self, work: "Coroutine[Any, Any, Any]") -> Any:
-        """The result of a coroutine that runs on the connection's loop."""
+        """Run a coroutine on the connection's loop, and return its result."""
         return asyncio.run_coroutine_threadsafe(work, self._loop).result()
 
     def end(self) -> None:
-        """End it, whatever runs there."""
+        """End the loop, whatever runs there."""
         with suppress(RuntimeError):  # it has ended before
             self._loop.call_soon_threadsafe(self._over.set)
         self._thread.join(CLOSE_SECONDS)
 
 
 def _close_streams() -> None:
-    """Close connections that dask forgets: those that were given up during the
-    greeting.
+    """Close the connections that were given up during the greeting: dask forgets them.
+
+    It looks through the handlers of the loop for objects that can be closed.
     """
     from tornado.ioloop import IOLoop
 
@@ -114,7 +128,7 @@ async def _opened(
     from distributed import Client
     from distributed.comm.core import FatalCommClosedError
 
-    # What dask says of lost connections, in many lines, is said by us in one.
+    # dask reports a lost connection in many lines; we report it in one.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     make: Any = Client
@@ -138,26 +152,26 @@ async def _opened(
 
 
 def _reason(error: BaseException) -> str:
-    """An error of dask in one line. dask may read words of another protocol as a
-    length: this is no lack of memory.
-    """
+    """Return an error of dask in one line."""
+    # dask may read words of another protocol as a length: this is no lack of memory.
     if isinstance(error, MemoryError):
         return "something else than a scheduler of dask answers there"
-    said, cause = " ".join(str(error).split()), str(error.__cause__ or "")
+    message = " ".join(str(error).split())
+    cause = str(error.__cause__ or "")
     why = cause.rpartition(">: ")[2]  # without the address of an object of dask's
-    return f"{said} ({why})" if why else said or "nothing answers"
+    return f"{message} ({why})" if why else message or "nothing answers"
 
 
 def exposed(address: str) -> bool:
-    """Whether what is sent to an address leaves this machine as plain text."""
+    """Return whether messages to an address leave this machine as plain text."""
     parts = urlsplit(address)
     if parts.scheme != "tcp" or parts.hostname is None:
         return False
     try:
-        found = socket.getaddrinfo(parts.hostname, None, type=socket.SOCK_STREAM)
+        addresses = socket.getaddrinfo(parts.hostname, None, type=socket.SOCK_STREAM)
     except OSError:
         return True
-    return not all(_is_ours(str(place[0])) for *_, place in found)
+    return not all(_is_ours(str(endpoint[0])) for *_, endpoint in addresses)
 
 
 def _is_ours(host: str) -> bool:
@@ -165,8 +179,8 @@ def _is_ours(host: str) -> bool:
 
     plain = host.partition("%")[0]
     own = {
-        one.address.partition("%")[0]
-        for ones in psutil.net_if_addrs().values()
-        for one in ones
+        address.address.partition("%")[0]
+        for addresses in psutil.net_if_addrs().values()
+        for address in addresses
     }
     return ipaddress.ip_address(plain).is_loopback or plain in own

@@ -1,4 +1,4 @@
-"""Engines: what runs the trials of a launch, by the names that `--executor` takes.
+"""Engines that run the trials of a launch, by the names that `--executor` takes.
 
 An engine is one entry of ENGINES. A package offers one as an entry point of the group
 `boidsweep.engines`.
@@ -20,16 +20,16 @@ ADDRESS = re.compile(r"[a-z]+://.+:\d+")
 
 
 class EngineOptions(NamedTuple):
-    """What a user asks of an engine.
+    """Options of a user for an engine.
 
     Attributes
     ----------
-    workers
-        Worker processes; 0 for as many as suit the engine.
-    address
+    workers : int, default 0
+        Number of worker processes; 0 for as many as suit the engine.
+    address : str, optional
         Where the scheduler of a cluster answers.
-    scheduler_file
-        The file in which the scheduler has written its address.
+    scheduler_file : Path, optional
+        File in which the scheduler has written its address.
     """
 
     workers: int = 0
@@ -42,11 +42,11 @@ class Engine(NamedTuple):
 
     Attributes
     ----------
-    text
+    text : str
         Where its workers are, in a few words.
-    make
-        Returns the engine that the options ask for. Raises WorkersError where they do
-        not go together, or where something is missing: before any work.
+    make : callable
+        Returns the engine for the options. Raises WorkersError where they do not go
+        together, or where something is missing: before any work.
     """
 
     text: str
@@ -77,7 +77,8 @@ def _cuda(options: EngineOptions) -> ExecutorFactory:
 
 
 def _dask(options: EngineOptions) -> ExecutorFactory:
-    address, scheduler_file = options.address, options.scheduler_file
+    address = options.address
+    scheduler_file = options.scheduler_file
     if options.workers:
         raise WorkersError(
             "--workers: a dask cluster has the workers that were started for it;"
@@ -104,9 +105,9 @@ def _dask(options: EngineOptions) -> ExecutorFactory:
         )
     from sweep.workers.cluster import Dask
 
-    made = Dask(address, None if scheduler_file is None else str(scheduler_file))
-    made.connect()
-    return made
+    engine = Dask(address, None if scheduler_file is None else str(scheduler_file))
+    engine.connect()
+    return engine
 
 
 def _check_no_cluster(options: EngineOptions, way: str) -> None:
@@ -130,4 +131,4 @@ ENGINES: Registry[Engine] = Registry(
         "cuda": Engine("processes that share the GPU of this machine", _cuda),
     },
 )
-"""By the names that `--executor` takes."""
+"""Engines by the names that `--executor` takes."""

@@ -1,8 +1,7 @@
-"""The engines that run jobs: in this process, or in worker processes on this machine;
-`cluster.py` has another.
+"""Engines that run jobs in this process, or in worker processes on this machine.
 
-An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and who
-keeps the limits of a job.
+An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and the
+keeper of the limits of a job. `cluster.py` has another engine.
 """
 
 import glob
@@ -32,8 +31,10 @@ P = ParamSpec("P")
 
 IDLE_SECONDS = 30.0
 UNNOTICED_SECONDS = 1.0
-SHARED_MEMORY, SEMAPHORE = Path("/dev/shm"), "boidsweep"
-"""Where Linux keeps semaphores with names, and how ours are called."""
+SHARED_MEMORY = Path("/dev/shm")
+"""Folder in which Linux keeps semaphores with names."""
+SEMAPHORE = "boidsweep"
+"""Part of the names of our semaphores."""
 PATIENCE_SECONDS = 5.0
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
@@ -46,14 +47,19 @@ class NotYetError(Exception):
 
 
 class ConnectionLostError(BrokenExecutor):
-    """The fate of a chunk is not known, as the connection to its worker was cut. No job
-    is to blame.
+    """The fate of a chunk is not known, as the connection to its worker was cut.
+
+    No job is to blame.
     """
 
 
 class WorkerDiedError(Exception):
-    """One chunk is lost, and no other: `times` worker processes (perhaps none) ended
-    while they ran it.
+    """One chunk is lost, and no other: worker processes ended while they ran it.
+
+    Attributes
+    ----------
+    times : int
+        Number of these processes, perhaps 0.
     """
 
     def __init__(self, times: int, words: str) -> None:
@@ -62,14 +68,17 @@ class WorkerDiedError(Exception):
 
 
 class SpoiltWorkerError(Exception):
-    """One chunk is lost, and its worker cannot run another one, nor say which job was
-    to blame: all workers are to be replaced. No other chunk is to blame.
+    """One chunk is lost, and its worker cannot run another one.
+
+    The worker cannot tell which job was to blame: all workers are to be replaced. No
+    other chunk is to blame.
     """
 
 
 class JobEndedError(Exception):
-    """One chunk is lost, and no other: its worker was ended because one of its jobs was
-    beyond a limit.
+    """One chunk is lost, and no other: one of its jobs was beyond a limit.
+
+    So its worker was ended; `verdict` tells about the job.
     """
 
     def __init__(self, verdict: "Overrun") -> None:
@@ -78,42 +87,49 @@ class JobEndedError(Exception):
 
 
 class ExecutorFactory(Protocol):
-    """What the drive loop asks of an engine.
+    """An engine, as the drive loop uses it.
 
-    `workers` is how many jobs can run at once, now. `start` returns the running
-    executor, a new one if there is none, or raises NotYetError; `stop` ends it at once,
-    running chunks included as far as they can be, and returns when its processes are
-    gone. `check` is called while nothing comes back, and breaks an executor that has
-    not noticed that it is broken. `watch` keeps limits of jobs. All may be called
-    repeatedly.
-
-    A future fails with a BrokenExecutor if its executor and everything in flight are
-    lost, and with any other error if only its chunk is lost.
-
-    `flying` says how its workers fly trials; the drive loop knows nothing of that.
+    All methods may be called repeatedly. A future fails with a BrokenExecutor if its
+    executor and everything in flight are lost, and with any other error if only its
+    chunk is lost.
     """
 
     @property
-    def workers(self) -> int: ...
+    def workers(self) -> int:
+        """Number of jobs that can run at once, now."""
 
-    def start(self) -> Executor: ...
+    def start(self) -> Executor:
+        """Return the running executor, a new one if there is none.
 
-    def stop(self) -> None: ...
+        Raises NotYetError where there may be one soon.
+        """
 
-    def check(self) -> None: ...
+    def stop(self) -> None:
+        """End the executor at once, and return when its processes are gone.
 
-    def watch(self, limits: "Limits") -> "Watching": ...
+        Running chunks end too, as far as they can be ended.
+        """
 
-    @property
-    def flying(self) -> "Flying": ...
+    def check(self) -> None:
+        """Break an executor that has not noticed that it is broken.
 
+        The drive loop calls this while nothing comes back.
+        """
 
-class FliesOnProcessors:
-    """An engine whose workers fly trials on processors."""
+    def watch(self, limits: "Limits") -> "Watching":
+        """Return what keeps limits of jobs."""
 
     @property
     def flying(self) -> "Flying":
-        """How they fly."""
+        """Way in which its workers run trials; the drive loop does not use it."""
+
+
+class FliesOnProcessors:
+    """An engine whose workers run trials on processors."""
+
+    @property
+    def flying(self) -> "Flying":
+        """Way in which its workers run trials."""
         from sweep.workers.flying import OnProcessors
 
         return OnProcessors()
@@ -130,21 +146,22 @@ class _InProcess(Executor):
 
 @dataclass(frozen=True)
 class Serial(FliesOnProcessors):
-    """Runs jobs in this process, for debugging and tests; a crashing job ends it."""
+    """The engine of this process, for debugging and tests; a crashing job ends it."""
 
     workers: int = 1
 
     def start(self) -> Executor:
+        """Return an executor that runs each job as it is submitted."""
         return _InProcess()
 
     def stop(self) -> None:
-        """Nothing is running between two calls."""
+        """Do nothing: no job is running between two calls."""
 
     def check(self) -> None:
-        """Nothing can be lost within one process."""
+        """Do nothing: no job can be lost within one process."""
 
     def watch(self, limits: "Limits") -> "Watching":  # noqa: ARG002
-        """No limit can be kept from within the process."""
+        """Return a keeper without limits: none can be kept from within the process."""
         from sweep.workers.watch import LimitKeeper
 
         return LimitKeeper()
@@ -152,13 +169,19 @@ class Serial(FliesOnProcessors):
 
 @dataclass
 class Loky(FliesOnProcessors):
-    """Runs jobs in `workers` processes on this machine, each with one thread per
-    numerical library.
+    """The engine of a pool of processes on this machine.
 
-    `initializer` is called once in every new process, e.g. to warm caches. The pool
-    stays warm for a later drive with the same object; idle processes leave by
-    themselves after half a minute. On Linux they also end with the thread that started
-    them, elsewhere within a second after the process that did.
+    Each process has one thread per numerical library. The pool stays warm for a later
+    drive with the same object; idle processes end by themselves after IDLE_SECONDS. On
+    Linux they also end with the thread that started them, elsewhere within a second
+    after the process that started them.
+
+    Attributes
+    ----------
+    workers : int
+        Number of processes.
+    initializer : callable, optional
+        Called once in every new process, for example to warm caches.
     """
 
     workers: int
@@ -167,6 +190,7 @@ class Loky(FliesOnProcessors):
     _missed: float | None = field(default=None, init=False, repr=False)
 
     def start(self) -> Executor:
+        """Return the running pool, a new one if there is none."""
         from joblib.externals.loky import ProcessPoolExecutor
 
         if self._pool is None:
@@ -191,6 +215,7 @@ class Loky(FliesOnProcessors):
         return running
 
     def stop(self) -> None:
+        """End the pool at once; its processes are gone afterwards."""
         if self._pool is None:
             return
         try:
@@ -204,8 +229,9 @@ class Loky(FliesOnProcessors):
         self._pool = None
 
     def check(self) -> None:
-        """End a pool that waits for the rest of a result whose sender was killed;
-        without this it would wait for ever.
+        """End a pool that waits for the rest of a result whose sender was killed.
+
+        Without this it would wait for ever.
         """
         if self._pool is None or not self._pool.lacks_a_process():
             self._missed = None
@@ -215,14 +241,14 @@ class Loky(FliesOnProcessors):
             self._pool.end()
 
     def watch(self, limits: "Limits") -> "Watching":
-        """A thread of this process that ends its child processes."""
+        """Return what keeps limits: a thread of this process ends its children."""
         from sweep.workers.watch import LimitKeeper
 
         return LimitKeeper(limits, 2 * self.workers)
 
 
 class _Pool:
-    """A running loky pool, and its parts that outlive its own references to them."""
+    """A running loky pool, with the parts that outlive its own references to them."""
 
     def __init__(self, pool: Any) -> None:
         self.pool = pool
@@ -231,7 +257,7 @@ class _Pool:
         self._writer = pool._result_queue._writer
 
     def lacks_a_process(self) -> bool:
-        """Whether a process is dead that the pool believes to be alive."""
+        """Return whether a process is dead that the pool believes to be alive."""
         return any(
             process.exitcode is not None for process in list(self._processes.values())
         )
@@ -247,8 +273,9 @@ class _Pool:
 
 @contextmanager
 def _deaf_workers() -> Iterator[None]:
-    """Processes that are started inside ignore the signals that stop a launch, from
-    their first instruction on where the system can do that.
+    """Let processes that are started inside ignore the signals that stop a launch.
+
+    Where the system can do that, they ignore them from their first instruction on.
     """
     with deaf() as so:
         if so:
@@ -260,11 +287,10 @@ def _deaf_workers() -> Iterator[None]:
 
 
 def _own_semaphores() -> None:
-    """Give semaphores from now on names that say whose they are, and remove those of
-    processes that are no more.
+    """Name semaphores by their process from now on, and remove those of dead processes.
 
-    loky's resource tracker removes them when a process ends, however it ends; but not
-    where it is killed too, with a whole process group or container.
+    loky's resource tracker removes semaphores when a process ends, however it ends; but
+    not where it is killed too, with a whole process group or container.
     """
     from joblib.externals.loky.backend.synchronize import SemLock
 
@@ -292,15 +318,13 @@ def _prepare_worker(
         initializer()
 
 
-def worker_count(asked: int) -> int:
-    """How many workers run trials on this machine: as many as are asked for; for 0 as
-    many as there are cores.
-    """
-    return asked or core_count()
+def worker_count(workers: int) -> int:
+    """Return the number of workers on this machine; 0 means one per core."""
+    return workers or core_count()
 
 
 def core_count() -> int:
-    """The number of cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return (
         len(os.sched_getaffinity(0))
         if hasattr(os, "sched_getaffinity")

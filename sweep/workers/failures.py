@@ -1,4 +1,4 @@
-"""How many trials of a study have failed, and whether its spec lets a launch go on."""
+"""The failed trials of a study, and the number of them that its spec allows."""
 
 import logging
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from sweep.trial.result import Result
 
 LOG = logging.getLogger("sweep")
 MOST_CAUSES = 5
-"""So many are said while a launch runs, and afterwards by `sweep status`."""
+"""Most causes that a launch reports while it runs, and `sweep status` afterwards."""
 EACH_ONCE = (
     "; other trials go on, and each cause is said once; on_error: stop in the spec ends"
     " a launch at the first"
@@ -23,11 +23,24 @@ EACH_ONCE = (
 
 @dataclass
 class Failures:
-    """The failed trials of a study that a launch knows of, of `most` trials that it can
-    have.
+    """The failed trials of a study that a launch knows of.
 
     Trials that earlier launches stored as failed, and this one does not run again,
     count from the beginning: the allowed number is for the study, not for each launch.
+
+    Attributes
+    ----------
+    study : Study
+    store : Store
+        Store of the study.
+    most : int
+        Number of trials that the study can have.
+    trials : set of str
+        Ids of the failed trials.
+    first : tuple of str or None
+        Id and error of the trial that failed first in this launch.
+    causes : set of str
+        Causes that were reported.
     """
 
     study: Study
@@ -42,8 +55,9 @@ class Failures:
         self.trials.update(trials)
 
     def note(self, results: Iterable[Result]) -> None:
-        """Count the failed ones of these results, and say each cause once, unless it
-        ends the launch: then `check` says it.
+        """Count the failed ones of these results, and report each cause once.
+
+        A cause that ends the launch is reported by `check` instead.
         """
         failed = [result for result in results if result.has_failed]
         if failed:
@@ -53,8 +67,14 @@ class Failures:
             self._say(result)
 
     def note_again(self, results: Sequence[Result], attempt: str) -> None:
-        """Say that trials which failed so will run again, for an attempt such as `2 of
-        3`.
+        """Report that failed trials will run again.
+
+        Parameters
+        ----------
+        results : sequence of Result
+            Results of these trials; at least one.
+        attempt : str
+            The next attempt, such as ``2 of 3``.
         """
         first = in_a_line(results[0].error)
         LOG.warning(
@@ -74,17 +94,18 @@ class Failures:
         )
 
     def too_many(self) -> bool:
-        """Whether more trials have failed than may."""
+        """Return whether more trials have failed than are allowed."""
         allowed = self.study.policy.allowed(self.most)
         return allowed is not None and len(self.trials) > allowed
 
     def check(self) -> None:
-        """Raise FailedTrialsError where more trials have failed than may."""
+        """Raise FailedTrialsError where more trials have failed than are allowed."""
         if self.too_many():
             raise FailedTrialsError(self._sentence())
 
     def _sentence(self) -> str:
-        study, count = self.study, len(self.trials)
+        study = self.study
+        count = len(self.trials)
         growing = study.rule or study.search
         most = "at most " if growing else ""
         budget = (
@@ -109,8 +130,9 @@ class Failures:
 
 
 def in_a_line(error: str) -> str:
-    """The line of an error that says what it was: the one before a traceback, or else
-    the last one.
+    """Return the line of an error that names its cause.
+
+    It is the line before a traceback, or else the last line.
     """
     sentence, traced, _ = error.strip().partition("\n\nTraceback ")
     if traced and "\n" not in sentence:

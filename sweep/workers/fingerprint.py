@@ -1,10 +1,10 @@
-"""What must be equal wherever the trials of a launch run: the code and the libraries
-that its bits depend on.
+"""The fingerprint of a process: the code and libraries that results depend on.
 
-A process takes its fingerprint once, after it has imported what it runs: the versions,
-and a hash of every source file of `kernels`, of `sweep`, and of installed packages that
-offer entries. So after an edit of a file, the fingerprints of older and newer processes
-differ. A process that runs trials for another one compares both fingerprints, and
+Both must be equal wherever the trials of a launch run. A process takes its fingerprint
+once, after it has imported the code that it runs. It has the versions, and a hash of
+every source file of `kernels`, of `sweep`, and of installed packages that offer
+entries. So after an edit of a file, the fingerprints of older and newer processes
+differ. A process that runs trials for another one compares both fingerprints. It
 refuses if something differs that it has imported itself, or that another package may
 still bring. A fingerprint travels as text, which any version of this module can read.
 """
@@ -24,15 +24,17 @@ MOST_NAMED = 4
 
 @cache
 def fingerprint() -> str:
-    """This process's fingerprint, as JSON; the same as long as the process lives."""
+    """Return this process's fingerprint, as JSON; it is computed once per process."""
     own = {"boidsweep": str(sys.modules["sweep"].__version__)}
     return json.dumps(json.loads(libraries()) | own | _sources())
 
 
 @cache
 def libraries() -> str:
-    """The versions of Python and of the libraries that bits depend on, as JSON: what a
-    fingerprint has besides the code, which the ids of trials cover.
+    """Return the versions of Python and of the libraries that results depend on.
+
+    They are JSON, and all that a fingerprint has besides the code, which the ids of
+    trials cover.
     """
     versions = {"python": platform.python_version()}
     versions |= {
@@ -44,48 +46,55 @@ def libraries() -> str:
 
 
 def own_part() -> str:
-    """This process's fingerprint, with only those of our source files that are imported
-    so far. Other packages are imported when a trial asks for them.
+    """Return this process's fingerprint, of our source files only the imported ones.
+
+    All files of other packages stay: they are imported when a trial asks for them.
     """
-    others = tuple(f"{name}/" for name in _folders() if name not in PACKAGES)
-    everything, relevant = json.loads(fingerprint()), imported()
+    other_packages = tuple(f"{name}/" for name in _folders() if name not in PACKAGES)
+    everything = json.loads(fingerprint())
+    relevant = imported()
     return json.dumps(
         {
             name: value
             for name, value in everything.items()
-            if not _is_file(name) or name in relevant or name.startswith(others)
+            if not _is_file(name) or name in relevant or name.startswith(other_packages)
         }
     )
 
 
 @lru_cache(maxsize=4)
 def refusal(expected: str) -> str:
-    """Why this process must not run trials for one whose fingerprint is `expected`;
-    empty where it may.
+    """Return why this process must not run trials for another one; "" where it may.
+
+    The other process has the fingerprint `expected`.
     """
     return "" if fingerprint() == expected else differences(expected, own_part())
 
 
 def differences(ours: str, theirs: str) -> str:
-    """How the second fingerprint differs from the first, in words; of source files only
-    those that it has.
+    """Return how the second fingerprint differs from the first, in words.
+
+    Of source files only those count that the second fingerprint has.
     """
-    one, other = json.loads(ours), json.loads(theirs)
+    expected = json.loads(ours)
+    actual = json.loads(theirs)
     both = sorted(
-        name for name in one.keys() & other.keys() if one[name] != other[name]
+        name
+        for name in expected.keys() & actual.keys()
+        if expected[name] != actual[name]
     )
     words = [
-        f"{name} {one[name]:.12} here, {other[name]:.12} there"
+        f"{name} {expected[name]:.12} here, {actual[name]:.12} there"
         for name in both
         if not _is_file(name)
     ]
     changed = sorted(
-        name for name in other if _is_file(name) and one.get(name) != other[name]
+        name for name in actual if _is_file(name) and expected.get(name) != actual[name]
     )
     if changed:
-        more = len(changed) - MOST_NAMED
-        others = f" and {more} more files" if more > 0 else ""
-        words.append(f"other code in {', '.join(changed[:MOST_NAMED])}{others}")
+        unnamed = len(changed) - MOST_NAMED
+        more = f" and {unnamed} more files" if unnamed > 0 else ""
+        words.append(f"other code in {', '.join(changed[:MOST_NAMED])}{more}")
     return "; ".join(words)
 
 
@@ -94,38 +103,43 @@ def _is_file(name: str) -> bool:
 
 
 def edited() -> str:
-    """Which source files that this process runs are no longer what they were, in words;
-    empty where all are.
+    """Return the source files that this process runs and that were edited, in words.
+
+    The words are "" where all files are as they were.
     """
-    then, now = json.loads(fingerprint()), _sources()
+    then = json.loads(fingerprint())
+    now = _sources()
     return ", ".join(
         sorted(name for name in imported() if then.get(name) != now.get(name))
     )
 
 
 def imported() -> set[str]:
-    """The source files of `kernels`, `sweep` and other packages with entries that this
-    process has imported, each as from the folder of its package.
+    """Return the source files of our code that this process has imported.
+
+    These are files of `kernels`, `sweep` and other packages with entries. Each path
+    begins with the name of its package.
     """
-    found, folders = set(), _folders()
+    files = set()
+    folders = _folders()
     for name, module in list(sys.modules.items()):
         folder = folders.get(name.partition(".")[0])
         if folder and module.__file__ and Path(module.__file__).is_relative_to(folder):
-            found.add(_named(folder, Path(module.__file__)))
-    return found
+            files.add(_named(folder, Path(module.__file__)))
+    return files
 
 
 @cache
 def _folders() -> dict[str, Path]:
-    """The folder of each package whose code trials may run."""
+    """Return the folder of each package whose code trials may run."""
     from kernels.registry import packages
 
-    found = dict[str, Path]()
+    folders = dict[str, Path]()
     for name in (*PACKAGES, *packages()):
         spec = importlib.util.find_spec(name)
         if spec and spec.submodule_search_locations:
-            found[name] = Path(spec.submodule_search_locations[0])
-    return found
+            folders[name] = Path(spec.submodule_search_locations[0])
+    return folders
 
 
 def _sources() -> dict[str, str]:

@@ -1,8 +1,8 @@
-"""How the workers of an engine fly trials: on processors, or on a device.
+"""Ways in which the workers of an engine run trials: on processors, or on a device.
 
-An engine hands jobs to workers and knows nothing of trials. What is to be flown, how
-many trials at once, and which trials cannot fly there at all, is said here for
-processors, and in `gpu.py` for a GPU.
+An engine hands jobs to workers and knows nothing of trials. This module decides what
+runs on processors, how many trials at once, and which trials cannot run there at all;
+`gpu.py` does so for a GPU.
 """
 
 import math
@@ -26,15 +26,25 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 GRACE_SECONDS = 10.0
-"""How much longer than its time limit a trial may take before it is ended from outside.
+"""Seconds beyond its time limit after which a trial is ended from outside.
+
 A trial looks at the clock itself between kernel calls, unless it hangs in one.
 """
 
 
 class NewTrials(NamedTuple):
-    """Trials of a study that are to be flown for the first time: the estimated seconds
-    of each on a processor, shape (number of jobs,), how many `workers` there are, and
-    the folder for checkpoints, None where there can be none.
+    """Trials of a study that run for the first time.
+
+    Attributes
+    ----------
+    study : Study
+    jobs : sequence of Job
+    seconds : ndarray of float64, shape (number of jobs,)
+        Estimated seconds of each on a processor.
+    workers : int
+        Number of workers.
+    folder : Path or None
+        Folder for checkpoints; None where there can be no checkpoints.
     """
 
     study: Study
@@ -45,9 +55,16 @@ class NewTrials(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """What is sent to workers with jobs: `trial` flies one, or several by its method of
-    that name; `deal` makes chunks of them, longest first or `in_order`. `limits` hold
-    for each job.
+    """The function that is sent to workers with jobs, and how jobs are dealt.
+
+    Attributes
+    ----------
+    trial : callable
+        Runs a trial, or many trials by its method `several`.
+    deal : callable
+        Makes a Dealing from the costs of jobs: longest first, or `in_order`.
+    limits : Limits
+        Limits of each job.
     """
 
     trial: Callable[[Job], Result]
@@ -56,54 +73,71 @@ class Sent(NamedTuple):
 
 
 class Flying(Protocol):
-    """How the workers of an engine fly trials.
-
-    `check` raises ChoiceError where some of the jobs of a study cannot fly there, with
-    all reasons; `refusal` is why one cannot, "" where it can. `prepare` does once what
-    each worker would do otherwise. `sent` and `sent_again` say what is sent with new
-    trials, and with stored ones. `device` is what the origin of trials says of where
-    they fly, None where that is a processor.
-    """
+    """A way in which the workers of an engine run trials."""
 
     @property
-    def device(self) -> dict[str, str] | None: ...
+    def device(self) -> dict[str, str] | None:
+        """Description of the device for the origin of trials; None for a processor."""
 
-    def check(self, study: Study, jobs: Sequence[Job]) -> None: ...
+    def check(self, study: Study, jobs: Sequence[Job]) -> None:
+        """Raise ChoiceError, with all reasons, where some jobs cannot run there.
 
-    def refusal(self, job: Job, /) -> str: ...
+        Parameters
+        ----------
+        study : Study
+        jobs : sequence of Job
+            Jobs of the study.
+        """
 
-    def prepare(self, job: Job, /) -> None: ...
+    def refusal(self, job: Job, /) -> str:
+        """Return why a job cannot run there; "" where it can."""
 
-    def sent(self, new: NewTrials) -> Sent: ...
+    def prepare(self, job: Job, /) -> None:
+        """Do once what each worker would do otherwise, for jobs such as this one."""
 
-    def sent_again(self, jobs: Sequence[Job], /) -> Sent: ...
+    def sent(self, new: NewTrials) -> Sent:
+        """Return what is sent with new trials."""
+
+    def sent_again(self, jobs: Sequence[Job], /) -> Sent:
+        """Return what is sent with stored trials that run again."""
 
 
 @dataclass(frozen=True)
 class OnProcessors:
-    """Each worker flies a trial on its processor, or some in the lanes of that; long
-    ones write checkpoints.
+    """Trials on processors: one per worker, or some in the lanes of its processor.
+
+    Long trials write checkpoints.
     """
 
     device: dict[str, str] | None = None
 
     def check(self, study: Study, jobs: Sequence[Job]) -> None:
-        """Every trial can fly on a processor."""
+        """Do nothing: every trial can run on a processor.
+
+        Parameters
+        ----------
+        study : Study
+        jobs : sequence of Job
+            Jobs of the study.
+        """
 
     def refusal(self, _job: Job) -> str:
-        """Every trial can fly on a processor."""
+        """Return "": every trial can run on a processor."""
         return ""
 
     def prepare(self, job: Job) -> None:
-        """Compile here once. Otherwise each worker would compile the same."""
+        """Compile here once. Otherwise each worker would compile the same code."""
         warm(job)
 
     def sent(self, new: NewTrials) -> Sent:
-        """New trials fly together where that is faster. Those that are long, or keep
-        their last states, go on from what is there of them.
+        """Return a function that runs new trials, together where that is faster.
+
+        Trials that are long, or record their last states, resume from checkpoints and
+        from earlier trials. Trials with limits, or with last states, run alone.
         """
         study = new.study
-        limit, last_states = study.time_limit, study.record.last_states
+        limit = study.time_limit
+        last_states = study.record.last_states
         limits = Limits(
             None if limit is None else limit + GRACE_SECONDS, study.policy.memory
         )
@@ -121,5 +155,5 @@ class OnProcessors:
         return Sent(trial, deal, limits)
 
     def sent_again(self, _jobs: Sequence[Job]) -> Sent:
-        """Stored trials fly alone, whether or not they flew together."""
+        """Return a function that runs trials alone, however they ran before."""
         return Sent(run)

@@ -1,14 +1,14 @@
 """The engine of a GPU: worker processes on this machine that share it.
 
-A worker prepares a batch of trials, has the GPU fly it, and makes results of what comes
-back. The first and the last are Python on a processor, and the GPU takes the batches of
-several processes in turn: so while it flies one batch, other workers prepare the next
-ones. A process whose use of the GPU has failed cannot use it any more. Then the workers
-are replaced, and the trials of its batch are tried again in two halves. The coordinator
-asks which GPU there is, and flies nothing on it.
+A worker prepares a batch of trials, has the GPU run it, and makes results of the values
+that come back. The first and the last are Python on a processor, and the GPU takes the
+batches of several processes in turn: so while it runs one batch, other workers prepare
+the next ones. A process whose use of the GPU has failed cannot use it any more. Then
+the workers are replaced, and the trials of its batch are tried again in two halves. The
+coordinator asks which GPU there is, and runs nothing on it.
 
-A new pool flies one step of a trial before any batch is sent. So a GPU that does not
-answer, or a model that it cannot fly, ends the launch with the reason; what is done is
+A new pool runs one step of a trial before any batch is sent. So a GPU that does not
+answer, or a model that it cannot run, ends the launch with the reason; what is done is
 stored.
 """
 
@@ -30,54 +30,80 @@ from sweep.workers.chunks import Batches
 from sweep.workers.executors import Loky, SpoiltWorkerError, core_count
 from sweep.workers.flying import NewTrials, Sent
 
-LEAST_WORKERS, MOST_WORKERS = 2, 16
-"""Workers if their number is not given: one for each core, as to prepare trials takes
-processors. With fewer than two the GPU waits for them; and each holds memory of the
-GPU, some hundred megabytes before its first trial.
+LEAST_WORKERS = 2
+MOST_WORKERS = 16
+"""Bounds of the number of workers if it is not given.
+
+There is one per core, as to prepare trials takes processors. With fewer than two the
+GPU waits for them; and each holds memory of the GPU, some hundred megabytes before its
+first trial.
 """
 MOST_BYTES = 2**28
-"""Of the results of a batch, which are sent from process to process as one."""
+"""Most bytes of the results of a batch, which go from process to process as one."""
 MOST_LOOKED = 200
-"""Of so many trials of a study it is asked whether a GPU can fly them. Each is prepared
-for that, which takes some milliseconds.
+"""Most trials of a study that are asked whether a GPU can run them.
+
+Each is prepared for that, which takes some milliseconds.
 """
 
 MEMORY = "memory_limit: the memory of one trial of a batch is not known"
 
 
 class FliesSeveral(Protocol):
-    """Flies trials, and gives their results in their order. It raises what concerns the
-    device; what concerns one trial is in its result.
-    """
+    """A function that runs trials on a device."""
 
-    def several(self, jobs: Sequence[Job]) -> list[Result]: ...
+    def several(self, jobs: Sequence[Job]) -> list[Result]:
+        """Return the results of jobs, in their order.
+
+        An error of the device is raised. An error of one trial is in its result.
+        """
 
 
 @dataclass(frozen=True)
 class InBatches:
-    """What is sent to a worker: `trials` fly there. `first` is flown where none is
-    sent, which is how a new pool is asked whether it answers.
+    """The function that is sent to a worker.
+
+    Attributes
+    ----------
+    trials : FliesSeveral
+        Runs trials on the device.
+    first : Job
+        Job that runs where none is sent: so a new pool shows whether it answers.
     """
 
     trials: FliesSeveral
     first: Job = field(repr=False)
 
     def __call__(self, job: Job) -> Result:
+        """Return the result of a job."""
         return self.several([job])[0]
 
     def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """The results of `jobs`, in their order. Raises SpoiltWorkerError."""
+        """Return the results of jobs, in their order.
+
+        Raises SpoiltWorkerError for any error of the device.
+        """
         try:
             return self.trials.several(jobs or [self.first])[: len(jobs)]
         except Exception as error:
-            said = f"the GPU gave no results: {type(error).__name__}: {error}"
-            raise SpoiltWorkerError(said) from error
+            message = f"the GPU gave no results: {type(error).__name__}: {error}"
+            raise SpoiltWorkerError(message) from error
 
 
 @dataclass(frozen=True)
 class OnDevice:
-    """Workers send whole batches of at most `at_once` trials to a device. `trials` is
-    pickled; `refusal` says why a trial cannot fly there, "" where it can.
+    """Trials on a device, to which workers send whole batches.
+
+    Attributes
+    ----------
+    trials : FliesSeveral
+        Runs trials on the device; it is pickled.
+    refusal : callable
+        Returns why a trial cannot run there; "" where it can.
+    at_once : int
+        Largest number of trials of a batch.
+    device : dict of str or None
+        Description of the device for the origin of trials.
     """
 
     trials: FliesSeveral
@@ -86,38 +112,44 @@ class OnDevice:
     device: dict[str, str] | None
 
     def check(self, study: Study, jobs: Sequence[Job]) -> None:
-        """Raise ChoiceError with every reason why trials of a study cannot fly there.
-        Of more than MOST_LOOKED jobs, so many are looked at.
+        """Raise ChoiceError with every reason why trials of a study cannot run there.
+
+        Parameters
+        ----------
+        study : Study
+        jobs : sequence of Job
+            Jobs of the study. Of more than MOST_LOOKED, so many are looked at.
         """
-        looked = [jobs[place] for place in evenly(len(jobs), MOST_LOOKED)]
-        found, first = Counter[str](), dict[str, Job]()
+        looked = [jobs[index] for index in evenly(len(jobs), MOST_LOOKED)]
+        counts = Counter[str]()
+        first = dict[str, Job]()
         if study.policy.memory is not None:
-            found[MEMORY] = len(looked)
+            counts[MEMORY] = len(looked)
         for job in looked:
             if why := self.refusal(job):
-                found[why] += 1
+                counts[why] += 1
                 first.setdefault(why, job)
-        if found:
+        if counts:
             reasons = [
                 why
                 if count == len(looked)
                 else f"{why} ({count:,} of {so_many(len(looked), 'trial')}, as those"
                 f" of point {first[why].point})"
-                for why, count in found.items()
+                for why, count in counts.items()
             ]
             raise ChoiceError(
                 "\n  ".join(["trials cannot fly on a GPU:", *reasons]), study.name
             )
 
     def prepare(self, job: Job) -> None:
-        """Nothing is compiled for processors."""
+        """Do nothing: nothing is compiled for processors."""
 
     def sent(self, new: NewTrials) -> Sent:
-        """New trials fly in batches, from step 0 on and without checkpoints."""
+        """Return a function for batches, from step 0 on and without checkpoints."""
         return self._sent(new.jobs, new.jobs[int(new.seconds.argmax())])
 
     def sent_again(self, jobs: Sequence[Job]) -> Sent:
-        """Stored trials fly as new ones."""
+        """Return a function for batches: stored trials run as new ones."""
         return self._sent(jobs, jobs[0])
 
     def _sent(self, jobs: Sequence[Job], longest: Job) -> Sent:
@@ -132,43 +164,47 @@ class OnDevice:
 
 @dataclass
 class Cuda(Loky):
-    """Runs trials on a GPU that CUDA knows, the first that this process sees, by
-    `workers` processes.
+    """The engine of a GPU that CUDA knows, the first that this process sees.
+
+    Its `workers` processes on this machine share the GPU.
     """
 
     @property
     def flying(self) -> OnDevice:
-        """How they fly."""
+        """Way in which its workers run trials: in batches on the GPU."""
         from sweep.trial.on_device import AT_ONCE, DeviceTrials, refusal_of
 
         return OnDevice(DeviceTrials(), refusal_of, AT_ONCE, this_gpu())
 
 
 def gpu_problem() -> str:
-    """Why this machine has no GPU that flies trials; "" where it has one."""
+    """Return why this machine has no GPU that runs trials; "" where it has one."""
     from sweep.trial.on_device import problem
 
     return problem()
 
 
-def gpu_workers(asked: int) -> int:
-    """How many workers share the GPU: as many as are asked for; for 0 one for each
-    core, within bounds.
+def gpu_workers(workers: int) -> int:
+    """Return the number of workers that share the GPU.
+
+    0 means one per core, within LEAST_WORKERS and MOST_WORKERS.
     """
-    return asked or min(max(LEAST_WORKERS, core_count()), MOST_WORKERS)
+    return workers or min(max(LEAST_WORKERS, core_count()), MOST_WORKERS)
 
 
 @cache
 def this_gpu() -> dict[str, str]:
-    """The name of the GPU, the CUDA version of its driver, and the versions of what
-    compiles for it: what the bits of a trial that it flew may depend on.
+    """Return the name of the GPU, the CUDA version of its driver, and more versions.
+
+    The others are versions of the libraries that compile for it. The results of a trial
+    that it ran may depend on all of them.
     """
     from sweep.trial.on_device import gpu
 
-    found = gpu()
-    major, minor = divmod(found.driver, 1000)
+    device = gpu()
+    major, minor = divmod(device.driver, 1000)
     return {
-        "name": found.name,
+        "name": device.name,
         "driver": f"{major}.{minor // 10}",
-        **found.versions,
+        **device.versions,
     }

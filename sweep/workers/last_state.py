@@ -1,16 +1,17 @@
-"""The last state of a trial, from which a trial goes on that has more steps and is the
-same in all else. Both have the same bits up to there.
+"""The last state of a trial, from which a trial with more steps resumes.
+
+Both trials are equal in all else, and bitwise identical up to there.
 
     boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of all that follows
     {"beginning": ..., "state_bytes": ...}   a header in JSON
     ...                                  the two files of a checkpoint: see
                                          `sweep.workers.checkpoint_file`
 
-The coordinator finds the trial to go on from by its id, which covers the code and all
-settings but the steps (`sweep.store.last_states`). The worker then compares the
+The coordinator finds the earlier trial by its id, which covers the code and all
+parameters but the steps (`sweep.store.last_states`). The worker then compares the
 libraries and the machine, as for a checkpoint, and how both trials begin: flock,
-scenery and random numbers, to the bit. Where something differs the trial begins at
-step 0.
+scenery and random numbers must be bitwise identical. Where something differs the trial
+begins at step 0.
 """
 
 import json
@@ -38,18 +39,32 @@ from sweep.workers.fingerprint import differences, libraries
 LOG = logging.getLogger("sweep")
 
 MOST_BYTES = 2**30
-"""Of a last state. A cell of parquet can hold twice as many."""
+"""Most bytes of a last state. A cell of parquet can hold twice as many."""
 
 
 class Lasting:
-    """The simulation of a job that keeps its last state, either at step 0, or where the
-    earlier trial of the job has ended; `seconds` are those that it took.
+    """The simulation of a job that records its last state.
 
-    `key` is the one with which last states are sealed.
+    The simulation is at step 0, or at the step where the earlier trial has ended.
+
+    Parameters
+    ----------
+    job : Job
+        Job, perhaps with the last state of an earlier trial.
+    key : bytes
+        Key with which last states are sealed.
+
+    Attributes
+    ----------
+    simulation : Simulation
+    seconds : float
+        Wall seconds that the earlier trial took; 0 without one.
     """
 
     def __init__(self, job: Job, key: bytes) -> None:
-        self.simulation, self.seconds, self._key = Simulation(job), 0.0, key
+        self.simulation = Simulation(job)
+        self.seconds = 0.0
+        self._key = key
         self._beginning = self.simulation.beginning()
         if job.earlier is None:
             return
@@ -61,42 +76,59 @@ class Lasting:
 
     def _go_on_from(self, earlier: LastState) -> float:
         content = unsealed(earlier.content, self._key)
-        header, _, content = content.partition(b"\n")
-        about, simulation = json.loads(header), self.simulation
-        if about.get("beginning") != self._beginning:
+        first_line, _, content = content.partition(b"\n")
+        header = json.loads(first_line)
+        if header.get("beginning") != self._beginning:
             raise ValueError("is of a trial that begins in another way")
-        size = int(about["state_bytes"])
-        own, kind = simulation.state(), frame_type_of(simulation)
-        trial, key = earlier.trial_id, self._key
-        saved = state_of(content[:size], trial, own, key, _refused)
-        taken = frames_of(content[size:], kind, saved.crc)
+        simulation = self.simulation
+        size = int(header["state_bytes"])
+        saved = state_of(
+            content[:size],
+            earlier.trial_id,
+            simulation.state(),
+            self._key,
+            differing=_differing,
+        )
+        taken = frames_of(content[size:], frame_type_of(simulation), saved.crc)
         simulation.restore(saved.state)
         simulation.taken = [every_so_many(taken, simulation.job.record.every)]
         return saved.seconds
 
     def last_state(self, result: Result, simulation: Simulation) -> bytes:
-        """What is kept of a result, which came of `simulation`; nothing unless it is
-        done.
+        """Return the sealed last state of a trial.
+
+        Parameters
+        ----------
+        result : Result
+            Result of the trial.
+        simulation : Simulation
+            The trial at its end.
+
+        Returns
+        -------
+        bytes
+            ``b""`` where the result is not done, or where the last state has more than
+            MOST_BYTES.
         """
         if result.status != "done":
             return b""
+        trial = result.job.trial_id
         taken = joined(simulation.taken)
         frames = frame_bytes(frame_type_of(simulation), taken)
-        state, count = simulation.state(), len(taken.steps)
-        saved = Saved(state, result.seconds, count, zlib.crc32(frames))
-        trial, key = result.job.trial_id, self._key
-        content = state_bytes(trial, saved, key, libraries())
-        about = {"beginning": self._beginning, "state_bytes": len(content)}
-        header = json.dumps(about).encode()
-        kept = sealed(b"".join([header, b"\n", content, frames]), key)
-        if len(kept) > MOST_BYTES:
+        count = len(taken.steps)
+        saved = Saved(simulation.state(), result.seconds, count, zlib.crc32(frames))
+        content = state_bytes(trial, saved, self._key, libraries())
+        fields = {"beginning": self._beginning, "state_bytes": len(content)}
+        header = json.dumps(fields).encode()
+        last_state = sealed(b"".join([header, b"\n", content, frames]), self._key)
+        if len(last_state) > MOST_BYTES:
             _say_large(trial)
             return b""
-        return kept
+        return last_state
 
 
 def frame_type_of(simulation: Simulation) -> FrameType:
-    """The record of a frame of a trial."""
+    """Return the record of a frame of a trial."""
     record = simulation.job.record
     return frame_type(
         len(record.metrics),
@@ -105,10 +137,8 @@ def frame_type_of(simulation: Simulation) -> FrameType:
     )
 
 
-def _refused(code: str) -> str:
-    """How the libraries are others than those of a last state; "" where they are the
-    same.
-    """
+def _differing(code: str) -> str:
+    """Return how the libraries differ from those of a last state; "" if not at all."""
     return differences(libraries(), code)
 
 

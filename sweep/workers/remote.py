@@ -1,5 +1,6 @@
-"""What a worker of a dask cluster does for us: it tells its fingerprint, runs a chunk,
-and lets its jobs be watched.
+"""The tasks of a worker of a dask cluster.
+
+A worker tells its fingerprint, runs chunks, and lets their jobs be watched.
 """
 
 import json
@@ -28,8 +29,9 @@ _wardens: list["subprocess.Popen[bytes]"] = []
 
 
 def introduce() -> str:
-    """The fingerprint of this worker and of the code that it has imported, which is all
-    that a trial needs.
+    """Return the fingerprint of this worker and of the code that it has imported.
+
+    It imports all code that a trial needs before.
     """
     os.environ.update(ONE_THREAD)  # for libraries that are not loaded yet
     import sweep.trial.simulation  # noqa: F401
@@ -38,11 +40,11 @@ def introduce() -> str:
 
 
 def perform(task: bytes) -> bytes:
-    """The pickled result of the function of a pickled task; a text if this worker
-    differs from what the sender expects.
+    """Run a pickled task, and return the pickled result of its function.
 
-    The function is unpacked only if the code is the same. The scheduler is told that
-    the task begins before it does.
+    The result is a string with the reason if this worker differs from the fingerprint
+    that the sender expects. The function is unpacked only if the code is the same. The
+    scheduler is told that the task begins before it does.
     """
     from distributed import get_worker
 
@@ -74,11 +76,11 @@ class Post(NamedTuple):
     limits: Limits
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]:
-        """The jobs of a chunk, each told to the warden while it is in use."""
-        about = _task.names | {"limits": self.limits}
+        """Yield the jobs of a chunk; the warden knows each while it is in use."""
+        task = _task.names | {"limits": self.limits}
         try:
             for position, job in enumerate(jobs):
-                _note(about | {"position": position, "since": time.monotonic()})
+                _note(task | {"position": position, "since": time.monotonic()})
                 yield job
         finally:
             _note(None)

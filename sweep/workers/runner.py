@@ -1,5 +1,6 @@
-"""The drive loop over `concurrent.futures.Executor`: jobs go in, results come out. No
-result is lost, and none comes twice.
+"""The drive loop over `concurrent.futures.Executor`: jobs go in, results come out.
+
+No result is lost, and none comes twice.
 
 The loop does not know what a job is. It sends chunks of about a second of work, the
 longest jobs first or all in their order. It keeps a bounded number of them in flight,
@@ -65,23 +66,7 @@ def drive(
     ended: Callable[[], bool] = lambda: False,
     goes_on: Callable[[int, R], bool] = lambda _index, _result: False,
 ) -> Iterator[list[R]]:
-    """Run every job once. Yield the results chunk by chunk, in the order in which they
-    come back.
-
-        jobs           the jobs; each is pickled
-        run            runs one job in a worker; it is pickled
-        executor       makes the pool of workers
-        costs          estimates the seconds of each job; measured times correct the
-                       estimates, so only their ratios matter much
-        failed         makes the result of a job that raised (given the traceback), or
-                       that ended its worker MAX_ATTEMPTS times while it ran alone
-        overdue        makes the result of a job that took too long; by default `failed`
-        limits         hold for each job, as far as the engine can keep them
-        deal           divides jobs with such costs among workers
-        ended          is asked again and again; when it says so, the workers are ended,
-                       and only what had finished is yielded
-        goes_on        is told of each result, with the index of its job; when it says
-                       so, another job has taken the place of that, and runs soon
+    """Run every job once, and yield the results chunk by chunk as they come back.
 
     The worker of a job beyond a limit is ended. Jobs that are lost with it run again.
     If a job took too much memory, it runs again alone, and fails if it does so once
@@ -93,8 +78,45 @@ def drive(
     count as Ctrl-C where `interrupts.py` has made them so. Closing the iterator early
     also ends the workers.
 
-    Raises WorkersError if no worker can be given a job, or if a worker has other code
-    than this process. Finished results are yielded before.
+    Parameters
+    ----------
+    jobs : sequence
+        Jobs to run; each is pickled.
+    run : callable
+        Runs one job in a worker; it is pickled.
+    executor : ExecutorFactory
+        Maker of the pool of workers.
+    costs : callable
+        Estimates the seconds of each job. Measured times correct the estimates, so only
+        their ratios matter much.
+    failed : callable
+        Makes the result of a job that raised, from the job and its traceback; also of a
+        job that ended its worker MAX_ATTEMPTS times while it ran alone.
+    overdue : callable, optional
+        Makes the result of a job that took too long; by default `failed`.
+    limits : Limits, default NO_LIMITS
+        Limits of each job, as far as the engine can keep them.
+    deal : callable, default Chunks
+        Divides jobs with such costs among workers.
+    ended : callable, optional
+        Called again and again. When it returns True, the workers are ended, and only
+        finished results are yielded.
+    goes_on : callable, optional
+        Called with each result and the index of its job. When it returns True, another
+        job has taken the place of that job, and runs soon.
+
+    Yields
+    ------
+    list
+        Results of a chunk.
+
+    Raises
+    ------
+    WorkersError
+        If no worker can be given a job, or if a worker has other code than this
+        process. Finished results are yielded before.
+    KeyboardInterrupt
+        After Ctrl-C.
     """
     chunks = deal(costs(jobs))
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
@@ -102,12 +124,12 @@ def drive(
             jobs,
             run,
             executor,
-            failed,
-            overdue or failed,
-            goes_on,
-            chunks,
-            watch,
-            interrupt,
+            failed=failed,
+            overdue=overdue or failed,
+            goes_on=goes_on,
+            chunks=chunks,
+            watch=watch,
+            interrupt=interrupt,
         )
         try:
             while not (interrupt.asked or ended()) and loop.refill():
@@ -130,13 +152,14 @@ def drive(
 class _Chunk(NamedTuple):
     indices: list[int]
     alone: bool
-    place: JobNote | None
+    note: JobNote | None
 
 
 @dataclass
 class _DriveLoop(Generic[J, R]):
-    """Which jobs are in flight and which are suspects. A suspect stays queued until its
-    own run alone is decided.
+    """The jobs in flight, and the suspects.
+
+    A suspect stays queued until its own run alone is decided.
     """
 
     jobs: Sequence[J]
@@ -156,7 +179,7 @@ class _DriveLoop(Generic[J, R]):
     attempts: Counter[int] = field(default_factory=Counter)
 
     def refill(self) -> bool:
-        """Submit what may run now; False when nothing is left to do."""
+        """Submit the jobs that may run now; False when nothing is left to do."""
         if not (self.in_flight or self.suspects or self.again or self.chunks.left):
             return False
         if self.pool is None and not self._start():
@@ -177,20 +200,23 @@ class _DriveLoop(Generic[J, R]):
         return True
 
     def finished(self) -> Iterator[list[R]]:
-        """The results of the chunks that are back; waits at most POLL_SECONDS for the
-        first of them.
+        """Yield the results of the chunks that are back.
+
+        It waits at most POLL_SECONDS for the first of them.
         """
         # Other futures went with an earlier pool.
         done = [future for future in self._arrived() if future in self.in_flight]
         if not done:
             self.executor.check()
         spoilt = any(isinstance(_error(future), SpoiltWorkerError) for future in done)
-        if spoilt or any(isinstance(_error(one), BrokenExecutor) for one in done):
+        broken = any(isinstance(_error(future), BrokenExecutor) for future in done)
+        if spoilt or broken:
             self._drop_pool()  # with it all chunks in flight are over
             done = [future for future in self.in_flight if future.done()]
         for future in done:
             chunk = self.in_flight.pop(future)
-            verdict, error = self.watch.leave(chunk.place), _error(future)
+            verdict = self.watch.leave(chunk.note)
+            error = _error(future)
             if error is None:
                 results = self._results(chunk, future)
             elif spoilt and not isinstance(error, SpoiltWorkerError):
@@ -201,7 +227,7 @@ class _DriveLoop(Generic[J, R]):
                 yield results
 
     def salvaged(self) -> Iterator[list[R]]:
-        """The results of the chunks that were back when the executor was stopped."""
+        """Yield the results of chunks that were back when the executor was stopped."""
         for future, chunk in self.in_flight.items():
             if (
                 future.done()
@@ -222,25 +248,29 @@ class _DriveLoop(Generic[J, R]):
             return arrived
 
     def _start(self) -> bool:
-        """Whether there is a pool now; when it is new, nothing is in flight."""
+        """Start a pool, and return whether there is one now.
+
+        When the pool is new, nothing is in flight.
+        """
         self.pool = _started(self.executor, self.run, self.interrupt)
         self.watch.ended = False
         return self.pool is not None
 
     def _submit(self, indices: list[int], *, alone: bool) -> None:
         assert self.pool is not None
-        place, jobs = self.watch.take(), [self.jobs[index] for index in indices]
+        note = self.watch.take()
+        jobs = [self.jobs[index] for index in indices]
+        expected = fingerprint.fingerprint()
         try:
             future = self.pool.submit(
-                run_chunk, self.run, jobs, place, fingerprint.fingerprint()
+                run_chunk, self.run, jobs, note, expected=expected
             )
-        except (
-            Exception
-        ) as error:  # the pool broke, or was shut down, since it was last used
+        except Exception as error:
+            # The pool broke, or was shut down, since it was last used.
             future = Future()
             future.set_exception(error)
             self._drop_pool()
-        self.in_flight[future] = _Chunk(indices, alone, place)
+        self.in_flight[future] = _Chunk(indices, alone, note)
         future.add_done_callback(self.back.put)
 
     def _results(self, chunk: _Chunk, future: Future[Outcomes[R]]) -> list[R]:
@@ -275,9 +305,7 @@ class _DriveLoop(Generic[J, R]):
     def _judged(
         self, chunk: _Chunk, error: BaseException, verdict: Overrun | None
     ) -> list[R]:
-        """The certain results of the jobs of a lost chunk; all other jobs get another
-        turn.
-        """
+        """Return the certain results of a lost chunk; its other jobs run again."""
         if verdict is not None:
             return self._ended(chunk, verdict, others_go_on=False)
         if isinstance(error, JobEndedError):
@@ -300,7 +328,10 @@ class _DriveLoop(Generic[J, R]):
         return []
 
     def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
-        """The result of a job that was lost MAX_ATTEMPTS times in its own chunk."""
+        """Return the result of a job that was lost MAX_ATTEMPTS times in its own chunk.
+
+        A job that was lost fewer times runs again.
+        """
         [index] = chunk.indices
         self.attempts[index] += error.times if isinstance(error, WorkerDiedError) else 1
         if self.attempts[index] < MAX_ATTEMPTS:
@@ -310,8 +341,10 @@ class _DriveLoop(Generic[J, R]):
         return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
     def _ended(self, chunk: _Chunk, verdict: Overrun, *, others_go_on: bool) -> list[R]:
-        """The result of the job that was beyond a limit, unless earlier jobs of the
-        worker may have filled the memory.
+        """Return the result of the job that was beyond a limit.
+
+        There is no result where earlier jobs of the worker may have filled the memory:
+        then the job runs again.
         """
         if chunk.alone:
             [index] = self.suspects.popleft()
@@ -332,7 +365,7 @@ class _DriveLoop(Generic[J, R]):
         ]
 
     def _innocent(self, chunk: _Chunk) -> list[R]:
-        """No result; the jobs of the chunk get another turn."""
+        """Return no result; the jobs of the chunk run again."""
         if chunk.indices and not chunk.alone:
             self.again.append(chunk.indices)
         return []
@@ -345,14 +378,16 @@ class _DriveLoop(Generic[J, R]):
 def _started(
     executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt
 ) -> Executor | None:
-    """A pool that has answered once. Without this check, workers that cannot start
-    would convict every job.
+    """Return a pool that has answered once; None while there is none.
+
+    Without this check, workers that cannot start would convict every job.
     """
     failure: Exception | None = None
     for _ in range(MAX_ATTEMPTS):
         try:
             pool = executor.start()
-            answer = pool.submit(run_chunk, run, [], None, fingerprint.fingerprint())
+            expected = fingerprint.fingerprint()
+            answer = pool.submit(run_chunk, run, [], None, expected=expected)
             while not wait([answer], POLL_SECONDS).done:
                 if interrupt.asked:
                     return None

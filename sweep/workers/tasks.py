@@ -35,7 +35,7 @@ LOST = "the connection to the cluster is lost"
 
 
 class Tasks(Executor):
-    """Our tasks on a cluster, and what is known of its workers."""
+    """An executor of our tasks on a cluster, with knowledge of its workers."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -52,8 +52,17 @@ class Tasks(Executor):
     def submit(
         self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs
     ) -> Future[T]:
-        """Send a task. Its future fails with ConnectionLostError, or with
-        WorkerDiedError where dask gives it up.
+        """Send a task, and return its future.
+
+        Where the connection is lost, this raises ConnectionLostError, and the future
+        fails with it. The future fails with WorkerDiedError where dask gives it up.
+
+        Parameters
+        ----------
+        fn : callable
+            Function of the task; it is pickled.
+        *args, **kwargs
+            Its arguments.
         """
         from distributed.protocol.pickle import dumps
 
@@ -99,9 +108,7 @@ class Tasks(Executor):
         self._settle(name, result, failure)
 
     def _failure(self, name: str, sent: Any, error: Exception) -> Exception:
-        """What an error means: if it is not the task's own, it is one of the
-        connection.
-        """
+        """Return the error of a task: its own, or else an error of the connection."""
         from distributed.comm.core import CommClosedError
 
         if type(error).__name__ == "KilledWorker":
@@ -127,11 +134,11 @@ class Tasks(Executor):
                 future.set_exception(failure)
 
     def connected(self) -> bool:
-        """Whether the scheduler is there, as far as is known."""
+        """Return whether the scheduler is there, as far as is known."""
         return self._connection.alive()
 
     def threads(self) -> int:
-        """How many threads all workers have, known at most ASK_SECONDS ago.
+        """Return the number of threads of all workers, known at most ASK_SECONDS ago.
 
         Raises WorkersError for a worker that cannot run our trials. New workers are
         asked for their fingerprint only if something went wrong that other code may
@@ -143,11 +150,15 @@ class Tasks(Executor):
         return sum(self._threads.values())
 
     def ask_workers(self, *, everyone: bool) -> None:
-        """Find out which workers there are, and ask the new ones, or all, for their
-        fingerprints.
+        """Find the present workers, and check that each has one thread.
 
         Raises OSError where the scheduler does not answer, WorkersError for a worker
         that cannot run our trials.
+
+        Parameters
+        ----------
+        everyone : bool
+            Whether to ask all new workers for their fingerprints.
         """
         self._asked_at = time.monotonic()
         scheduler = self._client.scheduler
@@ -179,7 +190,7 @@ class Tasks(Executor):
         try:
             answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
         except TimeoutError:
-            # A worker is slow, or hangs: it says what it is when it gets a task.
+            # A worker is slow, or hangs: it tells its fingerprint when it gets a task.
             return
         foreign = []
         for address, answer in answers.items():

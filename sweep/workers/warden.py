@@ -1,5 +1,4 @@
-"""Ends a worker of a dask cluster whose job is beyond a limit: a small process beside
-the worker.
+"""A small process next to a worker of a dask cluster, which keeps the limits of jobs.
 
 A thread of the worker could not do this, as a job may hang and hold Python's lock. The
 worker writes a line to the warden for each job that it begins. The warden looks at the
@@ -28,12 +27,14 @@ REPORT_SECONDS = 30.0
 
 
 def main(process: int, scheduler: str) -> None:
-    """Watch the jobs of the worker `process`, which it writes to our input; report to
-    the scheduler at that address.
+    """Watch the jobs of the worker `process`, which it writes to our input.
+
+    A job beyond a limit is reported to the scheduler at that address.
     """
     import psutil
 
-    worker, job = psutil.Process(process), None
+    worker = psutil.Process(process)
+    job = None
     lines = SimpleQueue[bytes]()
     threading.Thread(target=_read, args=(lines,), daemon=True).start()
     while True:

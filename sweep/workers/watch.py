@@ -1,5 +1,6 @@
-"""Limits of a job, kept from outside: a worker is ended if its job takes too long or
-too much memory.
+"""Limits of a job, kept from outside.
+
+A worker is ended if its job takes too long or too much memory.
 
 Only another process can stop a job that hangs within one call, or that fills the
 memory. So each worker notes on a board which job of its chunk it runs, and since when.
@@ -35,10 +36,15 @@ IDLE = 0.0
 
 
 class Limits(NamedTuple):
-    """The wall seconds a job may take, and the resident bytes its worker may hold while
-    it runs; None for no limit.
+    """Limits of a job; None for no limit.
 
-    The bytes include those of the interpreter and its libraries, about 200 MB.
+    Attributes
+    ----------
+    deadline : float or None
+        Wall seconds that a job may take.
+    memory : int or None
+        Resident bytes that its worker may hold while it runs. They include the bytes of
+        the interpreter and its libraries, about 200 MB.
     """
 
     deadline: float | None = None
@@ -46,7 +52,17 @@ class Limits(NamedTuple):
 
 
 class Overrun(NamedTuple):
-    """Which job of a chunk was ended, by position, and why; `late` if out of time."""
+    """A job of a chunk that was ended.
+
+    Attributes
+    ----------
+    position : int
+        Position of the job in its chunk, from 0 on.
+    late : bool
+        Whether it took too long; otherwise it took too much memory.
+    error : str
+        The limit, in words.
+    """
 
     position: int
     late: bool
@@ -57,22 +73,20 @@ NO_LIMITS = Limits()
 
 
 class JobNote(Protocol):
-    """What is sent to a worker with a chunk, so that its current job is known from
-    outside.
-    """
+    """A companion of a chunk, by which its current job is known outside its worker."""
 
-    def noting(self, jobs: Sequence[J]) -> Iterator[J]: ...
+    def noting(self, jobs: Sequence[J]) -> Iterator[J]:
+        """Yield the jobs of a chunk, and note each while it is in use."""
 
 
 class Watching(Protocol):
-    """Keeps limits of jobs while it is entered.
+    """A keeper of limits of jobs, while it is entered.
 
-    Each chunk in flight may have a seat. When it is over, `leave` returns the verdict
-    on one of its jobs. `ended` says whether a worker, and its whole pool with it, has
-    been ended; the caller resets it.
+    Each chunk in flight may have a seat.
     """
 
     ended: bool
+    """True once a worker, and its pool with it, was ended; the caller resets it."""
 
     def __enter__(self) -> "Watching": ...
 
@@ -83,9 +97,11 @@ class Watching(Protocol):
         trace: TracebackType | None,
     ) -> None: ...
 
-    def take(self) -> JobNote | None: ...
+    def take(self) -> JobNote | None:
+        """Return a seat for a chunk to be sent, if there is one."""
 
-    def leave(self, place: JobNote | None) -> Overrun | None: ...
+    def leave(self, note: JobNote | None) -> Overrun | None:
+        """Free the seat of a finished chunk, and return the verdict on a job of it."""
 
 
 class Seat(NamedTuple):
@@ -95,8 +111,9 @@ class Seat(NamedTuple):
     number: int
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]:
-        """The jobs of a chunk, each noted on the board while it is in use."""
-        notes, first = board(self.path), NOTES * self.number
+        """Yield the jobs of a chunk, each noted on the board while it is in use."""
+        notes = board(self.path)
+        first = NOTES * self.number
         notes[first + PROCESS] = float(os.getpid())
         try:
             for position, job in enumerate(jobs):
@@ -109,17 +126,22 @@ class Seat(NamedTuple):
 
 
 class LimitKeeper:
-    """Keeps `limits` for up to `seats` chunks at a time; a context manager, which may
-    raise WorkersError.
+    """Context manager that keeps limits of jobs.
 
     Only child processes of this one are ended. So jobs in this process, or on other
-    machines, have no limit.
+    machines, have no limit. To enter it may raise WorkersError.
+
+    Parameters
+    ----------
+    limits : Limits, default NO_LIMITS
+    seats : int, default 0
+        Number of chunks that may have limits at a time.
     """
 
     def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
-        """Whether a worker has been ended; the caller resets it for new workers."""
+        """True once a worker was ended; the caller resets it for new workers."""
         self._free = list(range(seats))
         self._verdicts: dict[int, Overrun | None] = {}
         self._lock = threading.Lock()
@@ -156,7 +178,7 @@ class LimitKeeper:
                 self._file.unlink()
 
     def take(self) -> JobNote | None:
-        """A seat for a chunk to be sent; None without limits, or if all are taken."""
+        """Return a seat for a chunk; None without limits, or if all are taken."""
         if self.limits == NO_LIMITS or not self._free:
             return None
         with self._lock:
@@ -165,13 +187,13 @@ class LimitKeeper:
             self._verdicts[number] = None
         return Seat(str(self._file), number)
 
-    def leave(self, place: JobNote | None) -> Overrun | None:
-        """Free the seat of a finished chunk; returns the verdict on one of its jobs."""
-        if not isinstance(place, Seat):
+    def leave(self, note: JobNote | None) -> Overrun | None:
+        """Free the seat of a finished chunk, and return the verdict on a job of it."""
+        if not isinstance(note, Seat):
             return None
         with self._lock:
-            self._free.append(place.number)
-            return self._verdicts.pop(place.number)
+            self._free.append(note.number)
+            return self._verdicts.pop(note.number)
 
     def _keep_watching(self) -> None:
         while not self._over.wait(WATCH_SECONDS):
@@ -207,8 +229,21 @@ class LimitKeeper:
 def beyond(
     limits: Limits, seconds: float, worker: "psutil.Process"
 ) -> tuple[bool, str]:
-    """Whether a job that has taken `seconds` is late, and which limit it is beyond, in
-    words; "" for none.
+    """Return whether a job is late, and the limit that it is beyond.
+
+    Parameters
+    ----------
+    limits : Limits
+    seconds : float
+        Wall seconds that the job has taken.
+    worker : psutil.Process
+        Worker that runs the job.
+
+    Returns
+    -------
+    late : bool
+    error : str
+        The limit, in words; "" for a job within its limits.
     """
     if limits.deadline is not None and seconds > limits.deadline:
         return True, f"did not return within {limits.deadline:g} s, and was ended"
@@ -225,8 +260,9 @@ def beyond(
 
 @lru_cache(maxsize=4)
 def board(path: str) -> "memoryview[float]":
-    """The board as numbers of 8 bytes, each written at once: `since`, `position` and
-    `process` of every seat.
+    """Return the board: `since`, `position` and `process` of every seat.
+
+    Each number has 8 bytes, which are written at once.
     """
     descriptor = os.open(path, os.O_RDWR)
     try:

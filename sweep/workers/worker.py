@@ -1,4 +1,4 @@
-"""Runs a chunk of jobs in a worker process."""
+"""The run of a chunk of jobs in a worker process."""
 
 import os
 import time
@@ -21,16 +21,21 @@ _compiled: "set[tuple[Catalogue, str]]" = set()
 
 @dataclass(frozen=True)
 class Failure:
-    """A job that raised an error, or whose worker died. `error` is a traceback or one
-    sentence.
+    """A job that raised an error.
+
+    Attributes
+    ----------
+    error : str
+        Traceback of the error.
     """
 
     error: str
 
 
 Outcomes = tuple[list[R | Failure], float] | str
-"""The outcome of each job of a chunk, and the wall seconds of all together. Or one
-sentence: why the worker refuses the chunk.
+"""The outcome of each job of a chunk, and the wall seconds of all together.
+
+Or one sentence: why the worker refuses the chunk.
 """
 
 
@@ -39,10 +44,16 @@ def run_chunk(
 ) -> Outcomes[R]:
     """Run the jobs of a chunk, one after the other, or together if `run` can do that.
 
-    run       runs one job; it may have a method `several` that takes all jobs
-    jobs      the jobs
-    seat     is told which job runs; None without limits
-    expected  the fingerprint of the coordinator; a worker with another one refuses
+    Parameters
+    ----------
+    run : callable
+        Runs one job; it may have a method `several` that takes all jobs.
+    jobs : sequence
+        Jobs of the chunk.
+    seat : JobNote or None
+        Notes which job runs; None without limits. With limits, jobs run one by one.
+    expected : str
+        Fingerprint of the coordinator. A worker with another fingerprint refuses.
     """
     if refusal := fingerprint.refusal(expected):
         return refusal
@@ -61,8 +72,14 @@ def run_chunk(
 
 
 def compile_ahead(jobs: Sequence[object], together: bool = False) -> None:
-    """Compile what trials need, alone and perhaps `together`, before the clock of a
-    trial runs: where no other process has kept it for this one.
+    """Compile the code of trials before the clock of a trial runs.
+
+    Parameters
+    ----------
+    jobs : sequence
+        Jobs of a chunk; those that are no trials are left out.
+    together : bool, default False
+        Whether to compile code of trials that run together, too.
     """
     from sweep.design.jobs import Job
     from sweep.trial.lanes import first_group, warm_together
@@ -75,8 +92,8 @@ def compile_ahead(jobs: Sequence[object], together: bool = False) -> None:
         if kind not in _compiled:
             warm(job)
             _compiled.add(kind)
-            alike = [one for one in jobs if isinstance(one, Job)] if together else []
-            if group := first_group(alike):
+            trials = [trial for trial in jobs if isinstance(trial, Job)]
+            if together and (group := first_group(trials)):
                 warm_together(group)
 
 

@@ -65,14 +65,14 @@ class _Fickle(Executor):
     def __init__(self, engine: Fickle) -> None:
         self.engine = engine
 
-    def submit(self, fn: Any, /, *args: Any, **_: Any) -> Future[Any]:
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         _run, jobs, *_others = args
         self.engine.sent.append(list(jobs))
         future: Future[Any] = Future()
         if jobs and self.engine.trouble and (error := self.engine.trouble(list(jobs))):
             future.set_exception(error)
         else:
-            future.set_result(fn(*args))
+            future.set_result(fn(*args, **kwargs))
         return future
 
 
