@@ -224,7 +224,7 @@ def _note(selection: Selection, panel_visits: list[Visits]) -> str:
     interval = f"{' and '.join(names)} with 95 % interval" if names else ""
     same = all(visits.same_obstacles for visits in panel_visits if visits.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"
-    trials = selection.about(
+    trials = selection.note(
         "mean of {n} trials a panel", counts, interval, selection.study.metrics
     )
     return f"{trials}; white: never visited; {obstacles}"

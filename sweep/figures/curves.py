@@ -201,7 +201,7 @@ def _note(layout: Curves) -> str:
     interval = "mean with pointwise 95 % interval"
     if selection.study.repeated:
         interval += ", which takes the numbers of trials as given"
-    return selection.about("{n} trials a curve", counts, interval, shown=layout.metrics)
+    return selection.note("{n} trials a curve", counts, interval, shown=layout.metrics)
 
 
 def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:

@@ -411,7 +411,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     trials = table[f"{layout.metric}_n"]
     if not layout.averages:
         text = "one point a cell, {n} trials a point"
-        return layout.selection.about(
+        return layout.selection.note(
             text, trials, "mean with 95 % interval", [layout.metric]
         )
     mixed = ", ".join(name.replace("_", " ") for name in layout.mixed)
@@ -419,7 +419,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
         f"each cell the mean of {span(counts)}"
         f" points{f', which differ in {mixed} too' if mixed else ''};"
     )
-    return layout.selection.about(
+    return layout.selection.note(
         f"{text}\n{{n}} trials a point, 95 % interval of the mean over points; white:"
         " no point",
         trials,

@@ -140,7 +140,7 @@ def draw_parallel(layout: Parallel) -> Figure:
         left_out = sum(unknown for _, unknown in counts)
         text += f"; {left_out:,} without a value left out" if left_out else ""
         trials = table[f"{chosen.metric}_n"]
-        note(figure, selection.about(text, trials, shown=[chosen.metric]))
+        note(figure, selection.note(text, trials, shown=[chosen.metric]))
     return figure
 
 

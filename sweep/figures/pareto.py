@@ -251,7 +251,7 @@ def _note(layout: Pareto, table: pd.DataFrame) -> str:
     drawn = "" if max(sizes) <= MOST_INTERVALS else " of those not dominated"
     text = f"{span(sizes)} points a panel, {{n}} trials a point"
     interval = f"means with 95 % intervals{drawn}, each for itself"
-    return layout.selection.about(text, table[f"{metrics[0]}_n"], interval, metrics)
+    return layout.selection.note(text, table[f"{metrics[0]}_n"], interval, metrics)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

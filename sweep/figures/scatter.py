@@ -342,7 +342,7 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         "\n\N{GREEK SMALL LETTER RHO}:"
         " Spearman's rank correlation over the points, with 95 % interval"
     )
-    return selection.about(
+    return selection.note(
         text,
         table[f"{metric}_n"],
         drawn,

@@ -282,7 +282,7 @@ class Selection:
         ]
         return f"for example {listed[0]}" if listed else "or fewer metrics"
 
-    def about(
+    def note(
         self,
         text: str,
         counts: Iterable[int],

@@ -153,7 +153,7 @@ def draw_trajectories(layout: Trajectories) -> Figure:
         )
         note(
             figure,
-            selection.about(text, [int((selection.trials["status"] == "done").sum())]),
+            selection.note(text, [int((selection.trials["status"] == "done").sum())]),
         )
     return figure
 
