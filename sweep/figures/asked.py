@@ -17,14 +17,16 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import similar, unknown
 
 
-class Asked(NamedTuple):
+class PlotArguments(NamedTuple):
     """One study, or several joined, and the names of kinds and of files with kinds."""
 
     study: StoredStudy
     kinds: list[str]
 
 
-def as_asked(names: Sequence[str], results: Location, where: Iterable[str]) -> Asked:
+def plot_arguments(
+    names: Sequence[str], results: Location, where: Iterable[str]
+) -> PlotArguments:
     """Sort the arguments of `sweep plot` into studies and kinds of figures.
 
     Parameters
@@ -66,7 +68,9 @@ def as_asked(names: Sequence[str], results: Location, where: Iterable[str]) -> A
         with refusals.noted():
             studies.append(stored.where(*conditions))
     refusals.check()
-    return Asked(studies[0] if len(studies) == 1 else JoinedStudies(studies), kinds)
+    return PlotArguments(
+        studies[0] if len(studies) == 1 else JoinedStudies(studies), kinds
+    )
 
 
 def check_shared(study: StoredStudy, metrics: Iterable[str]) -> None:
