@@ -175,17 +175,17 @@ def plot(
 
     Several studies are drawn into one figure, told apart as settings are.
     """
-    from sweep.figures.asked import as_asked, check_shared
+    from sweep.figures.asked import check_shared, plot_arguments
     from sweep.figures.kinds import draw_figures, plan_figures
     from sweep.figures.own_kinds import with_files
     from sweep.figures.planning import Choices
     from sweep.spec.study_folder import FIGURES
 
-    asked = as_asked([study, *(names or ())], results, where or ())
-    stored = asked.study
+    arguments = plot_arguments([study, *(names or ())], results, where or ())
+    stored = arguments.study
     choices = Choices(tuple(metric or ()), by, x, y, over == Over.half)
     check_shared(stored, choices.metrics)
-    kinds, known = with_files(asked.kinds)
+    kinds, known = with_files(arguments.kinds)
     figures = plan_figures(stored, kinds, choices, known)
     unshared = [f"{name} {why}" for name, why in stored.left_out.items()]
     for reason in [*unshared, *figures.left_out]:

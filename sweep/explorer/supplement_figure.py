@@ -87,7 +87,7 @@ def figure_data(
     study, name = selection.study, str(column)
     counts = table.rows[f"{name}_n"]
     each = {"cells": "a cell", "rows": "a row"}.get(form.form, "a mark")
-    note = selection.about(
+    note = selection.note(
         f"{each} a point, {{n}} trials a point",
         counts,
         "mean with 95 % interval",

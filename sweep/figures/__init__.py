@@ -1,28 +1,29 @@
-"""Figures from tables, in one house style, for the command line, notebooks and
-published studies.
+"""Figures from tables, in one style.
+
+The command line, notebooks and published studies draw them.
 
     kinds               which figures suit a study
-    own_kinds           kinds in files of the user's own
+    own_kinds           kinds in custom files
     asked               studies and kinds by their names
-    planning            what a kind of figure is
-    selection           which trials a figure shows
-    style               what all figures share
-    drawing             maps, flocks, intervals
+    planning            the parts of a kind of figure
+    selection           the trials that a figure shows
+    style               colours and style sheet of all figures
+    drawing             maps, flocks, confidence intervals
     marks               figures as plain data
-    scales              axes of settings
-    directions          which way a metric is better
-    saving              files that say what they show
+    scales              axes of parameters
+    directions          the better values of a metric
+    saving              files with the study in their metadata
     curves              metrics against time
-    heatmap             a metric over two settings
-    scatter             a metric against each setting
-    parallel            all settings of the best
+    heatmap             a metric over two parameters
+    scatter             a metric against each parameter
+    parallel            all parameters of the best points
     pareto              two metrics, and their front
-    coverage            where boids were
-    trajectories        the ways of boids
+    coverage            visits of each pixel of the map
+    trajectories        paths of boids
     search              history and front of a search
-    search_layout       what these show, drawn or as marks
-    search_marks        these as marks
-    search_repetitions  its repetitions
+    search_layout       layout of both, drawn or as marks
+    search_marks        both as marks
+    search_repetitions  repetitions of a search
 """
 
 from importlib import import_module
@@ -36,7 +37,7 @@ _own, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name of this package, or one that a method hands on to notebooks."""
+    """Return a name of this package, or one that a method exports to notebooks."""
     for package, method in own_methods().items():
         if name in method.in_figures:
             return getattr(import_module(f"sweep.methods.{package}"), name)

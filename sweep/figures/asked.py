@@ -1,4 +1,4 @@
-"""What `sweep plot` is asked for: studies and kinds of figures, by their names."""
+"""Arguments of `sweep plot`: studies and kinds of figures, by their names."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -17,46 +17,66 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import similar, unknown
 
 
-class Asked(NamedTuple):
+class PlotArguments(NamedTuple):
     """One study, or several joined, and the names of kinds and of files with kinds."""
 
     study: StoredStudy
     kinds: list[str]
 
 
-def as_asked(names: Sequence[str], results: Location, where: Iterable[str]) -> Asked:
-    """The studies and kinds that `names` say, the first of which is a study.
+def plot_arguments(
+    names: Sequence[str], results: Location, where: Iterable[str]
+) -> PlotArguments:
+    """Sort the arguments of `sweep plot` into studies and kinds of figures.
 
-    A name of a kind is the kind; with a slash at its end it is a study. `where` chooses
-    among the points of each study. Raises ChoiceError for what is neither, and for what
-    `where` cannot choose: all together.
+    Parameters
+    ----------
+    names : sequence of str
+        Names of studies, of kinds and of files with kinds; the first is a study. The
+        name of a kind means the kind; with a slash at its end it means a study.
+    results : Location
+        Folder of stored studies.
+    where : iterable of str
+        Conditions that select points of each study.
+
+    Raises
+    ------
+    ChoiceError
+        If a name is neither a study nor a kind, or a condition selects nothing. All
+        mistakes are reported together.
     """
-    first, *others = names
-    refusals, studies, kinds = Refusals(), [first.rstrip("/")], list[str]()
-    for name in others:
+    refusals = Refusals()
+    first, *further_names = names
+    study_names = [first.rstrip("/")]
+    kinds = list[str]()
+    for name in further_names:
         plain = name.rstrip("/")
         if name in KINDS or name.partition(":")[0].endswith(SUFFIX):
             kinds.append(name)
         elif (results / plain / PLAN).exists():
-            studies.append(plain)
+            study_names.append(plain)
         else:
             with refusals.noted():
                 raise ChoiceError(
                     f"{unknown('kind', name, KINDS)}; and {results} has no study of"
                     f" that name{similar(plain, stored_names(results))}"
                 )
-    found, texts = list[StoredStudy](), tuple(where)
-    for name in studies:
+    conditions = tuple(where)
+    studies = list[StoredStudy]()
+    for name in study_names:
         stored = by_phase(StoredStudy(name, results))
         with refusals.noted():
-            found.append(stored.where(*texts))
+            studies.append(stored.where(*conditions))
     refusals.check()
-    return Asked(found[0] if len(found) == 1 else JoinedStudies(found), kinds)
+    return PlotArguments(
+        studies[0] if len(studies) == 1 else JoinedStudies(studies), kinds
+    )
 
 
 def check_shared(study: StoredStudy, metrics: Iterable[str]) -> None:
     """Raise ChoiceError for each metric that joined studies do not share."""
-    refusals, left_out = Refusals(), study.left_out
+    refusals = Refusals()
+    left_out = study.left_out
     for name in (Column.read(text.rstrip("+-")).metric for text in metrics):
         with refusals.noted():
             if name in left_out:

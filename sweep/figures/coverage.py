@@ -1,4 +1,4 @@
-"""Where boids were: the mean visits of each pixel of the map, a panel a point."""
+"""Visits of boids: the mean of each pixel of the map, one panel per point."""
 
 from functools import partial
 from typing import NamedTuple
@@ -32,18 +32,17 @@ DARKEST = 0.99
 
 
 class CoverageLayout(NamedTuple):
-    """What a figure of visits shows: a panel a point."""
+    """The contents of a figure of visits: one panel per point."""
 
     selection: Selection
     facets: list[Facet]
 
 
 class Visits(NamedTuple):
-    """The mean visits of the pixels of a point, and the trials that they are of.
+    """The mean visits of the pixels of a point, and the ids of its done trials.
 
     `mean` (rows, columns) is NaN where every trial has an obstacle; it has no pixel
-    where no trial is done. `same_obstacles` says whether all trials have the same
-    obstacles.
+    if no trial is done. `same_obstacles` is true if all trials have the same obstacles.
     """
 
     mean: Floats
@@ -54,11 +53,24 @@ class Visits(NamedTuple):
 def coverage_figure(
     study: StoredStudy,
 ) -> Figure:
-    """The mean visits of each pixel, a panel a point, on a common scale of colours.
+    """Draw the mean visits of each pixel, one panel per point.
 
-    A title gives the coverage and its CV, if they are recorded. Obstacles are outlined
-    where all trials of a point have the same ones. A panel without done trials says so.
-    Raises ChoiceError where no heatmaps are stored, and for more than twelve points.
+    All panels have a common colour scale. Titles give the coverage and its coefficient
+    of variation (CV), if recorded. Obstacles are outlined if all trials of a point have
+    the same ones. A panel without done trials states that.
+
+    Parameters
+    ----------
+    study : StoredStudy
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If no heatmaps are stored, or there are more than twelve points.
     """
     return draw_coverage(coverage_layout(study))
 
@@ -66,7 +78,7 @@ def coverage_figure(
 def coverage_layout(
     study: StoredStudy,
 ) -> CoverageLayout:
-    """What `coverage_figure` will show. Raises ChoiceError as it does."""
+    """Return the layout of `coverage_figure`, or raise its ChoiceError."""
     selection = select(study)
     if (
         "visits"
@@ -82,15 +94,19 @@ def coverage_layout(
 
 
 def draw_coverage(layout: CoverageLayout) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     selection, facets = layout
-    visits = _visits(selection, facets)
-    known = [one.mean[one.mean > 0.0] for one in visits]
+    panel_visits = _visits(selection, facets)
+    visited = [visits.mean[visits.mean > 0.0] for visits in panel_visits]
     most = max(
-        (float(np.quantile(means, DARKEST)) for means in known if len(means)),
+        (float(np.quantile(means, DARKEST)) for means in visited if len(means)),
         default=1.0,
     )
-    height = max(one.mean.shape[0] / one.mean.shape[1] for one in visits if one.trials)
+    height = max(
+        visits.mean.shape[0] / visits.mean.shape[1]
+        for visits in panel_visits
+        if visits.trials
+    )
     with style.context(STYLE):
         across = min(3, len(facets))
         down = -(-len(facets) // across)
@@ -99,18 +115,18 @@ def draw_coverage(layout: CoverageLayout) -> Figure:
             figsize=(width, 1.1 + down * (0.75 + height * (width - 1.6) / across))
         )
         panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
-        for axes, facet, one in zip(
-            tidy_grid(panels, len(facets)), facets, visits, strict=True
+        for axes, facet, visits in zip(
+            tidy_grid(panels, len(facets)), facets, panel_visits, strict=True
         ):
-            if one.trials:
-                image = _panel(axes, selection, one, most)
+            if visits.trials:
+                image = _panel(axes, selection, visits, most)
             else:
                 without_trials(axes)
             title_panel(
                 axes,
                 [
                     *facet.title.split(", "),
-                    *(_said(selection, facet) if one.trials else []),
+                    *(_estimates(selection, facet) if visits.trials else []),
                 ],
                 across,
             )
@@ -122,7 +138,7 @@ def draw_coverage(layout: CoverageLayout) -> Figure:
             shrink=0.9,
             pad=0.02,
         )
-        note(figure, _note(selection, visits))
+        note(figure, _note(selection, panel_visits))
     return figure
 
 
@@ -132,28 +148,31 @@ def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> Axe
     if not visits.same_obstacles:
         world = world._replace(obstacles=np.empty((0, 5)))
     unit = selection.study.units.get("width", "")
-    return draw_visits(axes, visits.mean, world, most, unit, float(pixel))
+    return draw_visits(axes, visits.mean, world, most, unit=unit, pixel=float(pixel))
 
 
 def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
-    """The mean visits of each point over its trials that are done. Raises StoreError
-    where one of them has no heatmap.
+    """Return the mean visits of each point over its done trials.
+
+    Raises StoreError if a done trial has no heatmap.
     """
     done = selection.trials[selection.trials["status"] == "done"]
-    found = [among(done, facet.points)["trial_id"].tolist() for facet in facets]
-    wanted = pa.array([trial for trials in found for trial in trials], pa.string())
-    stored = selection.study.read("heatmaps", wanted)
-    place = {
+    panel_trials = [among(done, facet.points)["trial_id"].tolist() for facet in facets]
+    trial_ids = pa.array(
+        [trial for trials in panel_trials for trial in trials], pa.string()
+    )
+    stored = selection.study.read("heatmaps", trial_ids)
+    row_of = {
         trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())
     }
-    if not set(wanted.to_pylist()) <= place.keys():
+    if not set(trial_ids.to_pylist()) <= row_of.keys():
         raise StoreError(
             "a trial that is done has no heatmap; choose with where",
             selection.study.name,
         )
     return [
-        _mean([_counts(stored, place[trial]) for trial in trials], trials)
-        for trials in found
+        _mean([_counts(stored, row_of[trial]) for trial in trials], trials)
+        for trials in panel_trials
     ]
 
 
@@ -162,20 +181,23 @@ def _counts(stored: pa.Table, number: int) -> NDArray[np.int32]:
     return np.asarray(stored["visits"][number].values).reshape(shape)
 
 
-def _mean(visits: list[NDArray[np.int32]], trials: list[str]) -> Visits:
+def _mean(counts: list[NDArray[np.int32]], trials: list[str]) -> Visits:
     if not trials:
         return Visits(np.full((0, 0), np.nan), True, trials)
-    free = np.sum([one >= 0 for one in visits], axis=0)
-    total = np.sum([np.maximum(one, 0) for one in visits], axis=0)
+    free = np.sum([count >= 0 for count in counts], axis=0)
+    total = np.sum([np.maximum(count, 0) for count in counts], axis=0)
     mean = np.where(free > 0, total / np.maximum(free, 1), np.nan)
-    return Visits(mean, bool(np.isin(free, (0, len(visits))).all()), trials)
+    return Visits(mean, bool(np.isin(free, (0, len(counts))).all()), trials)
 
 
-def _said(selection: Selection, facet: Facet) -> list[str]:
-    """Coverage and CV of a point with intervals, in words, as far as recorded."""
+def _estimates(selection: Selection, facet: Facet) -> list[str]:
+    """Return coverage and CV of a point with their confidence intervals, in words.
+
+    Metrics that are not recorded are left out.
+    """
     trials = among(selection.trials, facet.points)
     lines = []
-    for metric, short in _named(selection).items():
+    for metric, short in _short_names(selection).items():
         confidence = selection.study.repeated.get(metric, CONFIDENCE)
         value, low, high, _ = mean_interval(
             trials[metric].to_numpy(np.float64),
@@ -187,29 +209,29 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
     return lines
 
 
-def _named(selection: Selection) -> dict[str, str]:
-    """The short names of the recorded metrics that have one."""
+def _short_names(selection: Selection) -> dict[str, str]:
+    """Return the short names of the recorded metrics that have one."""
     return {
-        name: about.short
-        for name, about in selection.study.known.metrics.items()
-        if about.short and name in selection.study.metrics
+        name: metric.short
+        for name, metric in selection.study.known.metrics.items()
+        if metric.short and name in selection.study.metrics
     }
 
 
-def _note(selection: Selection, visits: list[Visits]) -> str:
-    counts = [len(one.trials) for one in visits]
-    named = _named(selection).values()
-    interval = f"{' and '.join(named)} with 95 % interval" if named else ""
-    same = all(one.same_obstacles for one in visits if one.trials)
+def _note(selection: Selection, panel_visits: list[Visits]) -> str:
+    counts = [len(visits.trials) for visits in panel_visits]
+    names = _short_names(selection).values()
+    interval = f"{' and '.join(names)} with 95 % interval" if names else ""
+    same = all(visits.same_obstacles for visits in panel_visits if visits.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"
-    said = selection.about(
+    trials = selection.note(
         "mean of {n} trials a panel", counts, interval, selection.study.metrics
     )
-    return f"{said}; white: never visited; {obstacles}"
+    return f"{trials}; white: never visited; {obstacles}"
 
 
 def plan(study: StoredStudy, _: Choices) -> list[Planned]:
-    """One figure of all points. Raises ChoiceError where the study has none."""
+    """Plan one figure of all points. Raises ChoiceError if the kind does not suit."""
     return [Planned("", partial(draw_coverage, coverage_layout(study)))]
 
 

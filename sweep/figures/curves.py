@@ -1,4 +1,4 @@
-"""Metrics against time: mean curves with bands."""
+"""Metrics against time: mean curves with confidence bands."""
 
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -41,13 +41,14 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
 MOST_LINES = 60
-"""So many values of a number are told apart by a bar of colours."""
+"""The most values of a numeric parameter that a colour bar tells apart."""
 LINE = "_line"
 
 
 class Curves(NamedTuple):
-    """What a figure of curves shows: a panel for each metric and facet, and in it a
-    line for each value of `by`.
+    """The contents of a figure of curves.
+
+    Each metric and facet has a panel, and each value of `by` a line in the panel.
     """
 
     selection: Selection
@@ -61,14 +62,29 @@ def metric_curves(
     by: str | None = None,
     metrics: str | Sequence[str] = (),
 ) -> Figure:
-    """Mean curves of the series metrics against frame, with pointwise 95 % intervals
-    over trials: a panel a metric, and a line a value of `by`.
+    """Draw mean curves of series metrics against the frame, one panel per metric.
 
-    Without `metrics` all series metrics are drawn. Without `by` it is the listed
-    setting with the fewest values. Up to seven values stand in a legend; up to 60
-    numbers stand at a bar of colours. Other settings that vary become panels. A panel
-    without done trials says so. Raises ChoiceError where no series are stored, for
-    names that the study does not have, and for too many lines or panels.
+    Bands are pointwise 95 % confidence intervals over trials. Other parameters that
+    vary become panels. A panel without done trials states that.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    by : str, optional
+        Parameter with one line per value; by default the listed parameter with the
+        fewest values. A legend shows up to 7 values, a colour bar up to 60 numbers.
+    metrics : str or sequence of str, optional
+        By default all series metrics.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If no series are stored, a name is unknown, or there are too many lines or
+        panels.
     """
     return draw_curves(curves_layout(study, by, as_names(metrics)))
 
@@ -78,29 +94,37 @@ def curves_layout(
     by: str | None,
     metrics: Sequence[str],
 ) -> Curves:
-    """What `metric_curves` will show. Raises ChoiceError as it does."""
+    """Return the layout of `metric_curves`, or raise its ChoiceError.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    by : str or None
+    metrics : sequence of str
+        All series metrics if empty.
+    """
     selection = select(study)
     recorded = series_metrics(study)
     for name in metrics:
         if name not in recorded:
             raise ChoiceError(unknown("series metric", name, recorded), study.name)
     chosen = _lines(selection, by)
-    others = selection.apart([chosen] if chosen else [])
-    if mixed := selection.mixed([*([chosen] if chosen else []), *others]):
+    panel_settings = selection.apart([chosen] if chosen else [])
+    if mixed := selection.mixed([*([chosen] if chosen else []), *panel_settings]):
         raise ChoiceError(
             f"a curve would be a mean over {', '.join(mixed)};"
             f" allowed: up to {MOST_LINES} points; choose with by and where",
             study.name,
         )
     names = list(metrics) or recorded
-    facets = selection.facets(others)
+    facets = selection.facets(panel_settings)
     remedy = "" if len(facets) > 1 else f"choose metrics, of {', '.join(names)}"
-    selection.allow(len(names) * len(facets), others, "curves", remedy)
+    selection.allow(len(names) * len(facets), panel_settings, "curves", remedy)
     return Curves(selection, names, chosen, facets)
 
 
 def series_metrics(study: StoredStudy) -> list[str]:
-    """The metrics stored frame by frame. Raises ChoiceError where there are none."""
+    """Return the metrics stored frame by frame. Raises ChoiceError without any."""
     if not study.series_metrics:
         raise ChoiceError(
             f"has no series; record: {{series: [{study.metrics[0]}]}} keeps them",
@@ -110,8 +134,9 @@ def series_metrics(study: StoredStudy) -> list[str]:
 
 
 def _lines(selection: Selection, by: str | None) -> str | None:
-    """The setting whose values are lines. Raises ChoiceError for more of them than can
-    be told apart.
+    """Return the parameter whose values are lines, or None if no listed one varies.
+
+    Raises ChoiceError for more lines than can be told apart.
     """
     listed = selection.apart([])
     if not by and not listed:
@@ -137,7 +162,7 @@ def _lines(selection: Selection, by: str | None) -> str | None:
 
 
 def draw_curves(layout: Curves) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     selection, metrics, by, facets = layout
     panels = [(metric, facet) for metric in metrics for facet in facets]
     with style.context(STYLE):
@@ -173,14 +198,15 @@ def _note(layout: Curves) -> str:
     selection = layout.selection
     trials = selection.trials
     counts = trials[trials["status"] == "done"].groupby("point").size()
-    repeated = ", which takes the numbers of trials as given"
-    given = repeated if selection.study.repeated else ""
-    interval = f"mean with pointwise 95 % interval{given}"
-    return selection.about("{n} trials a curve", counts, interval, shown=layout.metrics)
+    interval = "mean with pointwise 95 % interval"
+    if selection.study.repeated:
+        interval += ", which takes the numbers of trials as given"
+    return selection.note("{n} trials a curve", counts, interval, shown=layout.metrics)
 
 
 def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
-    selection, by = layout.selection, layout.by
+    selection = layout.selection
+    by = layout.by
     table = _means(layout, metric, facet)
     lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
     for number, value in enumerate(selection.values(by) if by else [""]):
@@ -208,8 +234,9 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
 
 
 def _means(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
-    """The curves of a panel: frame, mean, low and high, and the value of `by`."""
-    selection, by = layout.selection, layout.by
+    """Return the curves of a panel: frame, mean, low, high, n and the value of `by`."""
+    selection = layout.selection
+    by = layout.by
     trials = among(selection.trials, facet.points)
     trials = trials.assign(
         **{LINE: trials["point"].map(selection.points[by]) if by else ""}
@@ -221,7 +248,7 @@ def _means(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
 
 
 def _looks(layout: Curves, number: int) -> dict[str, Any]:
-    """How the line of the value with that number is drawn."""
+    """Return the colour and style of the line with this number."""
     if _coloured(layout) and layout.by:
         values = np.array(layout.selection.values(layout.by), np.float64)
         return {
@@ -235,7 +262,7 @@ def _looks(layout: Curves, number: int) -> dict[str, Any]:
 
 
 def _one_scale(panels: Iterable[Axes]) -> None:
-    """The same metric on the same scale."""
+    """Give panels of one metric the same y limits."""
     drawn = [axes for axes in panels if axes.lines]
     limits = np.array([axes.get_ylim() for axes in drawn])
     for axes in drawn:
@@ -243,7 +270,7 @@ def _one_scale(panels: Iterable[Axes]) -> None:
 
 
 def _coloured(layout: Curves) -> bool:
-    """Whether lines are told apart by a bar of colours."""
+    """Return True if a colour bar tells the lines apart, and no legend."""
     return (
         layout.by is not None and len(layout.selection.values(layout.by)) > MOST_COLOURS
     )
@@ -257,9 +284,9 @@ def _norm(layout: Curves) -> Normalize:
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of all metrics, or one of each where settings need panels too.
+    """Plan one figure of all metrics, or one per metric if parameters need panels too.
 
-    Raises ChoiceError where the study has none.
+    Raises ChoiceError if the study has no curves.
     """
     names = (
         [Column.read(name).metric for name in choices.plain(study)]
@@ -281,11 +308,13 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 
 def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
-    """The figure of one metric as marks: the first, as no metric is chosen."""
+    """Return the figure of the first chosen or first series metric as marks."""
     names = [Column.read(name).metric for name in choices.plain(study)]
     chosen = names[:1] if choices.metrics else series_metrics(study)[:1]
     layout = curves_layout(study, choices.by, chosen)
-    selection, by, (metric,) = layout.selection, layout.by, layout.metrics
+    selection = layout.selection
+    by = layout.by
+    (metric,) = layout.metrics
     x = MarkedAxis("frame", "frame (steps)")
     y = MarkedAxis(metric, quantity(selection.study, metric))
     panels = [
@@ -294,12 +323,21 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
     ]
     numbers = range(len(selection.values(by)) if by else 1)
     colours = tuple(to_hex(_looks(layout, number)["color"]) for number in numbers)
-    legend = legend_of_marks(selection, by)
-    return FigureMarks("lines", (metric,), panels, _note(layout), *legend, colours)
+    legend, values = legend_of_marks(selection, by)
+    return FigureMarks(
+        "lines",
+        (metric,),
+        panels,
+        _note(layout),
+        by=legend,
+        values=values,
+        colours=colours,
+    )
 
 
 def _marked(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
-    selection, by = layout.selection, layout.by
+    selection = layout.selection
+    by = layout.by
     table = _means(layout, metric, facet)
     values = selection.values(by) if by else [""]
     order = {value: number for number, value in enumerate(values)}

@@ -1,5 +1,6 @@
-"""Which values of a metric are better: `coverage+` asks for high ones, `coverage_cv-`
-for low ones. Of a search its objectives say it.
+"""Directions of metrics: `coverage+` asks for high values, `coverage_cv-` for low ones.
+
+The objectives of a search have directions too.
 """
 
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class Direction(NamedTuple):
-    """A metric, and whether high values of it are better."""
+    """A metric; `high` is true if high values are better."""
 
     metric: str
     high: bool
@@ -22,10 +23,10 @@ class Direction(NamedTuple):
 
 
 def direction(study: StoredStudy, text: str) -> Direction:
-    """Read a direction: `coverage+` asks for high values, `coverage_cv-` for low ones,
-    and a metric alone for those that are better.
+    """Read a direction, such as `coverage+` for high values or `coverage_cv-` for low.
 
-    Raises ChoiceError for an unknown metric.
+    A metric without a sign has the direction of its better values. Raises ChoiceError
+    for an unknown metric.
     """
     metric = recorded(study, text.rstrip("+-"))
     return Direction(
@@ -37,19 +38,22 @@ def direction(study: StoredStudy, text: str) -> Direction:
 
 
 def shown_metrics(study: StoredStudy) -> list[str]:
-    """The metrics of a study that figures show where none are chosen: the objectives of
-    a search, or else all that are recorded.
+    """Return the metrics that figures show by default.
+
+    They are the objectives of a search, or else all recorded metrics.
     """
-    return [one.column for one in asked_objectives(study)] or study.metrics
+    return [aim.column for aim in asked_objectives(study)] or study.metrics
 
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
-    """Two metrics that are good together: the first two objectives of a search, or else
-    the first metric of which more is better and the first of which less is.
+    """Return two metrics to trade off against each other, or none.
+
+    They are the first two objectives of a search. Else they are the first metric whose
+    high values are better, and the first whose low values are better.
     """
     aims = asked_objectives(study)
     if len(aims) > 1:
-        return [one.column for one in aims[:2]]
+        return [aim.column for aim in aims[:2]]
     better, worse = (
         [name for name in study.metrics if _more_is_better(study, name) is high]
         for high in (True, False)
@@ -58,21 +62,21 @@ def opposed_metrics(study: StoredStudy) -> list[str]:
 
 
 def better_values(study: StoredStudy, column: str) -> Better:
-    """Return which values of a metric, or of its mean over the last half, are better.
+    """Return which values of a metric, or of its mean over the second half, are better.
 
-    An objective of a search says it of its own column first, and then of its metric.
-    Else the metric does. It is "neither" of one that this version does not know.
+    An objective of a search on this column decides first, then one on its metric, then
+    the metric. A metric that this version does not know gives "neither".
     """
     metric = Column.read(column).metric
     aims = asked_objectives(study)
-    exact = [one for one in aims if one.column == column]
-    for one in exact or aims:
-        if Column.read(one.column).metric == metric:
-            return "high" if one.maximize else "low"
-    about = study.known.metrics.get(metric)
-    return about.better if about else "neither"
+    exact = [aim for aim in aims if aim.column == column]
+    for aim in exact or aims:
+        if Column.read(aim.column).metric == metric:
+            return "high" if aim.maximize else "low"
+    known_metric = study.known.metrics.get(metric)
+    return known_metric.better if known_metric else "neither"
 
 
 def _more_is_better(study: StoredStudy, column: str) -> bool:
-    """Whether high values count as the better ones, as where nothing says it."""
+    """Return True if high values are better, also if neither are."""
     return better_values(study, column) != "low"

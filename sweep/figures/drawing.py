@@ -1,9 +1,8 @@
-"""Pieces of figures that belong to no one study: maps with obstacles, flocks, visits,
-values with intervals.
+"""Parts of figures: maps with obstacles, flocks, visits, values with intervals.
 
-Each draws into given axes, within the house style. Positions are in the world's unit of
-length; images and pixel worlds have y downwards from the top left, as the published
-programs do.
+Each function draws into axes of its caller, who applies the style of all figures.
+Positions are in the world's unit of length. Images and pixel worlds have y downwards
+from the top left, as the published programs do.
 """
 
 import re
@@ -34,24 +33,35 @@ LETTERS_AN_INCH = 18.0
 LETTERS_OF_A_TITLE = 104
 MOST_COLUMNS = 8
 ROOM = 0.96
-"""The part of the width of a figure that its legend may take."""
+"""The fraction of the width of a figure that its legend may take."""
 NAMES_PART = 0.9
-"""The part of the width of a legend with one column that its names have at least."""
+"""The least fraction of the width of a legend of one column that its names take."""
 ROW = 0.5
-"""What the layout of a figure has for the legend, in inches: a title and one row."""
-OUTLINE, SEAM = 1.8, 0.5
-"""Widths of lines, in points. Half of an outline is drawn over by what it surrounds; a
-seam closes the gap between obstacles that touch, such as the pieces of an image.
+"""The height that a layout reserves for the legend, a title and one row, in inches."""
+OUTLINE = 1.8
+"""The width of an outline in points. The obstacle inside covers half of the outline."""
+SEAM = 0.5
+"""The width of a seam in points.
+
+A seam closes the gap between obstacles that touch, such as the pieces of an image.
 """
 
 
 def number_goals(axes: Axes, world: TrialWorld, colour: str) -> None:
-    """Write beside each goal which one in turn it is, where there are several."""
+    """Write the number of each goal beside it, if there are several.
+
+    Parameters
+    ----------
+    axes : Axes
+    world : TrialWorld
+    colour : str
+        Colour of the numbers.
+    """
     if len(world.goals) > 1:
-        for number, place in enumerate(world.goals, start=1):
+        for number, position in enumerate(world.goals, start=1):
             axes.annotate(
                 str(number),
-                place,
+                position,
                 xytext=(5, 5),
                 textcoords="offset points",
                 fontsize=8,
@@ -69,8 +79,21 @@ def draw_map(
     outline: str | None = None,
     downwards: bool = True,
 ) -> None:
-    """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled
-    with `face`. Obstacles that touch or overlap have one `outline`, if any.
+    """Draw the frame of a world and its obstacles.
+
+    Parameters
+    ----------
+    axes : Axes
+    world : TrialWorld
+    unit : str
+        Unit of length, for the labels of both axes.
+    face : str, default "0.6"
+        Colour that fills the obstacles.
+    outline : str, optional
+        Colour of the outline, which obstacles that touch or overlap share. By default
+        obstacles have no outline.
+    downwards : bool, default True
+        Let y increase downwards.
     """
     draw_obstacles(axes, world, face=face, outline=outline)
     axes.set(
@@ -85,8 +108,16 @@ def draw_map(
 def draw_obstacles(
     axes: Axes, world: TrialWorld, *, face: str = "0.6", outline: str | None = None
 ) -> list[PatchCollection]:
-    """The obstacles of `world`, as `draw_map` has them, in layers."""
-    shapes = [_shape(one, world) for one in world.shapes]
+    """Draw the obstacles of a world, and return their layers.
+
+    Parameters
+    ----------
+    axes : Axes
+    world : TrialWorld
+    face, outline : str
+        Colours as in `draw_map`.
+    """
+    shapes = [_shape(obstacle, world) for obstacle in world.shapes]
     layers = [(face, SEAM)] if outline is None else [(outline, OUTLINE), (face, SEAM)]
     drawn = [
         PatchCollection(
@@ -104,7 +135,10 @@ def draw_obstacles(
 
 
 def _shape(obstacle: Obstacle, world: TrialWorld) -> Patch:
-    """An obstacle as it is filled; an arena as all round it, up to twice the world."""
+    """Return the filled shape of an obstacle.
+
+    The shape of an arena is all that surrounds it, up to one world beyond each side.
+    """
     if isinstance(obstacle, Polygon):
         within = np.array(obstacle.vertices)
         if not obstacle.is_arena:
@@ -132,8 +166,9 @@ def _closed(vertices: NDArray[np.float64]) -> Path:
 
 
 def _area(vertices: NDArray[np.float64]) -> float:
-    """The area of a polygon, positive where its vertices run as the axes turn."""
-    (x, y), (next_x, next_y) = vertices.T, np.roll(vertices, -1, axis=0).T
+    """Return the area of a polygon, positive if its vertices turn from x towards y."""
+    x, y = vertices.T
+    next_x, next_y = np.roll(vertices, -1, axis=0).T
     return float((x * next_y - next_x * y).sum() / 2.0)
 
 
@@ -143,16 +178,24 @@ def draw_flock(
     length: float,
     colour: str | list[str] = "0.1",
 ) -> None:
-    """Boids as triangles that point where they fly. `bodies` (4, N) are x, y, vx and
-    vy; a boid at rest points along x. They have one colour, or one each.
+    """Draw boids as triangles that point along their velocities.
+
+    Parameters
+    ----------
+    axes : Axes
+    bodies : ndarray, shape (4, N)
+        x, y, vx and vy of each boid. A boid at rest points along x.
+    length : float
+        Length of a triangle, in the unit of the positions.
+    colour : str or list of str, default "0.1"
+        One colour for all boids, or one per boid.
     """
     x, y, vx, vy = bodies
     heading = np.arctan2(vy, vx)
-    along, across = (
-        np.array([2.0, -1.0, -1.0]) * length / 3.0,
-        np.array([0.0, 1.0, -1.0]) * length / 3.0,
-    )
-    cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
+    along = np.array([2.0, -1.0, -1.0]) * length / 3.0
+    across = np.array([0.0, 1.0, -1.0]) * length / 3.0
+    cos = np.cos(heading)[:, None]
+    sin = np.sin(heading)[:, None]
     corners = np.stack(
         [
             x[:, None] + along * cos - across * sin,
@@ -166,7 +209,7 @@ def draw_flock(
 
 
 def colours_of_kinds(kinds: Iterable[str]) -> dict[str, str]:
-    """The colour of each kind of boids, by its name."""
+    """Return the colour of each kind of boids, by its name."""
     return dict(zip(kinds, cycle(COLOURS), strict=False))
 
 
@@ -178,12 +221,28 @@ def draw_visits(
     unit: str = "px",
     pixel: float = 1.0,
 ) -> AxesImage:
-    """How often each pixel was visited: white for never, and darkest from `most` on.
-    Obstacles have blue outlines.
+    """Draw the number of visits of each pixel, white for none.
 
-    `visits` (rows, columns) are counts or their means, and negative in obstacles. Pixel
-    (row, column) reaches from (column, row) half a pixel each way; `pixel` is its side
-    in `unit` of length.
+    Obstacles have blue outlines. Pixel (row, column) extends half a pixel each way from
+    (column, row).
+
+    Parameters
+    ----------
+    axes : Axes
+    visits : array_like, shape (rows, columns)
+        Counts or their means, negative in obstacles.
+    world : TrialWorld
+    most : float
+        Number of visits from which pixels are darkest.
+    unit : str, default "px"
+        Unit of length.
+    pixel : float, default 1.0
+        Side of a pixel in `unit`.
+
+    Returns
+    -------
+    AxesImage
+        The image, for example for a colour bar.
     """
     rows, columns = np.shape(visits)
     extent = (-0.5 * pixel, (columns - 0.5) * pixel, (rows - 0.5) * pixel, -0.5 * pixel)
@@ -207,10 +266,19 @@ def draw_values(
     marker: str = "o",
     label: str = "",
 ) -> None:
-    """Markers of values at the heights `places`, each with its interval as a line.
+    """Draw values as markers, each with its interval as a horizontal line.
 
-    `table` is value, low and high, (k,) each. An interval that is not known, NaN, is
-    not drawn.
+    Parameters
+    ----------
+    axes : Axes
+    places : array_like, shape (k,)
+        Heights of the markers.
+    table : tuple of three array_like, shape (k,)
+        Value, low and high. An interval that is NaN is not drawn.
+    colour : str
+    marker : str, default "o"
+    label : str, default ""
+        Name of the markers in a legend.
     """
     value, low, high = (np.asarray(column, np.float64) for column in table)
     axes.hlines(places, low, high, color=colour, linewidth=1.4)
@@ -226,9 +294,7 @@ def draw_values(
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Name the rows 0, 1, ... of `axes`, the first at the top, with a little room
-    around.
-    """
+    """Name the rows 0, 1, ... of axes, the first at the top, with a small margin."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.tick_params(axis="y", length=0)
@@ -237,10 +303,10 @@ def name_rows(axes: Axes, names: Sequence[str]) -> None:
 
 
 def note(figure: Figure, text: str) -> None:
-    """Write what a figure rests on, small below it: the study, the number of trials,
-    the kind of interval.
+    """Write a note in small letters below a figure.
 
-    A line that is longer than the figure is wide is broken.
+    It names the study, the number of trials and the kind of interval. A line that is
+    wider than the figure is broken.
     """
     letters = int(LETTERS_AN_INCH * figure.get_size_inches()[0])
     lines = [part for line in text.split("\n") for part in wrap(line, letters)]
@@ -248,7 +314,16 @@ def note(figure: Figure, text: str) -> None:
 
 
 def legend(figure: Figure, axes: Axes, columns: int = 4) -> None:
-    """Put the legend of `axes` above the whole figure."""
+    """Put the legend of axes above the whole figure.
+
+    Parameters
+    ----------
+    figure : Figure
+    axes : Axes
+        Axes with labelled lines and markers.
+    columns : int, default 4
+        The most columns of the legend.
+    """
     legend_of(figure, *axes.get_legend_handles_labels(), columns=columns)
 
 
@@ -259,13 +334,24 @@ def legend_of(
     title: str | None = None,
     columns: int = MOST_COLUMNS,
 ) -> None:
-    """Put a legend above the whole figure, in up to so many columns as fit its width.
+    """Put a legend above the whole figure, in as many columns as fit its width.
 
-    Names that are too long for one column are broken, and the figure grows by what the
-    legend has more than one row, so that panels keep their size.
+    Labels that are too long for one column are broken. The figure becomes higher by the
+    rows of the legend after the first, so that panels keep their size.
+
+    Parameters
+    ----------
+    figure : Figure
+    handles : sequence of Artist
+    labels : sequence of str
+        One per handle.
+    title : str, optional
+    columns : int, default 8
+        The most columns.
     """
     width, height = figure.get_size_inches()
-    room, longest = ROOM * width, max(map(len, labels), default=0)
+    room = ROOM * width
+    longest = max(map(len, labels), default=0)
 
     def drawn(number: int, letters: int) -> Legend:
         names = ["\n".join(wrap(label, letters)) for label in labels]
@@ -274,28 +360,30 @@ def legend_of(
         )
 
     number = min(columns, len(labels)) or 1
-    found = drawn(number, longest or 1)
-    while (taken := _inches(figure, found)[0]) > room and number > 1:
-        found.remove()
+    box = drawn(number, longest or 1)
+    while (taken := _inches(figure, box)[0]) > room and number > 1:
+        box.remove()
         number -= 1
-        found = drawn(number, longest)
+        box = drawn(number, longest)
     if taken > room:
-        found.remove()
-        found = drawn(1, int(longest * room / taken * NAMES_PART))
-    more = _inches(figure, found)[1] - ROW
+        box.remove()
+        box = drawn(1, int(longest * room / taken * NAMES_PART))
+    more = _inches(figure, box)[1] - ROW
     figure.set_size_inches(width, height + max(more, 0.0))
 
 
-def _inches(figure: Figure, found: Legend) -> tuple[float, float]:
-    """The width and the height of a legend."""
+def _inches(figure: Figure, box: Legend) -> tuple[float, float]:
+    """Return the width and the height of a legend in inches."""
     renderer = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
-    extent = found.get_window_extent(renderer)
+    extent = box.get_window_extent(renderer)
     return extent.width / figure.dpi, extent.height / figure.dpi
 
 
 def quantity(study: StoredStudy, name: str) -> str:
-    """A metric or a setting in words, with its unit, as `flock radius (px)`. The column
-    `<metric>_mean` is the metric's mean over the last half, and says so.
+    """Return a metric or a parameter in words, with its unit: `flock radius (px)`.
+
+    The column `<metric>_mean` is the mean of a metric over the second half of a trial;
+    it gives `flock radius, last half (px)`.
     """
     column = Column.read(name)
     half = ", last half" if column.half and column.metric in study.metrics else ""
@@ -308,8 +396,9 @@ def quantity(study: StoredStudy, name: str) -> str:
 
 
 def words(value: object) -> str:
-    """The value of a setting as figures show it: `yes`, `unlimited`, `0.5`, `in
-    margin`. No detail is `unchanged`, and several values are `50 or 100`.
+    """Return the value of a parameter in words, such as `yes`, `0.5` or `in margin`.
+
+    Infinity is `unlimited`, "" is `unchanged`, and several values are `50 or 100`.
     """
     if isinstance(value, tuple):
         return " or ".join(map(words, value))
@@ -321,27 +410,35 @@ def words(value: object) -> str:
 
 
 def as_text(text: str) -> str:
-    """The text that matplotlib shows as this one. Between two `$` it would read
-    mathematics.
+    """Return the text that matplotlib shows as this text.
+
+    Matplotlib reads text between two `$` as mathematics, so each `$` is escaped.
     """
     return re.sub(r"(?<!\\)\$", r"\\$", harmless(text))
 
 
 def named(settings: Iterable[tuple[str, object]]) -> str:
-    """Settings and their values in words: map = cafeteria, n = 50."""
+    """Return parameters and their values in words: map = cafeteria, n = 50."""
     return ", ".join(
         f"{name.replace('_', ' ')} = {words(value)}" for name, value in settings
     )
 
 
 def span(numbers: Iterable[int]) -> str:
-    """The smallest and the largest of some counts in words: 3, or 18 to 20."""
+    """Return the smallest and the largest of some counts in words: 3, or 18 to 20."""
     known = sorted({int(number) for number in numbers}) or [0]
     return f"{known[0]:,}" if len(known) == 1 else f"{known[0]:,} to {known[-1]:,}"
 
 
 def estimated(value: float, low: float, high: float) -> str:
-    """A value with its interval, if known, to two places: 0.52 [0.48, 0.56]."""
+    """Return a value with its interval in words, to two decimals: 0.52 [0.48, 0.56].
+
+    Parameters
+    ----------
+    value : float
+    low, high : float
+        Bounds of the interval. An interval with a NaN is left out.
+    """
     numbers = [f"{number:.2f}" for number in (value, low, high)]
     first, *bounds = [
         ("0.00" if number == "-0.00" else number).replace("-", "\N{MINUS SIGN}")
@@ -351,8 +448,15 @@ def estimated(value: float, low: float, high: float) -> str:
 
 
 def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
-    """Write above a panel what it shows. `across` panels stand side by side, and a line
-    too long for one of them is broken.
+    """Write a title above a panel.
+
+    Parameters
+    ----------
+    axes : Axes
+    lines : iterable of str
+        A line that is wider than the panel is broken.
+    across : int
+        Number of panels side by side.
     """
     letters = LETTERS_OF_A_TITLE // max(across, 2)
     axes.set_title(
@@ -361,7 +465,7 @@ def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
 
 
 def without_trials(axes: Axes) -> None:
-    """Say in the middle of a panel that no trial is done, and take its axes away."""
+    """Write in the middle of a panel that no trial is done, and remove its axes."""
     axes.set_axis_off()
     axes.text(
         0.5,
@@ -375,12 +479,13 @@ def without_trials(axes: Axes) -> None:
 
 
 def tidy_grid(panels: NDArray[np.object_], number: int) -> list[Axes]:
-    """The first `number` panels of a grid that shares its scales.
+    """Return the first `number` panels of a grid that shares its scales.
 
-    Labels stay at the edges of the grid only, and the other panels are taken away.
+    Labels remain only at the edges of the grid. The other panels become invisible.
     """
     across = panels.shape[1]
-    used, unused = list(panels.ravel()[:number]), list(panels.ravel()[number:])
+    used = list(panels.ravel()[:number])
+    unused = list(panels.ravel()[number:])
     for axes in unused:
         axes.set_axis_off()
     for place, axes in enumerate(used):

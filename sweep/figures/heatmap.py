@@ -1,7 +1,6 @@
-"""A metric over two settings: the means of cells, and half the width of their
-intervals.
+"""A metric over two parameters: means of cells, and half-widths of their intervals.
 
-Cells are points where the design is a grid, else bins.
+Cells are points if the design is a grid, else bins.
 """
 
 from functools import partial
@@ -42,23 +41,28 @@ from sweep.figures.style import STYLE
 from sweep.spec.recorded import Column, Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
-MOST_LISTED, MOST_DRAWN = 30, 12
-"""A setting with more values is divided into bins: so many listed or sampled ones."""
-FEWEST_BINS, MOST_BINS, POINTS_A_BIN = 3, 12, 10
+MOST_LISTED = 30
+"""The most values of a listed parameter that are not divided into bins."""
+MOST_DRAWN = 12
+"""The most values of a sampled parameter that are not divided into bins."""
+FEWEST_BINS = 3
+MOST_BINS = 12
+POINTS_A_BIN = 10
 LIGHT = 0.6
 HEIGHTS = (2.6, 2.6, 2.1, 1.75)
 """The height of a row of one to four panels, in inches."""
 WIDENED = 0.1
-"""Of equal values the scale of colours reaches so far beyond, as a part of them."""
+"""The margin of the colour scale around equal values, as a fraction of them."""
 MOST_COUNTED = 2
-"""In so many panels the number of points is written into each bin."""
+"""The most panels in which each bin shows its number of points."""
 
 
 class Cells(NamedTuple):
-    """The cells of a panel: their edges along x and y, and for each cell (rows,
-    columns) the mean, half the width of its interval, and the number of points.
+    """The cells of a panel, from which a heatmap is drawn.
 
-    `places` has the number of the cell of each point, row after row, by its id.
+    `x` (columns + 1,) and `y` (rows + 1,) are edges. `mean`, `half` and `points` (rows,
+    columns) are the mean, the half-width of its confidence interval, and the number of
+    points. `places` has the number of the cell of each point, row after row, by its id.
     """
 
     x: Floats
@@ -70,10 +74,10 @@ class Cells(NamedTuple):
 
 
 class Heatmap(NamedTuple):
-    """What a heatmap shows: a metric over the settings `x` and `y`, a panel a facet.
+    """The contents of a heatmap: a metric over two parameters, one panel per facet.
 
-    `binned` are those of `x` and `y` that are divided into bins. `mixed` are other
-    settings that differ between the points of a cell.
+    `binned` lists which of `x` and `y` are divided into bins. `mixed` lists other
+    parameters that differ between the points of a cell.
     """
 
     selection: Selection
@@ -86,7 +90,7 @@ class Heatmap(NamedTuple):
 
     @property
     def averages(self) -> bool:
-        """Whether a cell may hold several points."""
+        """True if a cell may hold several points."""
         return bool(self.binned or self.mixed)
 
 
@@ -98,17 +102,33 @@ def heatmap_figure(
     *,
     over: Over = "last",
 ) -> Figure:
-    """The mean of `metric` over two settings, `x` and `y`, and beside it half the width
-    of its 95 % interval.
+    """Draw the mean of a metric over two parameters, and the half-width of its CI.
 
-    Without `x` and `y` they are the first two settings that are sampled, or the listed
-    numbers with the most values. In a grid each cell is a point, and its mean is over
-    replicates. A setting with more than 30 listed values, or 12 sampled ones, is
-    divided into bins. The mean of a bin is over its points, whatever else is sampled; a
-    bin without points is white. Other listed settings become panels. `over="half"`
-    takes the mean over the last half of each trial. Raises ChoiceError for names that
-    the study does not have, for fewer than two settings, and for more than twelve
-    panels.
+    In a grid each cell is a point, and its mean is over replicates. A parameter with
+    more than 30 listed values, or 12 sampled ones, is divided into bins. The mean of a
+    bin is over its points, also if they differ in other sampled parameters. A bin
+    without points is white. Other listed parameters become panels. Confidence intervals
+    (CI) are at 95 %.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    x, y : str, optional
+        Parameters of the axes; by default the first sampled parameters, then the listed
+        numbers with the most values.
+    over : {"last", "half"}, default "last"
+        Use the last frame of each trial, or the mean over its second half.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If a name is unknown, fewer than two parameters vary, or there are more than
+        twelve panels.
     """
     return draw_heatmap(heatmap_layout(study, column_over(metric, over), x, y))
 
@@ -119,10 +139,19 @@ def heatmap_layout(
     x: str | None,
     y: str | None,
 ) -> Heatmap:
-    """What `heatmap_figure` will show. Raises ChoiceError as it does."""
+    """Return the layout of `heatmap_figure`, or raise its ChoiceError.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+        Column of the trials.
+    x, y : str or None
+        Parameters as in `heatmap_figure`.
+    """
     selection = select(study)
     recorded(study, metric)
-    given = [selection.setting(name) for name in (x, y) if name]
+    named = [selection.setting(name) for name in (x, y) if name]
     if x and x == y:
         raise ChoiceError(
             f"with x and y both {x}; allowed: two settings", study.name, "heatmap"
@@ -132,7 +161,7 @@ def heatmap_layout(
         key=lambda name: _preference(selection, name),
     )
     free = [*selection.sampled, *listed]
-    chosen = [*given, *(name for name in free if name not in given)][:2]
+    chosen = [*named, *(name for name in free if name not in named)][:2]
     if len(chosen) < 2:
         raise ChoiceError(
             f"needs two settings that vary, and there is {len(chosen)}",
@@ -141,20 +170,24 @@ def heatmap_layout(
         )
     chosen = [selection.axis(name, "heatmap") for name in chosen]
     across, up = (chosen[0], chosen[1]) if x or not y else (chosen[1], chosen[0])
-    others = selection.apart(list(dict.fromkeys([across, up, *selection.sampled])))
-    facets = selection.panels(others, "heatmap")
+    panel_settings = selection.apart(
+        list(dict.fromkeys([across, up, *selection.sampled]))
+    )
+    facets = selection.panels(panel_settings, "heatmap")
     binned = [name for name in (across, up) if is_binned(selection, name)]
     mixed = (
         [name for name in selection.sampled if name not in (across, up)]
         if binned
         else []
     )
-    mixed = mixed or selection.mixed([across, up, *others])
-    return Heatmap(selection, metric, across, up, facets, binned, mixed)
+    mixed = mixed or selection.mixed([across, up, *panel_settings])
+    return Heatmap(
+        selection, metric, across, up, facets=facets, binned=binned, mixed=mixed
+    )
 
 
 def is_binned(selection: Selection, name: str) -> bool:
-    """Whether cells are bins of a setting, and not its values."""
+    """Return True if cells are bins of a parameter, and not its values."""
     most = MOST_DRAWN if name in selection.sampled else MOST_LISTED
     return has_scale(selection.points[name]) and len(selection.values(name)) > most
 
@@ -164,14 +197,16 @@ def _preference(selection: Selection, name: str) -> tuple[bool, int]:
 
 
 def draw_heatmap(layout: Heatmap) -> Figure:
-    """The figure of a layout."""
-    selection, metric = layout.selection, layout.metric
+    """Draw the figure of a layout."""
+    selection = layout.selection
+    metric = layout.metric
     table = selection.table([metric])
     cells = [_cells(layout, table.loc[facet.points]) for facet in layout.facets]
     name = quantity(selection.study, metric)
-    known = any(np.isfinite(one.half).any() for one in cells)
+    known = any(np.isfinite(panel.half).any() for panel in cells)
     with style.context(STYLE):
-        single, down = len(cells) == 1, -(-len(cells) // _across(layout))
+        single = len(cells) == 1
+        down = -(-len(cells) // _across(layout))
         number = 2 if known else 1
         width = 7.2 if known or not single else 4.2
         figure = Figure(
@@ -184,17 +219,21 @@ def draw_heatmap(layout: Heatmap) -> Figure:
             *((1, number) if single else (number, 1)), squeeze=False
         )
         _block(
-            blocks.flat[0], layout, cells, [one.mean for one in cells], name, "viridis"
+            blocks.flat[0],
+            layout,
+            cells,
+            [panel.mean for panel in cells],
+            label=name,
+            colours="viridis",
         )
         if known:
-            halves = [one.half for one in cells]
             _block(
                 blocks.flat[1],
                 layout,
                 cells,
-                halves,
-                f"half the 95 % interval of\n{name}",
-                "magma",
+                [panel.half for panel in cells],
+                label=f"half the 95 % interval of\n{name}",
+                colours="magma",
             )
         note(figure, _note(layout, table, cells))
     return figure
@@ -211,49 +250,51 @@ def _block(
     layout: Heatmap,
     cells: list[Cells],
     values: list[Floats],
-    words: str,
+    label: str,
     colours: str,
 ) -> None:
-    """One panel a facet with a common scale of colours, which `words` names."""
+    """Draw one panel per facet with a common colour scale, which `label` names."""
     across = _across(layout)
     panels = block.subplots(
         -(-len(cells) // across), across, sharex=True, sharey=True, squeeze=False
     )
     scale = _scale(values)
-    for axes, facet, one, value in zip(
+    for axes, facet, panel, value in zip(
         tidy_grid(panels, len(cells)), layout.facets, cells, values, strict=True
     ):
-        _mesh(axes, one, value, scale, colours)
+        _mesh(axes, panel, value, scale, colours=colours)
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
         axes.set(xlabel="", ylabel="")
         title_panel(axes, facet.title.split(", "), across)
         if layout.averages and len(cells) <= MOST_COUNTED and colours == "magma":
-            _count(axes, one, scale(value))
+            _count(axes, panel, scale(value))
     block.supxlabel(quantity(layout.selection.study, layout.x), fontsize=9)
     block.supylabel(quantity(layout.selection.study, layout.y), fontsize=9)
     block.colorbar(
         ScalarMappable(scale, colours),
         ax=list(panels.ravel()),
-        label=words,
+        label=label,
         shrink=0.9,
         pad=0.02,
     )
 
 
 def _scale(values: list[Floats]) -> Normalize:
-    """The scale of colours of all panels.
+    """Return the colour scale of all panels.
 
-    It is widened where all values are equal, but for rounding: then they have one
-    colour, and the bar has numbers that can be read.
+    Values that are equal but for rounding get a wider scale. Then they have one colour,
+    and the numbers at the colour bar are readable.
     """
     known = np.concatenate([value[np.isfinite(value)] for value in values])
     if not len(known):
         return Normalize(0.0, 1.0)
-    low, high = float(known.min()), float(known.max())
+    low = float(known.min())
+    high = float(known.max())
     if equal(low, high):
         room = WIDENED * (abs(high) or 1.0)
-        low, high = low - (room if low else 0.0), high + room
+        low -= room if low else 0.0
+        high += room
     return Normalize(low, high)
 
 
@@ -276,8 +317,8 @@ def _mesh(
 def _count(axes: Axes, cells: Cells, shade: Floats) -> None:
     """Write the number of points into each cell that has any.
 
-    `shade` says how light a cell is, from 0, dark, to 1, so that the number can be
-    read.
+    `shade` (rows, columns) is the lightness of cells, from 0 (dark) to 1. It decides
+    the colour of the number, so that the number is readable.
     """
     x, y = (
         _middles(edges, axis.get_scale() == "log")
@@ -313,8 +354,10 @@ def _middles(edges: Floats, logarithmic: bool) -> Floats:
 
 
 def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
-    """The cells of the points of a panel. A cell of one point has the interval of that
-    point, a cell of several points that of their mean.
+    """Return the cells of the points of a panel.
+
+    If cells may hold several points, the interval is that of their mean. Else it is the
+    interval of the point.
     """
     metric = layout.metric
     known = table[table[metric].notna()]
@@ -323,30 +366,32 @@ def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
         _divided(layout.selection, name, known, number) for name in (layout.x, layout.y)
     )
     shape = (len(y) - 1, len(x) - 1)
-    mean, half, points = (
-        np.full(shape, np.nan),
-        np.full(shape, np.nan),
-        np.zeros(shape, np.int64),
-    )
+    mean = np.full(shape, np.nan)
+    half = np.full(shape, np.nan)
+    points = np.zeros(shape, np.int64)
     keys = rows * shape[1] + columns
     groups = known.groupby(keys)[metric]
     count = groups.size()
-    places = np.asarray(count.index)
-    points.ravel()[places], mean.ravel()[places] = count, groups.mean()
+    filled = np.asarray(count.index)
+    points.ravel()[filled] = count
+    mean.ravel()[filled] = groups.mean()
     if layout.averages:
-        of = layout.selection.study.distributions[metric]
-        low, high = group_bounds(groups, CONFIDENCE, of)
-        half.ravel()[places] = (high - low) / 2.0
+        distribution = layout.selection.study.distributions[metric]
+        low, high = group_bounds(groups, CONFIDENCE, distribution)
+        half.ravel()[filled] = (high - low) / 2.0
     else:
         half.ravel()[keys] = (known[f"{metric}_high"] - known[f"{metric}_low"]) / 2.0
-    return Cells(x, y, mean, half, points, pd.Series(keys, known.index))
+    places = pd.Series(keys, known.index)
+    return Cells(x, y, mean, half, points=points, places=places)
 
 
 def _divided(
     selection: Selection, name: str, table: pd.DataFrame, number: int
 ) -> tuple[Floats, NDArray[np.int64]]:
-    """The edges of the cells of a setting, about its values or in bins, and in which of
-    them each point lies.
+    """Return the edges of the cells of a parameter, and the cell of each point.
+
+    Edges are around the values of the parameter, or divide its range into `number`
+    bins.
     """
     every = np.unique(places(selection, name, selection.points[name]))
     logarithmic = is_logarithmic(selection, name)
@@ -361,20 +406,20 @@ def _divided(
 
 def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     counts = np.concatenate(
-        [one.points[one.points > 0] for one in cells] or [np.zeros(1, np.int64)]
+        [panel.points[panel.points > 0] for panel in cells] or [np.zeros(1, np.int64)]
     )
     trials = table[f"{layout.metric}_n"]
     if not layout.averages:
         text = "one point a cell, {n} trials a point"
-        return layout.selection.about(
+        return layout.selection.note(
             text, trials, "mean with 95 % interval", [layout.metric]
         )
-    others = ", ".join(name.replace("_", " ") for name in layout.mixed)
+    mixed = ", ".join(name.replace("_", " ") for name in layout.mixed)
     text = (
         f"each cell the mean of {span(counts)}"
-        f" points{f', which differ in {others} too' if others else ''};"
+        f" points{f', which differ in {mixed} too' if mixed else ''};"
     )
-    return layout.selection.about(
+    return layout.selection.note(
         f"{text}\n{{n}} trials a point, 95 % interval of the mean over points; white:"
         " no point",
         trials,
@@ -383,7 +428,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of each metric. Raises ChoiceError where the study has none."""
+    """Plan one figure per metric. Raises ChoiceError if a heatmap does not suit."""
     names = choices.plain(study)
     layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
     return [
@@ -393,7 +438,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 
 def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
-    """The figure of the first metric as marks, a cell each."""
+    """Return the figure of the first metric as marks, one per cell."""
     metric = choices.plain(study)[0]
     layout = heatmap_layout(study, metric, choices.x, choices.y)
     selection = layout.selection
@@ -405,24 +450,25 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
             facet.title,
             x,
             y,
-            _marked(metric, one, table.loc[facet.points]),
-            (one.x.tolist(), one.y.tolist()),
+            _marked(metric, panel, table.loc[facet.points]),
+            edges=(panel.x.tolist(), panel.y.tolist()),
         )
-        for facet, one in zip(layout.facets, cells, strict=True)
+        for facet, panel in zip(layout.facets, cells, strict=True)
     ]
     note = _note(layout, table, cells)
     shown = (Column.read(metric).metric,)
-    return FigureMarks("cells", shown, panels, note, quantity(selection.study, metric))
+    by = quantity(selection.study, metric)
+    return FigureMarks("cells", shown, panels, note, by=by)
 
 
 def _marked_axis(layout: Heatmap, name: str) -> MarkedAxis:
-    """The axis of a setting: a bin stands at none of its values."""
+    """Return the axis of a parameter, without ticks at listed values if binned."""
     axis = axis_of(layout.selection, name)
     return axis._replace(listed=()) if name in layout.binned else axis
 
 
 def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:
-    """A row a cell that has a point."""
+    """Return one row per cell that has a point."""
     rows, columns = np.nonzero(cells.points)
     keys = rows * cells.mean.shape[1] + columns
     ids = cells.places.index.to_series().groupby(cells.places)
@@ -436,18 +482,27 @@ def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:
             "n": trials.sum().reindex(keys).to_numpy(),
             "points": cells.points[rows, columns],
             "resolved": _resolved(cells)[rows, columns],
-            "point": ids.agg(lambda of: " ".join(of[:MOST_IDS])).reindex(keys).array,
+            "point": ids.agg(lambda cell: " ".join(cell[:MOST_IDS]))
+            .reindex(keys)
+            .array,
         }
     )
 
 
 def _resolved(cells: Cells) -> NDArray[np.bool_]:
-    """Whether the interval of a cell is narrower than the largest step to a cell beside
-    it. Without an interval, or without such a cell, it counts as resolved.
+    """Return which cells (rows, columns) are resolved.
+
+    The interval of a resolved cell is not wider than its largest step to one of the
+    four neighbours. A cell without an interval or a neighbour counts as resolved.
     """
     padded = np.pad(cells.mean, 1, constant_values=np.nan)
-    beside = [padded[1:-1, 2:], padded[1:-1, :-2], padded[2:, 1:-1], padded[:-2, 1:-1]]
-    steps = np.abs(np.stack(beside) - cells.mean)
+    neighbours = [
+        padded[1:-1, 2:],
+        padded[1:-1, :-2],
+        padded[2:, 1:-1],
+        padded[:-2, 1:-1],
+    ]
+    steps = np.abs(np.stack(neighbours) - cells.mean)
     largest = np.nanmax(np.where(np.isnan(steps), -np.inf, steps), axis=0)
     return np.asarray(~((2 * cells.half > largest) & np.isfinite(largest)), np.bool_)
 

@@ -1,8 +1,7 @@
-"""The kinds of figures that `sweep plot` draws: which of them suit a study, and their
-figures.
+"""The kinds of figures that `sweep plot` draws, and the kinds that suit a study.
 
-A new kind is a module of its own, which has its KIND, and one entry of KINDS. Installed
-packages may bring others.
+A new kind is a module with its KIND, and one entry of KINDS. Installed packages may add
+kinds.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -51,12 +50,13 @@ KINDS: Registry[FigureKind] = Registry(
         for name, kind in method.figures().items()
     },
 )
-"""By the names that `sweep plot` takes: those of methods too."""
+"""Kinds by the names that `sweep plot` takes, including the kinds of methods."""
 
 
 class Plot(NamedTuple):
-    """The figures to be drawn, each with the name of its kind, and why other kinds are
-    left out.
+    """The figures to draw, each with the name of its kind.
+
+    `left_out` has the reasons why kinds are left out, each after their names.
     """
 
     figures: list[tuple[str, Planned]]
@@ -69,12 +69,27 @@ def plan_figures(
     choices: Choices,
     known: Mapping[str, FigureKind] = KINDS,
 ) -> Plot:
-    """The figures of the kinds called `names`, of those that are known; without names
-    those of all kinds that suit the study. Nothing is drawn yet.
+    """Plan the figures of a study, and draw nothing yet.
 
-    Raises ChoiceError for unknown names of kinds, metrics and settings, for a choice
-    that none of the kinds takes, where a kind that is named does not suit the study,
-    and where none does.
+    Parameters
+    ----------
+    study : StoredStudy
+        One study, or several joined.
+    names : sequence of str
+        Names of kinds; if empty, all kinds that suit the study.
+    choices : Choices
+    known : mapping of str to FigureKind
+        Kinds by their names; by default built-in kinds and those of packages.
+
+    Returns
+    -------
+    Plot
+
+    Raises
+    ------
+    ChoiceError
+        If a kind, metric or parameter is unknown, no named kind takes one of the
+        choices, a named kind does not suit the study, or none does.
     """
     for name in names:
         if name not in known:
@@ -139,12 +154,27 @@ def draw_figures(
     formats: Sequence[str],
     below: Path | None = None,
 ) -> Iterator[Path]:
-    """Draw the figures of a plan and `save` them. Yields each file as soon as it is
-    there.
+    """Draw and save the figures of a plan.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    plot : Plot
+    folder : Path
+        Folder of the files.
+    formats : sequence of str
+        Formats of the files, see `save`.
+    below : Path, optional
+        Folder that the user has named, see `save`.
+
+    Yields
+    ------
+    Path
+        Each file of a figure, as soon as all its files are written.
     """
-    about = about_study(study)
+    metadata = about_study(study)
     for kind, planned in plot.figures:
         name = f"{kind}-{planned.metric}" if planned.metric else kind
         yield from save(
-            planned.draw(), folder / name, about, formats=formats, below=below
+            planned.draw(), folder / name, metadata, formats=formats, below=below
         )

@@ -1,7 +1,7 @@
-"""Figures as plain data: the marks that a page draws and that a reader can click.
+"""Figures as plain data: marks that the results explorer draws and a reader can click.
 
-The module of a kind makes the marks from the same layout and the same table as its
-picture, so that both show the same numbers.
+The module of a kind makes the marks from the layout and the table of its figure, so
+that both show the same numbers.
 """
 
 from collections.abc import Sequence
@@ -16,15 +16,16 @@ from sweep.figures.selection import Selection, has_scale
 from sweep.figures.style import COLOURS
 
 MOST_MARKS = 5000
-"""So many marks are made for one figure."""
+"""The most marks of one figure."""
 MOST_IDS = 50
-"""So many points of a cell are named."""
+"""The most points of a cell that a mark names."""
 
 
 class MarkedAxis(NamedTuple):
-    """An axis: its label, whether its scale is logarithmic, and the names of the places
-    0, 1, ... where its values are no numbers. Ticks stand at the `listed` values. What
-    lies beyond `low` or `high` is drawn at the edge.
+    """An axis of a panel.
+
+    `names` are the names of the places 0, 1, ... if the values are not numbers. Ticks
+    are at the `listed` values. Marks beyond `low` or `high` are drawn at the edge.
     """
 
     name: str
@@ -37,7 +38,7 @@ class MarkedAxis(NamedTuple):
 
 
 class MarkedLine(NamedTuple):
-    """A line behind the marks, through these places, and what it is."""
+    """A line behind the marks, and a `text` that names it."""
 
     x: Sequence[float] = ()
     y: Sequence[float] = ()
@@ -45,7 +46,11 @@ class MarkedLine(NamedTuple):
 
 
 class MarkedPanel(NamedTuple):
-    """A panel: its title, its axes, a row a mark, see `FigureMarks`, and a line."""
+    """A panel: its title, its axes, and `marks` with one row per mark.
+
+    `FigureMarks` describes the columns of the marks. `edges` are those of cells along x
+    and y.
+    """
 
     title: str
     x: MarkedAxis
@@ -58,19 +63,20 @@ class MarkedPanel(NamedTuple):
 class FigureMarks(NamedTuple):
     """The marks of a figure.
 
-    `form` says what a row of `marks` is, by its columns.
+    `form` names the columns of `marks`.
 
         lines   x, y, low, high, n: a place on the line of its `colour`, with a band
         paths   the same; the places of one point are joined, in their order
-        points  the same; x_low and x_high where x is a mean too; best where it lies on
-                a front
-        cells   column, row, y, half, n: half the width of the interval; points, how
-                many; resolved, whether a step to a neighbour is wider than the interval
+        points  the same; x_low and x_high if x is a mean too; best is true for a mark
+                on a front
+        cells   column, row, y, half, n: half-width of the interval; points: their
+                number; resolved: false if the interval is wider than each step to a
+                neighbour
 
-    `colour` is the number of one of `values`, the values of `by`; `point` the id of the
-    point behind a mark, or several with a space between them. `metrics` are those
-    shown, as `sweep plot --metric` takes them. `note` is what the figure says of
-    itself, and `thinned` how many marks stand for how many, "" for all.
+    `colour` is the index of a value in `values`, the values of `by`. `point` is the id
+    of the point behind a mark, or several ids with a space between them. `metrics` have
+    the form that `sweep plot --metric` takes. `note` is the text below the figure.
+    `thinned` tells how many of the marks are left, "" if all are.
     """
 
     form: str
@@ -84,7 +90,7 @@ class FigureMarks(NamedTuple):
 
 
 def axis_of(selection: Selection, name: str) -> MarkedAxis:
-    """The axis of a setting."""
+    """Return the axis of a parameter."""
     label = quantity(selection.study, name)
     if has_scale(selection.points[name]):
         listed = selection.values(name) if name in selection.listed else ()
@@ -98,7 +104,16 @@ def axis_of(selection: Selection, name: str) -> MarkedAxis:
 def colours_of(
     selection: Selection, by: str | None, points: pd.DataFrame
 ) -> "pd.Series[int]":
-    """The number of the colour of each of these points, by their ids."""
+    """Return the index of the colour of each point, by the ids of the points.
+
+    Parameters
+    ----------
+    selection : Selection
+    by : str or None
+        Parameter whose values are colours; without one all points have colour 0.
+    points : DataFrame
+        One row per point, with the column `by`.
+    """
     if not by:
         return pd.Series(0, points.index)
     order = {value: place for place, value in enumerate(selection.values(by))}
@@ -108,7 +123,7 @@ def colours_of(
 def legend_of_marks(
     selection: Selection, by: str | None
 ) -> tuple[str, tuple[str, ...]]:
-    """The name of what colours stand for, and its values in words."""
+    """Return the label of the parameter whose values are colours, and its values."""
     if not by:
         return "", ()
     return quantity(selection.study, by), tuple(map(words, selection.values(by)))
@@ -120,8 +135,22 @@ def means_of(
     axis: str = "y",
     ends: tuple[str, str] = ("low", "high"),
 ) -> dict[str, "pd.Series[float]"]:
-    """The columns of the means of a metric with their intervals, and of how many
-    values.
+    """Return the columns of marks that show the means of a metric.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A table of `Selection.table`.
+    metric : str
+    axis : str, default "y"
+        Name of the column of the means.
+    ends : tuple of two str, default ("low", "high")
+        Names of the columns with the bounds of the confidence intervals.
+
+    Returns
+    -------
+    dict of str to Series
+        The three columns, and "n", the number of values of each mean.
     """
     low, high = ends
     return {
@@ -133,8 +162,9 @@ def means_of(
 
 
 def thinned(marks: FigureMarks) -> FigureMarks:
-    """At most MOST_MARKS marks, evenly chosen; what stands for a whole cell is never
-    left out: too many of those raise ChoiceError.
+    """Return the figure with at most MOST_MARKS marks, evenly chosen.
+
+    A mark of a cell is never left out. Raises ChoiceError for too many cells.
     """
     total = sum(len(panel.marks) for panel in marks.panels)
     if total <= MOST_MARKS:

@@ -1,8 +1,8 @@
-"""Kinds of figures in files of the user's own, which `sweep plot` is given:
-`sweep plot STUDY ./mine.py`, or `./mine.py:NAME` where a file has several.
+"""Custom kinds of figures, in files that the arguments of `sweep plot` name.
 
-A file has them as FIGURES, a mapping from names to FigureKinds. It runs when it is
-named, and is no part of the study.
+An argument is `./mine.py`, or `./mine.py:NAME` for one of several kinds in a file. The
+file has FIGURES, a mapping from names to FigureKinds. The file runs when it is named,
+and is not part of the study.
 """
 
 from collections import ChainMap
@@ -21,25 +21,26 @@ Kinds = Mapping[str, FigureKind]
 
 
 def with_files(names: Sequence[str]) -> tuple[list[str], Kinds]:
-    """The names of the kinds that are asked for, and all kinds, with those of the files
-    among `names`.
+    """Return the names of the chosen kinds, and all kinds with those of custom files.
 
-    Raises CodeError for a file that has none, or one of a name that is taken.
+    Each file among `names` becomes the names of its kinds. Raises CodeError for a file
+    without kinds, for an unknown kind of a file, and for a name that is taken.
     """
-    own, plain = dict[str, FigureKind](), list[str]()
+    own = dict[str, FigureKind]()
+    plain = list[str]()
     for name in names:
-        path, _, one = name.partition(":")
+        path, _, kind = name.partition(":")
         if not path.endswith(SUFFIX):
             plain.append(name)
             continue
-        found = _in_file(Path(path))
-        if one and one not in found:
-            raise CodeError(unknown(f"figure of {path}", one, found))
-        wanted = {one: found[one]} if one else found
-        if taken := [new for new in wanted if new in KINDS or new in own]:
+        in_file = _in_file(Path(path))
+        if kind and kind not in in_file:
+            raise CodeError(unknown(f"figure of {path}", kind, in_file))
+        chosen = {kind: in_file[kind]} if kind else in_file
+        if taken := [new for new in chosen if new in KINDS or new in own]:
             raise CodeError(f'{path}: there is a kind "{taken[0]}" already')
-        own |= wanted
-        plain += wanted
+        own |= chosen
+        plain += chosen
     return plain, ChainMap(own, KINDS)
 
 

@@ -1,5 +1,6 @@
-"""Parallel coordinates: an upright axis for each sampled setting and for a metric, and
-a line for each point. The best points are in colour.
+"""Parallel coordinates: an upright axis for each sampled parameter and for a metric.
+
+Each point is a line. The best points are in colour.
 """
 
 from functools import partial
@@ -33,12 +34,12 @@ from sweep.tables.stored_study import StoredStudy
 
 BEST = 0.05
 INK = 3.5
-"""The opacity of lines is this, over the square root of their number."""
+"""The opacity of lines, times the square root of their number."""
 MOST_NAMES_ON_A_LINE = 5
 
 
 class Parallel(NamedTuple):
-    """What a figure of parallel coordinates shows: a panel a facet."""
+    """The contents of a figure of parallel coordinates: one panel per facet."""
 
     selection: Selection
     direction: Direction
@@ -46,7 +47,7 @@ class Parallel(NamedTuple):
 
 
 class Upright(NamedTuple):
-    """One upright axis: places of the points from 0 to 1, and ticks with names."""
+    """One upright axis: heights of the points from 0 to 1, and ticks with names."""
 
     heights: Floats
     ticks: Floats
@@ -59,14 +60,29 @@ def parallel_figure(
     *,
     over: Over = "last",
 ) -> Figure:
-    """Every sampled setting and, last, the mean of `metric` as upright axes. Each line
-    is a point.
+    """Draw points as lines over all sampled parameters and the mean of a metric.
 
-    The best 5 % of the points of a panel are in colour: `coverage+` asks for the
-    highest, `coverage_cv-` for the lowest. A setting that the spec draws
-    logarithmically has a logarithmic axis. Listed settings become panels. `over="half"`
-    takes the mean over the last half of each trial. Raises ChoiceError for names that
-    the study does not have, where nothing is sampled, and for more than twelve panels.
+    The best 5 % of the points of a panel are in colour. A parameter that the spec
+    samples logarithmically has a logarithmic axis. Listed parameters become panels.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+        May have a direction: `coverage+` asks for the highest values, `coverage_cv-`
+        for the lowest.
+    over : {"last", "half"}, default "last"
+        Use the last frame of each trial, or the mean over its second half.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If a name is unknown, no parameter is sampled, or there are more than twelve
+        panels.
     """
     return draw_parallel(parallel_layout(study, column_over(metric, over)))
 
@@ -75,7 +91,7 @@ def parallel_layout(
     study: StoredStudy,
     metric: str,
 ) -> Parallel:
-    """What `parallel_figure` will show. Raises ChoiceError as it does."""
+    """Return the layout of `parallel_figure`, or raise its ChoiceError."""
     selection = select(study)
     chosen = direction(study, metric)
     if not selection.sampled:
@@ -94,7 +110,7 @@ def parallel_layout(
 
 
 def draw_parallel(layout: Parallel) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     selection, chosen, facets = layout
     table = selection.table([chosen.metric])
     number = len(selection.sampled) + 1
@@ -124,14 +140,12 @@ def draw_parallel(layout: Parallel) -> Figure:
         left_out = sum(unknown for _, unknown in counts)
         text += f"; {left_out:,} without a value left out" if left_out else ""
         trials = table[f"{chosen.metric}_n"]
-        note(figure, selection.about(text, trials, shown=[chosen.metric]))
+        note(figure, selection.note(text, trials, shown=[chosen.metric]))
     return figure
 
 
 def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]:
-    """Draw the points of a panel. Returns how many of them have a value, and how many
-    have none.
-    """
+    """Draw a panel. Return the numbers of its points with and without a value."""
     selection, chosen, _ = layout
     known = table[table[chosen.metric].notna()]
     uprights = [_upright(selection, name, known[name]) for name in selection.sampled]
@@ -144,16 +158,20 @@ def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]
         known[chosen.metric].to_numpy() * (-1.0 if chosen.high else 1.0), kind="stable"
     )
     best = order[: int(np.ceil(BEST * len(known)))]
-    others = order[len(best) :]
+    rest = order[len(best) :]
     _lines(
-        axes, lines[others], "0.35", min(0.6, INK / np.sqrt(max(len(others), 1))), 0.6
+        axes,
+        lines[rest],
+        "0.35",
+        alpha=min(0.6, INK / np.sqrt(max(len(rest), 1))),
+        width=0.6,
     )
     _lines(
         axes,
         lines[best],
         VERMILION,
-        min(0.9, 2.0 * INK / np.sqrt(max(len(best), 1))),
-        0.9,
+        alpha=min(0.9, 2.0 * INK / np.sqrt(max(len(best), 1))),
+        width=0.9,
     )
     for place, upright in enumerate(uprights):
         _axis(axes, place, upright)
@@ -205,11 +223,9 @@ def _axis(axes: Axes, place: int, upright: Upright) -> None:
 
 
 def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upright:
-    """The axis of a setting. It spans all values that the setting has in the figure."""
-    values, every = (
-        places(selection, name, column),
-        places(selection, name, selection.points[name]),
-    )
+    """Return the axis of a parameter, which spans all its values in the figure."""
+    values = places(selection, name, column)
+    every = places(selection, name, selection.points[name])
     if not has_scale(selection.points[name]):
         last = max(every.max(), 1.0)
         names = [words(value) for value in selection.values(name)]
@@ -239,7 +255,8 @@ def _linear(values: Floats, every: Floats | None = None) -> Upright:
 
 
 def _scaled(values: Floats, every: Floats, ticks: list[float], *, log: bool) -> Upright:
-    low, high = float(every.min()), float(every.max())
+    low = float(every.min())
+    high = float(every.max())
     width = high - low or 1.0
     at = np.log(ticks) if log else np.array(ticks, np.float64)
     return Upright(
@@ -248,7 +265,7 @@ def _scaled(values: Floats, every: Floats, ticks: list[float], *, log: bool) -> 
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of each metric. Raises ChoiceError where the study has none."""
+    """Plan one figure per metric. Raises ChoiceError if the kind does not suit."""
     layouts = [parallel_layout(study, name) for name in choices.columns(study)]
     return [
         Planned(layout.direction.metric, partial(draw_parallel, layout))

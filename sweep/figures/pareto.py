@@ -40,8 +40,10 @@ MOST_INTERVALS = 60
 
 
 class Pareto(NamedTuple):
-    """What a Pareto figure shows: the metrics on its axes with their directions, the
-    setting whose values are colours, and its panels.
+    """The contents of a Pareto figure.
+
+    `directions` are the metrics on the axes with their directions. The values of the
+    parameter `by` are colours. Each facet has a panel.
     """
 
     selection: Selection
@@ -58,19 +60,38 @@ def pareto_figure(
     by: str | None = None,
     over: Over = "last",
 ) -> Figure:
-    """The means of two metrics at every point, with both 95 % intervals, and the front:
-    the points that no other one beats.
+    """Draw the means of two metrics at all points, and the Pareto front.
 
-    A point beats another if it is better in one mean and not worse in the other. Noise
-    in the means makes a front look better than it is. `coverage+` asks for a high
-    metric, `coverage_cv-` for a low one. Without metrics they are the first two
-    objectives of a search, or else the first metric of which more is better and the
-    first of which less is. Where settings are sampled,
-    the listed ones become colours and panels, each with a front of its own. Else all
-    points compete, unless `by` gives them colours. `over="half"` takes means over the
-    last half of each trial, of metrics that are named. Raises ChoiceError for names
-    that the study does not have, where no two metrics are given or found, and for more
-    than twelve panels.
+    Means have 95 % confidence intervals. A point dominates another if it is better in
+    one mean and not worse in the other. The front has the points that are not
+    dominated. Noise in the means makes a front look better than it is.
+
+    If parameters are sampled, the listed ones become colours and panels, each with a
+    separate front. Else all points compete, unless `by` divides them.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    first, second : str, optional
+        Metrics with their directions: `coverage+` asks for high values, `coverage_cv-`
+        for low ones. By default they are the first two objectives of a search. Else
+        they are the first metric whose high values are better, and the first whose low
+        values are better.
+    by : str, optional
+        Parameter whose values become colours.
+    over : {"last", "half"}, default "last"
+        Use the last frame of each trial, or the mean over its second half. Applies to
+        metrics that are named.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If a name is unknown, there are not two metrics, there is one point, or there
+        are more than twelve panels.
     """
     names = [column_over(name, over) for name in (first, second) if name]
     return draw_pareto(pareto_layout(study, names, by=by))
@@ -82,7 +103,16 @@ def pareto_layout(
     *,
     by: str | None,
 ) -> Pareto:
-    """What `pareto_figure` will show. Raises ChoiceError as it does."""
+    """Return the layout of `pareto_figure`, or raise its ChoiceError.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metrics : list of str
+        Two columns of the trials, each with its direction; if empty, the default ones.
+    by : str or None
+        Parameter whose values become colours.
+    """
     selection = select(study)
     if not metrics:
         metrics = opposed_metrics(study)
@@ -105,15 +135,18 @@ def pareto_layout(
         raise ChoiceError(
             "needs points to compare, and there is one", study.name, "pareto"
         )
-    kept = [name for name in selection.listed if name in selection.study.kept_apart]
-    others = selection.apart(selection.sampled) if selection.sampled else kept
-    colour = selection.colour(by, others, []) if by or others else None
-    facets = selection.panels([name for name in others if name != colour], "pareto")
+    dividing = (
+        selection.apart(selection.sampled)
+        if selection.sampled
+        else [name for name in selection.listed if name in selection.study.kept_apart]
+    )
+    colour = selection.colour(by, dividing, []) if by or dividing else None
+    facets = selection.panels([name for name in dividing if name != colour], "pareto")
     return Pareto(selection, (first, second), colour, facets)
 
 
 def draw_pareto(layout: Pareto) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     selection, (first, second), _, facets = layout
     table = selection.table([first.metric, second.metric])
     with style.context(STYLE):
@@ -137,10 +170,12 @@ def draw_pareto(layout: Pareto) -> Figure:
 
 
 def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
-    (first, second), by = layout.directions, layout.by
+    first, second = layout.directions
+    by = layout.by
     for place, value in enumerate(layout.selection.values(by) if by else [None]):
         part = table[table[by] == value] if by else table
-        colour, marker = COLOURS[place], MARKERS[place]
+        colour = COLOURS[place]
+        marker = MARKERS[place]
         means = part[[first.metric, second.metric]].to_numpy(np.float64)
         best = part[nondominated(means, [first.high, second.high])].sort_values(
             first.metric
@@ -179,15 +214,16 @@ def _intervals(
     colour: str,
 ) -> None:
     (x, x_low, x_high), (y, y_low, y_high) = (
-        [table[one.metric + end].to_numpy(np.float64) for end in ("", "_low", "_high")]
-        for one in directions
+        [table[aim.metric + end].to_numpy(np.float64) for end in ("", "_low", "_high")]
+        for aim in directions
     )
     axes.hlines(y, x_low, x_high, color=colour, linewidth=0.8, alpha=0.5)
     axes.vlines(x, y_low, y_high, color=colour, linewidth=0.8, alpha=0.5)
 
 
 def _legend(figure: Figure, layout: Pareto) -> None:
-    by, selection = layout.by, layout.selection
+    by = layout.by
+    selection = layout.selection
     names = [words(value) for value in selection.values(by)] if by else ["points"]
     marks = [
         Line2D([], [], linestyle="none", marker=marker, color=colour)
@@ -198,27 +234,28 @@ def _legend(figure: Figure, layout: Pareto) -> None:
     )
     title = quantity(selection.study, by) if by else None
     columns = 2 if len(layout.facets) == 1 else 4
-    legend_of(figure, [*marks, front], [*names, "not dominated"], title, columns)
+    labels = [*names, "not dominated"]
+    legend_of(figure, [*marks, front], labels, title, columns=columns)
 
 
-def _label(selection: Selection, one: Direction) -> str:
+def _label(selection: Selection, aim: Direction) -> str:
     return (
-        f"{quantity(selection.study, one.metric)},"
-        f" {'more' if one.high else 'less'} is better"
+        f"{quantity(selection.study, aim.metric)},"
+        f" {'more' if aim.high else 'less'} is better"
     )
 
 
 def _note(layout: Pareto, table: pd.DataFrame) -> str:
-    metrics = [one.metric for one in layout.directions]
+    metrics = [aim.metric for aim in layout.directions]
     sizes = [len(facet.points) for facet in layout.facets]
     drawn = "" if max(sizes) <= MOST_INTERVALS else " of those not dominated"
     text = f"{span(sizes)} points a panel, {{n}} trials a point"
     interval = f"means with 95 % intervals{drawn}, each for itself"
-    return layout.selection.about(text, table[f"{metrics[0]}_n"], interval, metrics)
+    return layout.selection.note(text, table[f"{metrics[0]}_n"], interval, metrics)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of two metrics. Raises ChoiceError where the study has none."""
+    """Plan one figure of two metrics. Raises ChoiceError if the kind does not suit."""
     directions = (
         choices
         if choices.metrics
@@ -228,18 +265,19 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     layout = pareto_layout(study, metrics, by=choices.by)
     return [
         Planned(
-            "-".join(one.metric for one in layout.directions),
+            "-".join(aim.metric for aim in layout.directions),
             partial(draw_pareto, layout),
         )
     ]
 
 
 def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
-    """The figure as marks; those of a front are its best."""
-    given = choices.metrics or tuple(opposed_metrics(study))
-    names = choices._replace(metrics=given).columns(study) if given else []
+    """Return the figure as marks, in which `best` marks the points of fronts."""
+    metrics = choices.metrics or tuple(opposed_metrics(study))
+    names = choices._replace(metrics=metrics).columns(study) if metrics else []
     layout = pareto_layout(study, names, by=choices.by)
-    selection, (first, second) = layout.selection, layout.directions
+    selection = layout.selection
+    first, second = layout.directions
     table = selection.table([first.metric, second.metric])
     panels = [
         MarkedPanel(
@@ -250,12 +288,13 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
         )
         for facet in layout.facets
     ]
-    legend = legend_of_marks(selection, layout.by)
+    legend, values = legend_of_marks(selection, layout.by)
     shown = tuple(
-        f"{Column.read(one.metric).metric}{'+' if one.high else '-'}"
-        for one in (first, second)
+        f"{Column.read(aim.metric).metric}{'+' if aim.high else '-'}"
+        for aim in (first, second)
     )
-    return FigureMarks("points", shown, panels, _note(layout, table), *legend)
+    note = _note(layout, table)
+    return FigureMarks("points", shown, panels, note, by=legend, values=values)
 
 
 def _marked(layout: Pareto, table: pd.DataFrame) -> pd.DataFrame:

@@ -1,6 +1,6 @@
-"""What a kind of figure is: it plans its figures of a study, and is drawn later.
+"""Parts of a kind of figure, which plans figures of a study and draws them later.
 
-Each module of a figure has its kind, and `sweep.figures.kinds` gathers them.
+The module of each figure has its kind, and `sweep.figures.kinds` lists all kinds.
 """
 
 from collections.abc import Callable
@@ -17,11 +17,11 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class Choices(NamedTuple):
-    """What to draw: metrics and settings. A metric may have its direction, as
-    `coverage+`.
+    """The metrics and parameters to draw.
 
-    Without metrics all recorded ones are drawn, of a search its objectives. `half`
-    takes their means over the last half of a trial.
+    A metric may have its direction, such as `coverage+`. Without metrics the objectives
+    of a search are drawn, or else all recorded metrics. `half` takes the mean of a
+    metric over the second half of a trial.
     """
 
     metrics: tuple[str, ...] = ()
@@ -31,8 +31,9 @@ class Choices(NamedTuple):
     half: bool = False
 
     def columns(self, study: StoredStudy) -> list[str]:
-        """The columns of the trials to draw, each with its direction as given. Raises
-        ChoiceError for unknown ones.
+        """Return the columns of the trials to draw, each with its direction, if chosen.
+
+        Raises ChoiceError for an unknown metric.
         """
         named = [
             (direction(study, text).metric, text[len(text.rstrip("+-")) :])
@@ -44,28 +45,37 @@ class Choices(NamedTuple):
         ]
 
     def plain(self, study: StoredStudy) -> list[str]:
-        """The same without directions."""
+        """Return the columns of the trials to draw, without directions."""
         return [text.rstrip("+-") for text in self.columns(study)]
 
 
 class Planned(NamedTuple):
-    """A figure to be drawn: the metric in the name of its file, or "", and the function
-    that draws it.
-    """
+    """A figure to draw: the metric in the name of its file, or "", and a function."""
 
     metric: str
     draw: Callable[[], Figure]
 
 
 class FigureKind(NamedTuple):
-    """A kind of figure: what it shows, which of by, x and y it takes, and its figures
-    of a study.
+    """A kind of figure.
 
-    `plan` draws nothing and raises ChoiceError where the kind does not suit the study.
-    `marks` has the same figure of one metric, or of two, as plain data, if it can.
-    `of_search` says that it shows a whole search, `of_several` that it can show several
-    studies together, see `sweep.tables.joined`, and `of_precision` that it shows how
-    well numbers are known in place of the numbers.
+    Attributes
+    ----------
+    text
+        The contents of its figures, for help.
+    takes
+        The choices that the kind takes: some of "by", "x" and "y".
+    plan
+        A function that plans the figures of a study. It draws nothing, and raises
+        ChoiceError if the kind does not suit the study.
+    of_search
+        True if a figure shows a whole search.
+    of_several
+        True if a figure can show several joined studies, see `sweep.tables.joined`.
+    marks
+        A function that returns the figure of one metric, or of two, as plain data.
+    of_precision
+        True if a figure shows the precision of numbers in place of the numbers.
     """
 
     text: str
@@ -77,15 +87,31 @@ class FigureKind(NamedTuple):
     of_precision: bool = False
 
     def figures(self, study: StoredStudy, choices: Choices) -> list[Planned]:
-        """Its figures of a study, or of several joined. Raises ChoiceError where the
-        kind does not suit.
+        """Plan the figures of a study.
+
+        Parameters
+        ----------
+        study : StoredStudy
+            One study, or several joined.
+        choices : Choices
+
+        Raises
+        ------
+        ChoiceError
+            If the kind does not suit the study.
         """
         if len(study.parts) > 1 and not self.of_several:
             raise ChoiceError("shows one study at a time", study.name)
         return self.plan(study, choices)
 
     def suits(self, study: StoredStudy, choices: Choices) -> str:
-        """Why this kind does not suit a study; "" where it does."""
+        """Return why this kind does not suit a study, "" if it suits.
+
+        Parameters
+        ----------
+        study : StoredStudy
+        choices : Choices
+        """
         try:
             self.figures(study, choices)
         except UserError as error:
@@ -100,10 +126,20 @@ def search_kind(
     draw: Callable[[StoredStudy], Figure],
     marks: Callable[[StoredStudy], FigureMarks] | None = None,
 ) -> FigureKind:
-    """The kind of a figure of a whole search.
+    """Return the kind of a figure of a whole search.
 
-    `check` raises ChoiceError for a study that the figure does not suit. `marks` has
-    the figure as plain data, if it can.
+    Parameters
+    ----------
+    name : str
+        Name of the kind.
+    text : str
+        The contents of the figure, for help.
+    check : callable
+        Raises ChoiceError for a study that the figure does not suit.
+    draw : callable
+        Draws the figure of a study.
+    marks : callable, optional
+        Returns the figure of a study as plain data.
     """
 
     def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
@@ -113,9 +149,12 @@ def search_kind(
             "where": study.restricted,
             "over half": choices.half,
         }
-        if given := [one for one, value in choice.items() if value]:
-            what = "is of the whole search and its objectives"
-            raise ChoiceError(f"{what}, and takes no {given[0]}", study.name, name)
+        if chosen := [option for option, value in choice.items() if value]:
+            raise ChoiceError(
+                f"is of the whole search and its objectives, and takes no {chosen[0]}",
+                study.name,
+                name,
+            )
         return [Planned("", partial(draw, study))]
 
     def planned_marks(study: StoredStudy, choices: Choices) -> FigureMarks:
@@ -123,5 +162,6 @@ def search_kind(
         plan(study, choices)
         return marks(study)
 
-    found = planned_marks if marks else None
-    return FigureKind(text, (), plan, of_search=True, marks=found)
+    return FigureKind(
+        text, (), plan, of_search=True, marks=planned_marks if marks else None
+    )

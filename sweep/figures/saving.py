@@ -1,4 +1,4 @@
-"""Figures as files that say what they were drawn from."""
+"""Figures as files with their study and its trials in the metadata."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,19 +23,39 @@ BOTH = ("png", "pdf")
 def save(
     figure: Figure,
     path: Path,
-    about: Mapping[str, str] | None = None,
+    metadata: Mapping[str, str] | None = None,
     watermark: str = "",
     formats: Sequence[str] = BOTH,
     below: Path | None = None,
 ) -> list[Path]:
-    """Write `figure` in each of `formats`, byte-identical for the same input, and
-    return the files in that order.
+    """Write a figure to files, which are byte-identical for the same input.
 
-    `about` goes into their metadata: text chunks of a PNG, subject and keywords of a
-    PDF, the description of an SVG. Each file appears by one rename; a PNG comes last,
-    so that what it says of itself is true of all. `below` is the folder that the user
-    has named, by default that of the files: no folder between the two may be a link.
-    Raises OutputError where a file cannot be written.
+    Each file appears by one rename. The PNG comes last, so that its metadata hold for
+    the other files too.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : Path
+        Path of the files without their endings.
+    metadata : mapping of str to str, optional
+        Text chunks of a PNG, subject and keywords of a PDF, description of an SVG.
+    watermark : str, default ""
+        Large pale text along the diagonal.
+    formats : sequence of {"png", "svg", "pdf"}, default ("png", "pdf")
+    below : Path, optional
+        Folder that the user has named; by default the folder of the files. No folder
+        between the two may be a link.
+
+    Returns
+    -------
+    list of Path
+        The files, in the order of `formats`.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if watermark:
@@ -45,24 +65,26 @@ def save(
         # The style has the salt of the ids in an SVG, and the dots an inch.
         with unfinished(files[name], below) as file, style.context(STYLE):
             _show_texts_as_they_are(figure)
-            figure.savefig(file, format=name, metadata=_metadata(name, about or {}))
+            figure.savefig(file, format=name, metadata=_in_format(name, metadata or {}))
     return list(files.values())
 
 
 def about_study(study: StoredStudy) -> dict[str, str]:
-    """What a file says of the study that it shows: its name, hashes of its spec and
-    kernels, the trials done, and by which settings `where` has chosen among them.
+    """Return the metadata of figures of a study.
+
+    They are its name, hashes of its spec and kernels, the number of done trials, and
+    the conditions that selected trials.
     """
     parts = study.parts
-    about = {
+    metadata = {
         "Study": study.name,
         "Spec hash": ", ".join(map(_hash, parts)),
-        "kernels_sha": ", ".join(str(one.provenance["kernels_sha"]) for one in parts),
-        "Trials": ", ".join(str(one.whole.statuses()["done"]) for one in parts),
+        "kernels_sha": ", ".join(str(part.provenance["kernels_sha"]) for part in parts),
+        "Trials": ", ".join(str(part.whole.statuses()["done"]) for part in parts),
     }
     chosen = [f"{name}={value}" for name, value in study.chosen.items()]
     where = ", ".join([*chosen, *study.conditions])
-    return about | ({"Where": where} if where else {})
+    return metadata | ({"Where": where} if where else {})
 
 
 def _hash(study: StoredStudy) -> str:
@@ -70,8 +92,9 @@ def _hash(study: StoredStudy) -> str:
 
 
 def saved_about(path: Path) -> dict[str, str]:
-    """What a PNG that `save` wrote says of itself. Empty unless it and the PDF beside
-    it are there and whole.
+    """Return the metadata of the PNG that `save` wrote at a path without its ending.
+
+    Empty if the PNG is missing or damaged, or the PDF next to it is missing.
     """
     from PIL import Image
 
@@ -90,10 +113,9 @@ def saved_about(path: Path) -> dict[str, str]:
 
 
 def _show_texts_as_they_are(figure: Figure) -> None:
-    """Keep matplotlib from reading mathematics in texts, which may quote a file from
-    anyone.
+    """Keep matplotlib from reading mathematics in texts, which may quote any file.
 
-    Numbers at ticks may need mathematics, so texts at ticks are made by `words`.
+    Numbers at ticks may need mathematics, so `words` makes the texts at ticks.
     """
     for text in figure.findobj(Text):
         if (
@@ -103,17 +125,17 @@ def _show_texts_as_they_are(figure: Figure) -> None:
             text.set_text(shown)
 
 
-def _metadata(name: str, about: Mapping[str, str]) -> dict[str, str | None]:
-    """`about` in the words of a format, without a date."""
-    about = {key: harmless(value) for key, value in about.items()}
+def _in_format(name: str, metadata: Mapping[str, str]) -> dict[str, str | None]:
+    """Return metadata under the keys of a format, without a date."""
+    metadata = {key: harmless(value) for key, value in metadata.items()}
     if name == "png":
-        return {"Software": "boidsweep", **about}
-    first, *others = [f"{key}: {value}" for key, value in about.items()] or [""]
+        return {"Software": "boidsweep", **metadata}
+    first, *rest = [f"{key}: {value}" for key, value in metadata.items()] or [""]
     if name == "pdf":
-        said = {"Subject": first, "Keywords": "; ".join(others)} if about else {}
-        return {"Creator": "boidsweep", "CreationDate": None, **said}
-    said = {"Description": "; ".join([first, *others])} if about else {}
-    return {"Creator": "boidsweep", "Date": None, **said}
+        texts = {"Subject": first, "Keywords": "; ".join(rest)} if metadata else {}
+        return {"Creator": "boidsweep", "CreationDate": None, **texts}
+    texts = {"Description": "; ".join([first, *rest])} if metadata else {}
+    return {"Creator": "boidsweep", "Date": None, **texts}
 
 
 def _mark(figure: Figure, watermark: str) -> None:

@@ -1,6 +1,4 @@
-"""Axes of settings: linear and logarithmic scales of numbers, texts in their order, and
-the edges of cells and bins.
-"""
+"""Axes of parameters: scales of numbers, strings in order, edges of cells and bins."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -24,12 +22,22 @@ DECADE = 10.0
 LONG_NAMES = 12
 MOST_TICKS = 12
 LETTERS_OF_TICKS = 20
-"""So many fit side by side below a panel."""
+"""The most characters of ticks that fit side by side below a panel."""
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
-    """Where values of a setting lie on its axis. A number lies at itself; what has no
-    scale lies at 0, 1, ..., texts in the order of the spec.
+    """Return the places of values of a parameter on its axis.
+
+    Numbers are their own places. Values without a scale have the places 0, 1, ...;
+    strings are in the order of the spec.
+
+    Parameters
+    ----------
+    selection : Selection
+    name : str
+        Name of the parameter.
+    column : Series
+        Values of the parameter, one per place.
     """
     if has_scale(selection.points[name]):
         return np.asarray(column, np.float64)
@@ -38,9 +46,9 @@ def places(selection: Selection, name: str, column: "pd.Series[float]") -> Float
 
 
 def is_logarithmic(selection: Selection, name: str) -> bool:
-    """Whether an axis of this setting is better logarithmic.
+    """Return True if a logarithmic axis suits a parameter better than a linear one.
 
-    That is so where the spec draws or spaces its values logarithmically. It is so for
+    It suits values that the spec samples or spaces logarithmically. It also suits
     listed values over a decade or more, if their ratios are more even than their
     differences.
     """
@@ -65,10 +73,10 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
 
 
 def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
-    """The edges (k + 1,) of cells about k ascending values.
+    """Return the edges (k + 1,) of cells around k ascending values.
 
-    An edge lies half-way between two values. The first and the last edge lie as far
-    beyond the outer values.
+    Inner edges are half-way between two values. The outer edges are as far beyond the
+    outer values as the edges next to them are inside.
     """
     at = np.log(values) if logarithmic else np.asarray(values, np.float64)
     if len(at) == 1:
@@ -83,8 +91,20 @@ def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
 
 
 def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floats:
-    """The edges (number + 1,) of bins over the range of `values`, equally wide on a
-    linear or a logarithmic scale.
+    """Return the edges of bins of equal width.
+
+    Parameters
+    ----------
+    values : ndarray
+        The bins divide the range of these values.
+    number : int
+        Number of bins.
+    logarithmic : bool, default False
+        Make the widths equal on a logarithmic scale.
+
+    Returns
+    -------
+    ndarray, shape (number + 1,)
     """
     space = np.geomspace if logarithmic else np.linspace
     return np.asarray(space(values.min(), values.max(), number + 1), np.float64)
@@ -93,11 +113,18 @@ def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floa
 def label_setting(
     selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x"
 ) -> None:
-    """Label an axis with the name and the unit of a setting, set its scale, and name
-    its values where they have none.
+    """Set the label, the scale and the ticks of an axis of a parameter.
 
-    Ticks stand at listed values: at all of them, or at each second, third and so on
-    where that is what fits.
+    The label has the name and the unit. Values without a scale get their names. Listed
+    values get ticks: all of them, or every second, third and so on, as many as fit.
+
+    Parameters
+    ----------
+    selection : Selection
+    name : str
+        Name of the parameter.
+    axes : Axes
+    direction : {"x", "y"}, default "x"
     """
     axis = axes.xaxis if direction == "x" else axes.yaxis
     axis.set_label_text(quantity(selection.study, name))
@@ -123,10 +150,11 @@ def label_setting(
 
 
 def _apart(ticks: list[float], names: list[str], *, logarithmic: bool) -> list[str]:
-    """The names of ticks on a panel, "" where one would run into that before it."""
+    """Return the names of ticks on a panel, "" for one that would overlap the last."""
     at = np.log(ticks) if logarithmic else np.array(ticks)
     letters = LETTERS_OF_TICKS * (at - at[0]) / (at[-1] - at[0] or 1.0)
-    shown, end = list[str](), -np.inf
+    shown = list[str]()
+    end = -np.inf
     for place, name in zip(letters, names, strict=True):
         fits = place - len(name) / 2.0 > end
         shown.append(name if fits else "")
@@ -135,7 +163,7 @@ def _apart(ticks: list[float], names: list[str], *, logarithmic: bool) -> list[s
 
 
 def _that_fit(values: list[float], *, side_by_side: bool) -> list[float]:
-    """Each k-th of ascending values, of as many as fit on an axis."""
+    """Return every k-th of ascending values, with the least k whose ticks fit."""
     for every in range(1, len(values)):
         chosen = values[::every]
         letters = sum(len(f"{value:g}") + 1 for value in chosen)
@@ -152,16 +180,15 @@ def _crowded(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=8)
 def _document(spec: str) -> object:
-    """A spec as plain values. Raises SpecError where it is none: it is stored, and may
-    come from anyone.
+    """Read a stored spec as plain values.
+
+    Raises SpecError for text that is not a spec: anyone may have written the store.
     """
     return parse_document(spec, Path("the stored spec")).value
 
 
 def _forms(value: object, name: str) -> Iterator[str]:
-    """The keys of the mappings that stand below `name` anywhere in a spec, such as
-    uniform or logspace.
-    """
+    """Return the keys of all mappings below a name in a spec, such as uniform."""
     if isinstance(value, dict):
         for key, child in value.items():
             if key == name and isinstance(child, dict):

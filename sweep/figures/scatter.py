@@ -1,5 +1,6 @@
-"""A metric against each setting that varies: the means of points, with intervals where
-these are few.
+"""A metric against each parameter that varies: means of points.
+
+Few points have confidence intervals.
 """
 
 from functools import partial
@@ -47,23 +48,25 @@ from sweep.spec.recorded import Column, Over, column_over
 from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
-"""So many points of a panel have their intervals drawn; more are dots."""
+"""The most points of a panel that have intervals; more points are dots."""
 LARGEST_SHIFT = 0.3
-"""How far points of one value are shifted, as a part of the distance to the next."""
+"""The largest shift of points of one value, as a fraction of the distance to the next.
+"""
 PARTS = (0.01, 0.03)
-"""The least and the most of that, as parts of the width of an axis of numbers."""
+"""The bounds of the largest shift, as fractions of the width of an axis of numbers."""
 
 
 class Panel(NamedTuple):
-    """One setting on the x axis, and the points shown."""
+    """A panel: the parameter on its x axis, and its points."""
 
     name: str
     facet: Facet
 
 
 class Scatter(NamedTuple):
-    """What a scatter figure shows: a metric, the setting `by` whose values are colours,
-    and panels. The panels of a facet stand in a row.
+    """The contents of a scatter figure.
+
+    The values of the parameter `by` are colours. The panels of a facet are in one row.
     """
 
     selection: Selection
@@ -80,14 +83,33 @@ def scatter_figure(
     by: str | None = None,
     over: Over = "last",
 ) -> Figure:
-    """The mean of `metric` at every point against `x`. Without `x` each setting that is
-    sampled, or else listed, has a panel.
+    """Draw the mean of a metric at all points against parameters.
 
-    In a panel of up to 60 points these have their 95 % intervals. A title gives
-    Spearman's correlation of the points with its interval. Listed settings that are on
-    no axis become colours (`by`, or the one with two or three values) and panels.
-    `over="half"` takes the mean over the last half of each trial. Raises ChoiceError
-    for names that the study does not have and for more than twelve panels.
+    In a panel of up to 60 points means have 95 % confidence intervals. Titles give
+    Spearman's correlation over the points with its interval. Listed parameters that are
+    on no axis become colours and panels.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    x : str, optional
+        Parameter of the x axis; by default each sampled parameter has a panel, or else
+        each listed one.
+    by : str, optional
+        Parameter whose values become colours; by default the first listed one with at
+        most three values.
+    over : {"last", "half"}, default "last"
+        Use the last frame of each trial, or the mean over its second half.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If a name is unknown, no parameter varies, or there are more than twelve panels.
     """
     return draw_scatter(scatter_layout(study, column_over(metric, over), x, by=by))
 
@@ -99,23 +121,32 @@ def scatter_layout(
     *,
     by: str | None,
 ) -> Scatter:
-    """What `scatter_figure` will show. Raises ChoiceError as it does."""
+    """Return the layout of `scatter_figure`, or raise its ChoiceError.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+        Column of the trials.
+    x, by : str or None
+        Parameters as in `scatter_figure`.
+    """
     selection = select(study)
     recorded(study, metric)
     if selection.setting(x) in selection.sampled if x else selection.sampled:
         names = [x] if x else [name for name in selection.sampled if name != by]
-        others = selection.apart(selection.sampled)
-        colour = selection.colour(by, others, names)
-        facets = selection.facets([name for name in others if name != colour])
+        dividing = selection.apart(selection.sampled)
+        colour = selection.colour(by, dividing, names)
+        facets = selection.facets([name for name in dividing if name != colour])
         rows = [[Panel(name, facet) for name in names] for facet in facets]
     else:
-        others = selection.apart([x]) if x else selection.apart([])
+        dividing = selection.apart([x]) if x else selection.apart([])
         colour = (
-            selection.colour(by, others, [x] if x else [])
-            if x or by or len(others) > 1
+            selection.colour(by, dividing, [x] if x else [])
+            if x or by or len(dividing) > 1
             else None
         )
-        names = [x] if x else [name for name in others if name != colour]
+        names = [x] if x else [name for name in dividing if name != colour]
         rows = [
             [Panel(name, facet)]
             for name in names
@@ -127,7 +158,7 @@ def scatter_layout(
         raise ChoiceError(
             "needs a setting that varies, and none does", study.name, "scatter"
         )
-    free = [name for name in (*others, x) if name not in (None, colour)]
+    free = [name for name in (*dividing, x) if name not in (None, colour)]
     selection.allow(
         sum(map(len, rows)),
         free,
@@ -144,7 +175,7 @@ def _facets(selection: Selection, name: str, colour: str | None) -> list[Facet]:
 
 
 def draw_scatter(layout: Scatter) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     selection, metric, by, _ = layout
     table = selection.table([metric])
     panels = _rows(layout)
@@ -175,8 +206,10 @@ def draw_scatter(layout: Scatter) -> Figure:
 
 
 def _rows(layout: Scatter) -> list[list[Panel]]:
-    """The panels in rows: a row a facet where several settings are shown, else up to
-    three panels a row.
+    """Return the panels in rows of the figure.
+
+    If several parameters are shown, each facet has a row. Else a row has up to three
+    panels.
     """
     panels = [panel for row in layout.rows for panel in row]
     across = (
@@ -195,18 +228,26 @@ def _size(panels: list[list[Panel]]) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> list[str]:
-    """Draw the points of a panel. Returns its title: rank correlations."""
+    """Draw the points of a panel. Return the rank correlations for its title."""
     selection, metric, by, _ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
     column = selection.points[panel.name]
     parts = [table[table[by] == value] if by else table for value in groups]
     beside = _side_by_side(selection, panel.name, pd.concat(parts))
-    said = []
+    correlations = []
     for place, (value, part) in enumerate(zip(groups, parts, strict=True)):
         at = places(selection, panel.name, part[panel.name])
         shown = np.asarray(beside.loc[part.index], np.float64)
-        _points(axes, shown, part, metric, COLOURS[place], MARKERS[place], few=few)
+        _points(
+            axes,
+            shown,
+            part,
+            metric,
+            colour=COLOURS[place],
+            marker=MARKERS[place],
+            few=few,
+        )
         if (
             is_number(column)
             and (
@@ -214,30 +255,35 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
             ).testable
         ):
             text = estimated(correlation.value, *correlation.interval())
-            said.append(
+            correlations.append(
                 f"\N{GREEK SMALL LETTER RHO} = {text}"
                 + (f" ({words(value)})" if by else "")
             )
-    return said
+    return correlations
 
 
 def _side_by_side(
     selection: Selection, name: str, table: pd.DataFrame
 ) -> "pd.Series[float]":
-    """Where points stand on the axis of a setting, by their ids. Those of one value
-    stand side by side, in the order of `table`, so that none hides the interval of
-    another.
+    """Return the places of points on the axis of a parameter, by their ids.
+
+    Points of one value are side by side, in the order of `table`. So none hides the
+    interval of another.
     """
     at = pd.Series(places(selection, name, table[name]), table.index)
     if at.is_unique:
         return at
     logarithmic = is_logarithmic(selection, name)
     at = at.map(np.log) if logarithmic else at
-    values, groups, room = np.unique(at), at.groupby(at), LARGEST_SHIFT
+    values = np.unique(at)
+    room = LARGEST_SHIFT
     if has_scale(selection.points[name]) and len(values) > 1:
-        gap, width = np.diff(values).min(), values[-1] - values[0]
+        gap = np.diff(values).min()
+        width = values[-1] - values[0]
         room = width * float(np.clip(LARGEST_SHIFT * gap / width, *PARTS))
-    number, among = groups.cumcount(), groups.transform("size")
+    groups = at.groupby(at)
+    number = groups.cumcount()
+    among = groups.transform("size")
     shifted = at + room * (2 * number - among + 1) / among
     return shifted.map(np.exp) if logarithmic else shifted
 
@@ -267,7 +313,8 @@ def _points(
 
 
 def _legend(figure: Figure, layout: Scatter) -> None:
-    selection, by = layout.selection, layout.by
+    selection = layout.selection
+    by = layout.by
     assert by is not None
     names = [words(value) for value in selection.values(by)]
     marks = [
@@ -278,7 +325,8 @@ def _legend(figure: Figure, layout: Scatter) -> None:
 
 
 def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
-    selection, metric = layout.selection, layout.metric
+    selection = layout.selection
+    metric = layout.metric
     sizes = [
         int(table.loc[panel.facet.points, metric].notna().sum())
         for row in layout.rows
@@ -290,17 +338,21 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         f"{span(sizes)} points a panel, {{n}} trials a"
         f" point{'' if some else ', each the mean'}"
     )
-    said = (
+    correlation = (
         "\n\N{GREEK SMALL LETTER RHO}:"
         " Spearman's rank correlation over the points, with 95 % interval"
     )
-    return selection.about(
-        text, table[f"{metric}_n"], drawn, [metric] if some else [], [metric]
-    ) + (said if correlated else "")
+    return selection.note(
+        text,
+        table[f"{metric}_n"],
+        drawn,
+        metrics=[metric] if some else [],
+        shown=[metric],
+    ) + (correlation if correlated else "")
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of each metric. Raises ChoiceError where the study has none."""
+    """Plan one figure per metric. Raises ChoiceError if the kind does not suit."""
     names = choices.plain(study)
     layouts = [scatter_layout(study, name, choices.x, by=choices.by) for name in names]
     return [
@@ -310,12 +362,13 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 
 def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
-    """The figure of the first metric as marks: where the values of a setting are listed
-    numbers, they are joined by lines.
+    """Return the figure of the first metric as marks.
+
+    Lines join them if the values of all parameters on x axes are listed numbers.
     """
     metric = choices.plain(study)[0]
     layout = scatter_layout(study, metric, choices.x, by=choices.by)
-    selection, by = layout.selection, layout.by
+    selection = layout.selection
     table = selection.table([metric])
     panels = [
         _marked(layout, panel, table.loc[panel.facet.points])
@@ -329,11 +382,13 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
     note = _note(layout, table, correlated=False)
     form = "lines" if joined else "points"
     shown = (Column.read(metric).metric,)
-    return FigureMarks(form, shown, panels, note, *legend_of_marks(selection, by))
+    legend, values = legend_of_marks(selection, layout.by)
+    return FigureMarks(form, shown, panels, note, by=legend, values=values)
 
 
 def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
-    selection, metric = layout.selection, layout.metric
+    selection = layout.selection
+    metric = layout.metric
     columns = {
         "x": places(selection, panel.name, table[panel.name]),
         **means_of(table, metric),

@@ -1,4 +1,4 @@
-"""What a search did and found: the history of its candidates, and its front."""
+"""Figures of a search: the history of its candidates, and its front."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -38,57 +38,58 @@ MARKERS = "s^vph"
 
 
 def history_figure(study: StoredStudy) -> Figure:
-    """Every candidate's estimate against the trials spent, a panel an objective. The
-    candidates of a batch are in the order in which they were asked.
+    """Draw the estimates of all candidates against the trials spent.
 
-    With one objective a line shows the winner by then, and the worst candidates are
-    triangles at the edge. Right of the end are held-out estimates: of the winner, or of
-    the front, and of the references. Raises ChoiceError where the study is no search.
+    Each objective has a panel. The candidates of a batch are in the order of their
+    proposal. With one objective a line shows the best candidate so far, and the worst
+    candidates are triangles at the edge. Held-out estimates of the winner or the front,
+    and of the references, are on the right. Raises ChoiceError if the study is not a
+    search.
     """
-    asked = read_asked(study)
-    wanted = objectives(asked)
+    asked_trials = read_asked(study)
+    aims = objectives(asked_trials)
     with style.context(STYLE):
-        figure = Figure(figsize=(6.4, 1.3 + 2.6 * len(wanted)))
-        panels = figure.subplots(len(wanted), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, objective in zip(panels, wanted, strict=True):
-            _history_panel(axes, asked, objective)
+        figure = Figure(figsize=(6.4, 1.3 + 2.6 * len(aims)))
+        panels = figure.subplots(len(aims), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, objective in zip(panels, aims, strict=True):
+            _history_panel(axes, asked_trials, objective)
             axes.set_ylabel(label_of(study, objective))
         panels[-1].set_xlabel("trials spent")
         legend(figure, panels[0], 3)
-        note(figure, history_note(study, asked))
+        note(figure, history_note(study, asked_trials))
     return figure
 
 
 def front_figure(study: StoredStudy) -> Figure:
-    """The candidates of a search for several objectives, and its front judged on held-
-    out seeds. Each pair of objectives has a panel.
+    """Draw the candidates of a search and its front, one panel per pair of objectives.
 
-    Raises ChoiceError where the study is no search, or has one objective.
+    The front is estimated on held-out seeds. Raises ChoiceError if the study is not a
+    search, or has one objective.
     """
-    asked = with_front(study, "front")
-    wanted = objectives(asked)
-    pairs = list(combinations(wanted, 2))
+    asked_trials = with_front(study, "front")
+    pairs = list(combinations(objectives(asked_trials), 2))
     with style.context(STYLE):
         figure = Figure(figsize=(5.4 if len(pairs) == 1 else 3.4 * len(pairs), 4.4))
         panels = figure.subplots(1, len(pairs), squeeze=False)[0]
         for axes, pair in zip(panels, pairs, strict=True):
-            _front_panel(axes, asked, pair, line=len(pairs) == 1)
+            _front_panel(axes, asked_trials, pair, line=len(pairs) == 1)
             axes.set(xlabel=label_of(study, pair[0]), ylabel=label_of(study, pair[1]))
         legend(figure, panels[0], 3)
-        note(figure, front_note(study, asked))
+        note(figure, front_note(study, asked_trials))
     return figure
 
 
-def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None:
-    table = candidates(asked)
-    spent = best_so_far(asked).set_index("step")["trials"]
+def _history_panel(axes: Axes, asked_trials: AskedTrials, objective: Objective) -> None:
+    table = candidates(asked_trials)
+    spent = best_so_far(asked_trials).set_index("step")["trials"]
     x = places(table, spent)
     y = table[objective.column].to_numpy(np.float64)
-    edge = edge_of_history(asked, objective)
+    edge = edge_of_history(asked_trials, objective)
     beyond = y < edge if objective.maximize else y > edge
     looks = (("o", GREY, 2.2), ("o", BLUE, 3.8), ("x", VERMILION, 4.0))
     for (label, group), look in zip(groups_of(table).items(), looks, strict=True):
-        chosen, (marker, colour, size) = group & ~beyond, look
+        chosen = group & ~beyond
+        marker, colour, size = look
         if chosen.any():
             axes.plot(
                 x[chosen],
@@ -112,8 +113,8 @@ def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None
             clip_on=False,
             label="worse than this",
         )
-    if len(objectives(asked)) == 1:
-        best = best_so_far(asked)
+    if len(objectives(asked_trials)) == 1:
+        best = best_so_far(asked_trials)
         axes.step(
             best["trials"],
             best["value"],
@@ -122,21 +123,21 @@ def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None
             linewidth=1.2,
             label="winner by then",
         )
-    _held_out_marks(axes, asked, objective, float(spent.max()))
+    _held_out_marks(axes, asked_trials, objective, float(spent.max()))
     axes.set_xlim(left=0)
 
 
 def _held_out_marks(
-    axes: Axes, asked: AskedTrials, objective: Objective, end: float
+    axes: Axes, asked_trials: AskedTrials, objective: Objective, end: float
 ) -> None:
-    """Draw held-out estimates with their intervals right of the end."""
-    label, judged = judged_of(asked, objective)
+    """Draw held-out estimates with their confidence intervals right of the end."""
+    label, judged = judged_of(asked_trials, objective)
     _marks(
         axes, np.full(len(judged), (1.0 + ROOM) * end), judged, (VERMILION, "D", label)
     )
-    others = references(asked)
+    estimates = references(asked_trials)
     for place, (_, row) in enumerate(
-        others[others["objective"] == objective.column].iterrows()
+        estimates[estimates["objective"] == objective.column].iterrows()
     ):
         at = np.array([(1.0 + ROOM * (place + 2)) * end])
         _marks(
@@ -169,9 +170,14 @@ def _marks(
 
 
 def _front_panel(
-    axes: Axes, asked: AskedTrials, pair: tuple[Objective, Objective], *, line: bool
+    axes: Axes,
+    asked_trials: AskedTrials,
+    pair: tuple[Objective, Objective],
+    *,
+    line: bool,
 ) -> None:
-    table, names = candidates(asked), [objective.column for objective in pair]
+    table = candidates(asked_trials)
+    names = [objective.column for objective in pair]
     for chosen, marker, colour, label in (
         (table["feasible"], "o", "0.6", "candidates"),
         (~table["feasible"], "x", ORANGE, "not feasible"),
@@ -187,7 +193,7 @@ def _front_panel(
                 alpha=0.6,
                 label=label,
             )
-    judged = wide(winners(asked), "candidate", names)
+    judged = wide(winners(asked_trials), "candidate", names)
     _crosses(axes, judged, names, (BLUE, "o", "chosen, held out"))
     if line and len(judged):
         best = best_of(judged, pair)
@@ -195,15 +201,15 @@ def _front_panel(
         axes.plot(
             best[names[0]], best[names[1]], drawstyle=where, color=BLUE, linewidth=0.9
         )
-    about = front(asked)
-    knee = judged.loc[judged.index.isin(about.loc[about["knee"], "candidate"])]
+    members = front(asked_trials)
+    knee = judged.loc[judged.index.isin(members.loc[members["knee"], "candidate"])]
     if len(knee):
         (ring,) = axes.plot(
             knee[names[0]], knee[names[1]], "o", color=VERMILION, label="knee"
         )
         ring.set(markersize=10, markerfacecolor="none")
     for place, (name, row) in enumerate(
-        wide(references(asked), "reference", names).iterrows()
+        wide(references(asked_trials), "reference", names).iterrows()
     ):
         _crosses(
             axes,
@@ -216,7 +222,7 @@ def _front_panel(
 def _crosses(
     axes: Axes, table: pd.DataFrame, names: Sequence[str], look: tuple[str, str, str]
 ) -> None:
-    """Points with intervals both ways."""
+    """Draw points with confidence intervals in x and y."""
     colour, marker, label = look
     x, x_low, x_high = (
         table[names[0] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
@@ -238,12 +244,12 @@ HISTORY = search_kind(
     "the candidates of a search as they were asked",
     read_asked,
     history_figure,
-    history_marks,
+    marks=history_marks,
 )
 FRONT = search_kind(
     "front",
     "the front that a search has chosen, on held-out seeds",
     partial(with_front, kind="front"),
     front_figure,
-    front_marks,
+    marks=front_marks,
 )

@@ -1,6 +1,4 @@
-"""What the figures of a search share, drawn or as marks: where a candidate lies, which
-groups there are, and what is said of it.
-"""
+"""Layout of the figures of a search, drawn or as marks: places, groups and texts."""
 
 from collections.abc import Sequence
 
@@ -18,31 +16,35 @@ from sweep.spec.objectives import Floats, Objective
 from sweep.tables.stored_study import StoredStudy
 
 SHOWN = 0.75
-"""The part of the estimates of one objective that are drawn in their own places. The
-others lie at the edge, so that the best can be told apart.
+"""The fraction of the estimates of one objective that are drawn in their own places.
+
+The other estimates are at the edge, so that the best ones can be told apart.
 """
 ROOM = 0.06
-"""Room for a held-out mark beyond the end, as a part of the width of an axis."""
+"""Room for a held-out mark beyond the end, as a fraction of the width of an axis."""
 
 
 def places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
-    """Where candidates lie on an axis of trials. Those of a batch are spread evenly,
-    from the end of the batch before to the end of their own.
+    """Return the places of candidates on an axis of trials.
+
+    The candidates of a batch are spread evenly, from the end of the previous batch to
+    the end of this batch. `spent` has the trials spent at the end of each batch.
     """
     before = spent.shift(fill_value=0)
     groups = table.groupby("batch")["candidate"]
-    share = (groups.cumcount() + 1) / groups.transform("size")
+    fraction = (groups.cumcount() + 1) / groups.transform("size")
     start, end = (
         column.loc[table["batch"]].to_numpy(np.float64) for column in (before, spent)
     )
-    return np.asarray(start + share * (end - start), np.float64)
+    return np.asarray(start + fraction * (end - start), np.float64)
 
 
-def held_out_bounds(asked: AskedTrials) -> Floats:
-    """The held-out estimates that a history of one objective draws, and the ends of
-    their intervals.
+def held_out_bounds(asked_trials: AskedTrials) -> Floats:
+    """Return the held-out estimates in a history of one objective, and their bounds.
+
+    They are those of the winner and of the references.
     """
-    tables = (winners(asked)[:1], references(asked))
+    tables = (winners(asked_trials)[:1], references(asked_trials))
     return np.concatenate(
         [
             table[[f"held_out{end}" for end in ("", "_low", "_high")]]
@@ -54,23 +56,50 @@ def held_out_bounds(asked: AskedTrials) -> Floats:
 
 
 def edge_of(values: Floats, objective: Objective, held_out: Floats) -> float:
-    """The edge: the worst value that is drawn in its own place. NaN for no values.
+    """Return the edge: the worst value that is drawn in its own place.
 
-    A part SHOWN of the values lies within the edge, and so does all that is held out.
-    Worse candidates are drawn at the edge.
+    A fraction SHOWN of the values is within the edge, and so are all held-out
+    estimates. Worse candidates are drawn at the edge.
+
+    Parameters
+    ----------
+    values : ndarray
+        Estimates of candidates.
+    objective : Objective
+    held_out : ndarray
+        Held-out estimates and their bounds.
+
+    Returns
+    -------
+    float
+        NaN without finite values.
     """
-    known, others = values[np.isfinite(values)], held_out[np.isfinite(held_out)]
+    known = values[np.isfinite(values)]
+    bounds = held_out[np.isfinite(held_out)]
     if not len(known):
         return np.nan
     edge = np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)
     return float(
-        np.min([edge, *others]) if objective.maximize else np.max([edge, *others])
+        np.min([edge, *bounds]) if objective.maximize else np.max([edge, *bounds])
     )
 
 
 def wide(table: pd.DataFrame, by: str, names: Sequence[str]) -> pd.DataFrame:
-    """One row a candidate or reference, with the held-out estimates and bounds of each
-    objective as columns.
+    """Return one row per candidate or reference, with all objectives as columns.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Held-out estimates, one row per candidate or reference and objective.
+    by : str
+        Column that becomes the index: "candidate" or "reference".
+    names : sequence of str
+        Columns of the objectives.
+
+    Returns
+    -------
+    DataFrame
+        For each name of an objective the columns name, name_low and name_high.
     """
     parts = []
     for name in names:
@@ -84,24 +113,26 @@ def wide(table: pd.DataFrame, by: str, names: Sequence[str]) -> pd.DataFrame:
 
 
 def label_of(study: StoredStudy, objective: Objective) -> str:
-    """The label of the axis of an objective, in two lines."""
-    what = objective.statistic.named(quantity(study, objective.column))
-    return f"{what}\n{'more' if objective.maximize else 'less'} is better"
+    """Return the label of the axis of an objective, in two lines."""
+    statistic = objective.statistic.named(quantity(study, objective.column))
+    return f"{statistic}\n{'more' if objective.maximize else 'less'} is better"
 
 
-def history_note(study: StoredStudy, asked: AskedTrials) -> str:
-    """What the figure of a history says of itself."""
-    table = candidates(asked)
+def history_note(study: StoredStudy, asked_trials: AskedTrials) -> str:
+    """Return the note of the figure of a history."""
+    table = candidates(asked_trials)
     failed = int((table["status"] == FAILED).sum())
     text = f"{study.name}: {len(table):,} candidates" + (
         f", {failed} failed and not drawn" if failed else ""
     )
-    return text + f", {int(table['trials'].sum()):,} trials; {held_out_note(asked)}"
+    return (
+        text + f", {int(table['trials'].sum()):,} trials; {held_out_note(asked_trials)}"
+    )
 
 
-def held_out_note(asked: AskedTrials) -> str:
-    """How many were judged on held-out seeds, and with how many blocks."""
-    judged = winners(asked)
+def held_out_note(asked_trials: AskedTrials) -> str:
+    """Return how many candidates ran on held-out seeds, and in how many blocks."""
+    judged = winners(asked_trials)
     blocks = int(judged["held_out_n"].max()) if len(judged) else 0
     if blocks == 0:
         return "no held-out trials"
@@ -113,23 +144,25 @@ def held_out_note(asked: AskedTrials) -> str:
 
 
 def with_front(study: StoredStudy, kind: str) -> AskedTrials:
-    """What a search for several objectives has asked for, for a figure of this kind.
+    """Return the trials of a search for several objectives, for a kind of figure.
 
-    Raises ChoiceError where the study is no search, or has one objective.
+    Raises ChoiceError if the study is not a search, or has one objective.
     """
-    asked = read_asked(study)
-    if len(objectives(asked)) < 2:
+    asked_trials = read_asked(study)
+    if len(objectives(asked_trials)) < 2:
         raise ChoiceError(
             "needs two objectives and there is one; allowed: history", study.name, kind
         )
-    return asked
+    return asked_trials
 
 
 def groups_of(table: pd.DataFrame) -> dict[str, NDArray[np.bool_]]:
-    """Which candidates have fewer blocks, which have most, and which are not feasible,
-    by what a legend calls them.
+    """Return groups of candidates as masks, by their names in a legend.
+
+    The groups have fewer blocks than others, have the most blocks, or are not feasible.
     """
-    most, feasible = table["blocks"].max(), table["feasible"].to_numpy()
+    most = table["blocks"].max()
+    feasible = table["feasible"].to_numpy()
     complete = (table["blocks"] == most).to_numpy()
     return {
         "fewer blocks": feasible & ~complete,
@@ -138,37 +171,46 @@ def groups_of(table: pd.DataFrame) -> dict[str, NDArray[np.bool_]]:
     }
 
 
-def judged_of(asked: AskedTrials, objective: Objective) -> tuple[str, pd.DataFrame]:
-    """The held-out estimates of one objective that a history shows, and what a legend
-    calls them: of the winner, or with several objectives of the front.
+def judged_of(
+    asked_trials: AskedTrials, objective: Objective
+) -> tuple[str, pd.DataFrame]:
+    """Return a name for a legend, and the held-out estimates of one objective.
+
+    They are those of the winner, or with several objectives those of the front.
     """
-    judged = winners(asked)
+    judged = winners(asked_trials)
     judged = judged[judged["objective"] == objective.column]
-    judged = judged if len(objectives(asked)) > 1 else judged[:1]
+    judged = judged if len(objectives(asked_trials)) > 1 else judged[:1]
     return f"{'winner' if len(judged) == 1 else 'front'}, held out", judged
 
 
-def edge_of_history(asked: AskedTrials, objective: Objective) -> float:
-    """The edge of the history of one objective, see `edge_of`; NaN with several
-    objectives, of which all is drawn in its own place.
+def edge_of_history(asked_trials: AskedTrials, objective: Objective) -> float:
+    """Return the edge of the history of an objective, see `edge_of`.
+
+    NaN with several objectives: then each value is drawn in its own place.
     """
-    if len(objectives(asked)) > 1:
+    if len(objectives(asked_trials)) > 1:
         return np.nan
-    table = candidates(asked)
+    table = candidates(asked_trials)
     values = table.loc[table["feasible"], objective.column].to_numpy(np.float64)
-    return edge_of(values, objective, held_out_bounds(asked))
+    return edge_of(values, objective, held_out_bounds(asked_trials))
 
 
 def best_of(judged: pd.DataFrame, pair: Sequence[Objective]) -> pd.DataFrame:
-    """Those of a table of `wide` that no other beats, in the order of the first
-    objective.
+    """Return the rows of a table of `wide` that are not dominated.
+
+    They are in ascending order of the first objective.
     """
-    names, maximize = [one.column for one in pair], [one.maximize for one in pair]
+    names = [objective.column for objective in pair]
+    maximize = [objective.maximize for objective in pair]
     front = nondominated(judged[names].to_numpy(np.float64), maximize)
     return judged[front].sort_values(names[0])
 
 
-def front_note(study: StoredStudy, asked: AskedTrials) -> str:
-    """What the figure of a front says of itself."""
-    seen = f"{len(candidates(asked)):,} candidates on the seeds of the search"
-    return f"{study.name}: {seen}; {held_out_note(asked)}"
+def front_note(study: StoredStudy, asked_trials: AskedTrials) -> str:
+    """Return the note of the figure of a front."""
+    number = len(candidates(asked_trials))
+    return (
+        f"{study.name}: {number:,} candidates on the seeds of the search;"
+        f" {held_out_note(asked_trials)}"
+    )

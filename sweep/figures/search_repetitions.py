@@ -1,5 +1,6 @@
-"""Repetitions of a search against random searches: the best so far, its hypervolume,
-and what their winners are worth.
+"""Repetitions of a search against random searches.
+
+Figures show the best so far, its hypervolume, and held-out values of the winners.
 """
 
 from collections.abc import Sequence
@@ -35,31 +36,32 @@ LETTERS_OF_A_LABEL = 44
 
 
 def comparison_figure(study: StoredStudy) -> Figure:
-    """The best so far against the trials spent: the mean over repetitions of the
-    search, and the mean over random searches.
+    """Draw the best value so far against the trials spent.
 
-    With several objectives the hypervolume is drawn. On the right are held-out values
-    of the winners, or of the fronts: a point a run, and their means. Raises ChoiceError
-    where the study is no search, or has no repetitions.
+    Curves are means over repetitions of the search, and over random searches. With
+    several objectives the hypervolume is drawn. On the right are held-out values of the
+    winners or fronts, one point per run, and their means. Raises ChoiceError if the
+    study is not a search, or has no repetitions.
     """
-    asked = with_repetitions(study)
-    found = against_random(asked)
-    judged = "winners" if len(objectives(asked)) == 1 else "fronts"
+    asked_trials = with_repetitions(study)
+    comparison = against_random(asked_trials)
+    judged = "winners" if len(objectives(asked_trials)) == 1 else "fronts"
     with style.context(STYLE):
         figure = Figure(figsize=(7.0, 3.7))
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=[3.4, 1.0])
         sides = (
-            (REPETITION, found.search, BLUE, "search"),
-            (RANDOM, found.random, ORANGE, "random search"),
+            (REPETITION, comparison.search, BLUE, "search"),
+            (RANDOM, comparison.random, ORANGE, "random search"),
         )
         for place, (kind, values, colour, label) in enumerate(sides):
-            curves = _curves(asked, runs(asked, kind))
-            _band(left, curves, colour, label, found.distribution)
-            _strip(right, place, values, colour, found.distribution)
+            curves = _curves(asked_trials, runs(asked_trials, kind))
+            distribution = comparison.distribution
+            _band(left, curves, colour, label, distribution=distribution)
+            _strip(right, place, values, colour, distribution=distribution)
         left.set(
             xlim=(0, None),
             xlabel="trials spent",
-            ylabel=_best_label(study, asked),
+            ylabel=_best_label(study, asked_trials),
             title="on the seeds of the search",
         )
         right.set(
@@ -72,19 +74,20 @@ def comparison_figure(study: StoredStudy) -> Figure:
         legend(figure, left)
         note(
             figure,
-            f"{study.name}: {_runs_note(asked)}; means with 95 % intervals over runs",
+            f"{study.name}: {_runs_note(asked_trials)}; means with 95 % intervals"
+            " over runs",
         )
     return figure
 
 
 def hypervolume_figure(study: StoredStudy) -> Figure:
-    """The hypervolume of a search for several objectives against trials, and that of
-    its repetitions, if there are any.
+    """Draw the hypervolume of a search for several objectives against trials.
 
-    Raises ChoiceError where the study is no search, or has one objective.
+    Its repetitions and random searches are drawn too, if any. Raises ChoiceError if the
+    study is not a search, or has one objective.
     """
-    asked = with_front(study, "hypervolume")
-    reference = reference_point(asked)
+    asked_trials = with_front(study, "hypervolume")
+    reference = reference_point(asked_trials)
     with style.context(STYLE):
         figure = Figure(figsize=(6.0, 3.7))
         axes = figure.subplots()
@@ -92,8 +95,8 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
             (RANDOM, ORANGE, "random searches"),
             (REPETITION, BLUE, "repetitions"),
         ):
-            for place, run in enumerate(runs(asked, kind)):
-                table = best_so_far(asked, run, reference)
+            for place, run in enumerate(runs(asked_trials, kind)):
+                table = best_so_far(asked_trials, run, reference)
                 axes.step(
                     table["trials"],
                     table["value"],
@@ -103,7 +106,7 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
                     linewidth=0.8,
                     label="" if place else label,
                 )
-        table = best_so_far(asked, SEARCH, reference)
+        table = best_so_far(asked_trials, SEARCH, reference)
         axes.step(
             table["trials"],
             table["value"],
@@ -112,36 +115,39 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
             linewidth=2.0,
             label="the search",
         )
-        axes.set(xlabel="trials spent", ylabel=_best_label(study, asked))
+        axes.set(xlabel="trials spent", ylabel=_best_label(study, asked_trials))
         axes.set_xlim(left=0)
         axes.set_ylim(0, max(1.05 * axes.dataLim.y1, np.finfo(float).tiny))
         legend(figure, axes)
         note(
             figure,
-            f"{study.name}: {_runs_note(asked)}; on the seeds of the search, no"
-            f" intervals; {_point(asked)}",
+            f"{study.name}: {_runs_note(asked_trials)}; on the seeds of the search, no"
+            f" intervals; {_point(asked_trials)}",
         )
     return figure
 
 
 def with_repetitions(study: StoredStudy) -> AskedTrials:
-    """What a search with repetitions has asked for. Raises ChoiceError without one."""
-    asked = read_asked(study)
-    if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
+    """Return the trials of a search. Raises ChoiceError if it has no repetitions."""
+    asked_trials = read_asked(study)
+    if not (runs(asked_trials, REPETITION) and runs(asked_trials, RANDOM)):
         raise ChoiceError(
             "has no repetitions; run it with --repetitions 10", study.name
         )
-    return asked
+    return asked_trials
 
 
-def _curves(asked: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
-    """The best so far of each run (a column) at every number of trials at which one of
-    them changes.
+def _curves(asked_trials: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
+    """Return the best so far of each run, as columns.
+
+    Rows are all numbers of trials at which a run has a value.
     """
-    reference = reference_point(asked) if len(objectives(asked)) > 1 else None
+    reference = (
+        reference_point(asked_trials) if len(objectives(asked_trials)) > 1 else None
+    )
     columns = {}
     for run in names:
-        table = best_so_far(asked, run, reference)
+        table = best_so_far(asked_trials, run, reference)
         columns[run] = table.groupby("trials")["value"].last()
     return pd.DataFrame(columns).sort_index().ffill()
 
@@ -171,7 +177,7 @@ def _band(
 def _strip(
     axes: Axes, place: int, values: Floats, colour: str, distribution: Declared
 ) -> None:
-    """Draw the values of runs beside each other, and their mean with its interval."""
+    """Draw the values of runs side by side, and their mean with its interval."""
     spread = (
         np.linspace(-0.2, 0.2, len(values))
         if len(values) > 1
@@ -183,18 +189,18 @@ def _strip(
     axes.plot([place], [mean], "D", color=colour, markersize=5)
 
 
-def _best_label(study: StoredStudy, asked: AskedTrials) -> str:
-    wanted = objectives(asked)
-    if len(wanted) == 1:
-        column = quantity(study, wanted[0].column)
-        return f"best {wanted[0].statistic.named(column)}"
-    sides = [quantity(study, one.column) for one in wanted]
+def _best_label(study: StoredStudy, asked_trials: AskedTrials) -> str:
+    aims = objectives(asked_trials)
+    if len(aims) == 1:
+        column = quantity(study, aims[0].column)
+        return f"best {aims[0].statistic.named(column)}"
+    sides = [quantity(study, objective.column) for objective in aims]
     return "\n".join(["hypervolume,", *wrap(" x ".join(sides), LETTERS_OF_A_LABEL)])
 
 
-def _runs_note(asked: AskedTrials) -> str:
-    counts = [len(runs(asked, kind)) for kind in (REPETITION, RANDOM)]
-    budget = f"{asked.about['budget']:,} trials"
+def _runs_note(asked_trials: AskedTrials) -> str:
+    counts = [len(runs(asked_trials, kind)) for kind in (REPETITION, RANDOM)]
+    budget = f"{asked_trials.about['budget']:,} trials"
     return (
         f"{counts[0]} repetitions and {counts[1]} random searches of {budget} each"
         if counts[0]
@@ -202,14 +208,14 @@ def _runs_note(asked: AskedTrials) -> str:
     )
 
 
-def _point(asked: AskedTrials) -> str:
-    """The reference point in words."""
-    point = reference_point(asked)
+def _point(asked_trials: AskedTrials) -> str:
+    """Return the reference point in words."""
+    point = reference_point(asked_trials)
     if point is None:
         return "no candidate has all blocks"
     values = ", ".join(
-        f"{one.column} {value:.4g}"
-        for one, value in zip(objectives(asked), point, strict=True)
+        f"{objective.column} {value:.4g}"
+        for objective, value in zip(objectives(asked_trials), point, strict=True)
     )
     return f"from the worst values seen: {values.replace('_', ' ')}"
 

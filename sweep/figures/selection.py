@@ -1,8 +1,7 @@
-"""Which trials of a study a figure shows, and which of the settings that vary become
-its axes, colours and panels.
+"""Selection of the trials that a figure shows, and roles of its parameters.
 
-A figure averages over replicates only. Where no room is left for a setting that varies,
-the user is asked to choose fewer points.
+Parameters that vary become axes, colours and panels. A figure averages over replicates
+only. If no room is left for a parameter that varies, the user must choose fewer points.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,15 +24,15 @@ from sweep.text import unknown
 MOST_PANELS = 12
 MOST_COLOURS = 7
 FARTHEST = 1e150
-"""Squares of such places are still finite; matplotlib needs some room, too."""
+"""The largest place on an axis: its square is finite, with a margin for matplotlib."""
 MOST_NAMED = 30
-"""So many values of a setting without a scale have room on an axis."""
+"""The most values of a parameter without a scale that have room on an axis."""
 MOST_BY_DEFAULT = 3
-"""So many values become colours of one panel unless asked for; more become panels."""
+"""The most values that become colours by default; more values become panels."""
 
 
 class Facet(NamedTuple):
-    """A panel of a figure: what its points have in common, in words, and their ids."""
+    """A panel of a figure: the common parameters of its points in words, and ids."""
 
     title: str
     points: "pd.Index[str]"
@@ -43,12 +42,21 @@ class Facet(NamedTuple):
 class Selection:
     """The trials of a study that a figure shows.
 
-    `study` has these trials only. `points` has one row a point with a stored trial, by
-    its id, and as columns the settings that differ between them; `designed` has the
-    same columns of all points of the spec, by which settings are shared out: a figure
-    keeps its form while a launch goes on. `sampled` are the settings that an axis
-    samples, `listed` those that are listed, the ones with the fewest values first; what
-    follows from them, like the width of a map, is in neither.
+    Attributes
+    ----------
+    study
+        A study with only these trials.
+    points
+        One row per point with a stored trial, by its id. The columns are the parameters
+        that differ between these points.
+    designed
+        The same columns for all points of the spec. They decide the roles of
+        parameters, so that a figure keeps its form while trials run.
+    sampled
+        Parameters that an axis of the spec samples.
+    listed
+        Parameters with listed values, fewest values first. A value that follows from
+        others, such as the width of a map, is in neither list.
     """
 
     study: StoredStudy
@@ -59,36 +67,37 @@ class Selection:
 
     @property
     def trials(self) -> pd.DataFrame:
-        """The stored ones."""
+        """The stored trials."""
         return self.study.trials
 
     @property
     def planned(self) -> int:
-        """How many there are in the spec."""
+        """The number of planned trials."""
         return int(self.study.plan.num_rows)
 
     @property
     def not_done(self) -> int:
-        """How many trials have no result: not run, failed, diverged or out of time."""
+        """The number of trials not done: not run, failed, diverged or timed out."""
         return self.planned - int(self.study.done.sum())
 
     def table(self, metrics: Sequence[str]) -> pd.DataFrame:
-        """The settings of every point, by its id, and of each metric mean, _low, _high,
-        _n and _undefined; `not_done`.
+        """Return the parameters and the means of metrics of each point, by its id.
 
-        The interval is that of the distribution of the metric. The interval of a metric
-        that decided how many trials a point has is the repeated one.
+        Each metric has the columns mean, _low, _high, _n and _undefined; `not_done` is
+        another column. The confidence interval depends on the distribution of the
+        metric. A metric that decided the number of trials of a point has the repeated
+        confidence interval.
         """
         means = self.study.means(metrics, ["point"]).set_index("point")
         return self.points.join(means, how="left")
 
     def values(self, name: str) -> list[object]:
-        """The values of a setting: numbers ascending, others as in the spec."""
-        found = list(dict.fromkeys(self.points[name].tolist()))
-        return sorted(found) if is_number(self.points[name]) else found
+        """Return the values of a parameter: ascending numbers, or the spec's order."""
+        values = list(dict.fromkeys(self.points[name].tolist()))
+        return sorted(values) if is_number(self.points[name]) else values
 
     def setting(self, name: str) -> str:
-        """`name`, if it differs between points. Raises ChoiceError."""
+        """Return the name of a parameter, or raise ChoiceError if it does not vary."""
         if name in self.points:
             return name
         if name in self.study.headings and (gap := untried(self.study)):
@@ -97,9 +106,19 @@ class Selection:
             why = unknown("varied setting", name, self.points.columns)
         raise ChoiceError(why, self.study.name)
 
-    def axis(self, name: str, what: str) -> str:
-        """`name`, if a figure of this kind can have an axis of the setting. Raises
-        ChoiceError for numbers that have no scale and are too many to be named.
+    def axis(self, name: str, kind: str) -> str:
+        """Return the name of a parameter that can have an axis.
+
+        Parameters
+        ----------
+        name : str
+        kind : str
+            Kind of the figure, for the error.
+
+        Raises
+        ------
+        ChoiceError
+            If the values have no scale and are too many to be named.
         """
         number = len(self.values(name))
         if number > MOST_NAMED and not has_scale(self.points[name]):
@@ -107,17 +126,21 @@ class Selection:
                 f"cannot place the {number:,} values of {name}, some of which are"
                 f" beyond {FARTHEST:g}; choose with where, {self.example([name])}",
                 self.study.name,
-                what,
+                kind,
             )
         return name
 
     def apart(self, shown: Sequence[str]) -> list[str]:
-        """The listed settings that must be shown beside those in `shown`, so that
-        points which differ are apart; first what the study keeps apart, whether or not
-        its points differ in others.
+        """Return the listed parameters to show next to `shown`, to keep points apart.
+
+        The parameters that the study always keeps apart are first, also if the points
+        differ in others.
         """
-        kept = self.study.kept_apart
-        chosen = [name for name in kept if name in self.listed and name not in shown]
+        chosen = [
+            name
+            for name in self.study.kept_apart
+            if name in self.listed and name not in shown
+        ]
         groups = self._groups([*shown, *chosen])
         for name in self.listed:
             if (
@@ -129,7 +152,7 @@ class Selection:
         return chosen
 
     def mixed(self, shown: Sequence[str]) -> list[str]:
-        """The settings in which points differ that agree in all of `shown`."""
+        """Return the parameters in which points differ that agree in all of `shown`."""
         if not len(self.points.columns):
             return []
         groups = (
@@ -146,7 +169,7 @@ class Selection:
         ] or mixed
 
     def facets(self, names: Sequence[str]) -> list[Facet]:
-        """The panels of all values of these settings together, in their order."""
+        """Return one panel per combination of values of these parameters, in order."""
         if not names:
             return [Facet("", self.points.index)]
         order = {
@@ -165,41 +188,77 @@ class Selection:
         return [facet for _, facet in parts]
 
     def colour(
-        self, by: str | None, others: Sequence[str], shown: Sequence[str]
+        self, by: str | None, available: Sequence[str], shown: Sequence[str]
     ) -> str | None:
-        """The setting whose values become colours: `by`, or else the first of the
-        `others` that has few values.
+        """Return the parameter whose values become colours, if any.
 
-        Raises ChoiceError for a setting that does not vary or is `shown` already, and
-        for too many values.
+        Parameters
+        ----------
+        by : str or None
+            Parameter that the user has chosen; by default the first available one with
+            few values.
+        available : sequence of str
+            Parameters that may become colours.
+        shown : sequence of str
+            Parameters on axes.
+
+        Raises
+        ------
+        ChoiceError
+            If `by` does not vary, is shown, or has too many values.
         """
         if by is None:
-            few = [name for name in others if len(self.values(name)) <= MOST_BY_DEFAULT]
+            few = [
+                name for name in available if len(self.values(name)) <= MOST_BY_DEFAULT
+            ]
             return few[0] if few else None
         if self.setting(by) in shown:
             raise ChoiceError(
-                f"by {by}, which is on an axis already{self._offer(others)}",
+                f"by {by}, which is on an axis already{self._offer(available)}",
                 self.study.name,
             )
         if (number := len(self.values(by))) > MOST_COLOURS:
             raise ChoiceError(
                 f"by {by}, which has {number:,} values;"
-                f" allowed: up to {MOST_COLOURS}{self._offer(others)}",
+                f" allowed: up to {MOST_COLOURS}{self._offer(available)}",
                 self.study.name,
             )
         return by
 
-    def panels(self, names: Sequence[str], what: str) -> list[Facet]:
-        """`facets`. Raises ChoiceError, saying what to choose, for more than twelve."""
+    def panels(self, names: Sequence[str], kind: str) -> list[Facet]:
+        """Return `facets` if they are not too many.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Parameters whose values become panels.
+        kind : str
+            Kind of the figure, for the error.
+
+        Raises
+        ------
+        ChoiceError
+            If there are more than twelve panels.
+        """
         facets = self.facets(names)
-        self.allow(len(facets), names, what)
+        self.allow(len(facets), names, kind)
         return facets
 
     def allow(
-        self, panels: int, names: Sequence[str], what: str, remedy: str = ""
+        self, panels: int, names: Sequence[str], kind: str, remedy: str = ""
     ) -> None:
-        """Raise ChoiceError for more than twelve panels of these settings. The error
-        says what to choose.
+        """Raise ChoiceError for more than twelve panels.
+
+        Parameters
+        ----------
+        panels : int
+            Number of panels.
+        names : sequence of str
+            Parameters whose values become panels.
+        kind : str
+            Kind of the figure.
+        remedy : str, default ""
+            How to get fewer panels; by default an example of `where`.
         """
         if panels > MOST_PANELS:
             numbers = " and ".join(
@@ -211,11 +270,11 @@ class Selection:
                 f" {MOST_PANELS};"
                 f" {remedy or f'choose with where, {self.example(names)}'}",
                 self.study.name,
-                what,
+                kind,
             )
 
     def example(self, names: Sequence[str]) -> str:
-        """How to say which points to show, for one of these settings."""
+        """Return an example of a condition on the first of these parameters, if any."""
         listed = [
             f"{name}={spelled(value)}"
             for name in names[:1]
@@ -223,7 +282,7 @@ class Selection:
         ]
         return f"for example {listed[0]}" if listed else "or fewer metrics"
 
-    def about(
+    def note(
         self,
         text: str,
         counts: Iterable[int],
@@ -231,23 +290,32 @@ class Selection:
         metrics: Sequence[str] = (),
         shown: Sequence[str] = (),
     ) -> str:
-        """The note of a figure: the study, what `where` has chosen, `text`, how many
-        trials are not done, how many points have none, and in which fixed settings
-        several studies differ.
+        """Return the note of a figure.
 
-        In `text`, {n} becomes the span of `counts`, which are numbers of trials.
-        `interval` says which interval is drawn; where no count is above one, the note
-        says that there is none. `metrics` are those that have this interval. A metric
-        that decided how many trials a point has is named, because its interval is
-        another. The note says of `metrics` and of others `shown` which share of the
-        done trials has no value, and which of them rest on few skewed values.
+        The note has the study, the conditions of `where`, `text`, the number of trials
+        that are not done and of points without a trial, and the fixed parameters in
+        which several studies differ. It tells which fraction of the done trials has no
+        value of a metric, and which metrics rest on few skewed values.
+
+        Parameters
+        ----------
+        text : str
+            Text about trials, in which {n} becomes the span of `counts`.
+        counts : iterable of int
+            Numbers of trials.
+        interval : str, default ""
+            The kind of interval that is drawn. If no count is above one, the note
+            states that there is no interval.
+        metrics : sequence of str, default ()
+            Metrics with this interval. The note names metrics that decided the number
+            of trials of a point, because their intervals are repeated ones.
+        shown : sequence of str, default ()
+            Other metrics that are shown.
         """
         known = [int(count) for count in counts]
         if max(known, default=0) < 2:
-            text, interval = (
-                text.replace("{n} trials", "{n} trial"),
-                "no interval" if interval else "",
-            )
+            text = text.replace("{n} trials", "{n} trial")
+            interval = "no interval" if interval else ""
         elif (
             interval
             and (looks := self.study.looks)
@@ -258,7 +326,7 @@ class Selection:
                 f" repeated {100 * looks.confidence:g} %"
             )
         text += f", {interval}" if interval else ""
-        settings = [named([one]) for one in self.study.chosen.items()]
+        settings = [named([setting]) for setting in self.study.chosen.items()]
         where = ", ".join([*settings, *self.study.conditions])
         place = f", {where}" if where else ""
         missing = (
@@ -281,13 +349,13 @@ class Selection:
         ]
         few = few_skewed(self.study, dict.fromkeys(drawn, known))
         differ = f"; they differ in {apart}" if apart else ""
-        said = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
+        facts = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
         phases = phases_said(self.study)
-        lines = [f"{self.study.name}{place}: {said}", phases, few]
+        lines = [f"{self.study.name}{place}: {facts}", phases, few]
         return "\n".join(filter(None, lines))
 
     def _undefined(self, metric: str) -> float:
-        """The share of the done trials that have no value of a metric."""
+        """Return the fraction of the done trials that have no value of a metric."""
         done = self.study.done
         return float(self.trials.loc[done, metric].isna().mean()) if done.any() else 0.0
 
@@ -295,21 +363,21 @@ class Selection:
         together = self.designed.groupby(list(names), sort=False) if names else None
         return int(together.ngroups) if together else 1
 
-    def _offer(self, others: Sequence[str]) -> str:
-        few = [name for name in others if len(self.values(name)) <= MOST_COLOURS]
+    def _offer(self, available: Sequence[str]) -> str:
+        few = [name for name in available if len(self.values(name)) <= MOST_COLOURS]
         return f"; choose one of {', '.join(few)}" if few else ""
 
 
 def select(study: StoredStudy) -> Selection:
-    """The points of `study` that a figure shows, those with a stored trial, and what
-    differs between them. The phases of a search are apart. Raises ChoiceError where no
-    trial is done.
+    """Return the points of a study with a stored trial, and their parameters.
+
+    The phases of a search are kept apart. Raises ChoiceError if no trial is done.
     """
     study = by_phase(study)
     if not study.done.any():
-        there = " there" if study.restricted else ""
+        selected = " there" if study.restricted else ""
         raise ChoiceError(
-            f"no trial is done{there}, so there is nothing to draw", study.name
+            f"no trial is done{selected}, so there is nothing to draw", study.name
         )
     designed = study.points[study.headings]
     points = designed[study.tried]
@@ -318,41 +386,39 @@ def select(study: StoredStudy) -> Selection:
 
 
 def among(trials: pd.DataFrame, points: "pd.Index[str]") -> pd.DataFrame:
-    """The rows of `trials` that are of one of these points."""
-    wanted = set(points)
+    """Return the rows of `trials` that belong to these points."""
+    ids = set(points)
     return trials[
-        np.fromiter(
-            (point in wanted for point in trials["point"]), np.bool_, len(trials)
-        )
+        np.fromiter((point in ids for point in trials["point"]), np.bool_, len(trials))
     ]
 
 
 def recorded(study: StoredStudy, metric: str) -> str:
-    """`metric`, or with `_mean` its mean over the last half, if the study has it.
-    Raises ChoiceError.
+    """Return a column of the trials, or raise ChoiceError for an unknown metric.
+
+    The column `<metric>_mean` is the mean over the second half of a trial.
     """
     study.check_metric(Column.read(metric).metric)
     return metric
 
 
 def is_number(column: "pd.Series[float]") -> bool:
-    """Whether a setting is a number and not a text or a truth value."""
+    """Return True for a parameter with numbers, and not strings or booleans."""
     return pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(
         column
     )
 
 
 def has_scale(column: "pd.Series[float]") -> bool:
-    """Whether a setting is a number that an axis can place. Numbers too far out for
-    that, such as an endless range, are named like texts.
+    """Return True for a parameter with numbers that an axis can place.
+
+    Numbers that are too large, such as an infinite range, are named like strings.
     """
     return is_number(column) and bool((column.abs() <= FARTHEST).all())
 
 
 def _kinds(study: StoredStudy, points: pd.DataFrame) -> tuple[list[str], list[str]]:
-    """The settings that an axis samples, and those that are listed, the ones with the
-    fewest values first.
-    """
+    """Return the sampled parameters, and the listed ones, fewest values first."""
     axes = study.axes.values()
     drawn = {setting for axis in axes if axis.sampler for setting in axis.settings}
     listed = {setting for axis in axes if not axis.sampler for setting in axis.settings}

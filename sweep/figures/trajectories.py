@@ -1,6 +1,4 @@
-"""Flights of trials: the ways of boids, which fade the longer ago they are, and the
-last flock.
-"""
+"""Trajectories of trials: fading paths of boids, and their last positions."""
 
 from collections.abc import Iterable
 from functools import partial
@@ -38,14 +36,17 @@ Floats = NDArray[np.float64]
 
 MOST_TRIALS = 4
 BOID = 0.022
-"""The length of a boid's triangle as a part of the width of its map."""
+"""The length of the triangle of a boid, as a fraction of the width of its map."""
 BOIDS = "0.1"
-"""The colour of boids that are of no kind."""
+"""The colour of boids without a kind."""
 FADING = 3
 
 
-class Flights(NamedTuple):
-    """What a figure of flights shows: a panel a trial, with the facet of its point."""
+class Trajectories(NamedTuple):
+    """The contents of a figure of trajectories: one panel per trial.
+
+    Each trial has the facet of its point.
+    """
 
     selection: Selection
     trials: list[tuple[Facet, "pd.Series[Any]"]]
@@ -54,21 +55,33 @@ class Flights(NamedTuple):
 def trajectories_figure(
     study: StoredStudy,
 ) -> Figure:
-    """The flights of up to four trials: the first trial of each point, or the first few
-    trials of one or two points.
+    """Draw the trajectories of up to four trials.
 
-    Trails fade from the last recorded frame back to the first. Triangles are the boids
-    in the last frame. Kinds of boids have a colour each. Obstacles are grey, and a goal
-    that some rule seeks is a cross.
-    Raises ChoiceError where no trajectories are stored and for more than four points.
+    They are the first trial of each point, or the first few trials of one or two
+    points. Trails fade from the last recorded frame back to the first. Triangles are
+    the boids in the last frame. Each kind of boids has a colour. Obstacles are grey,
+    and a goal that a rule seeks is a cross.
+
+    Parameters
+    ----------
+    study : StoredStudy
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If no trajectories are stored, or there are more than four points.
     """
     return draw_trajectories(trajectories_layout(study))
 
 
 def trajectories_layout(
     study: StoredStudy,
-) -> Flights:
-    """What `trajectories_figure` will show. Raises ChoiceError as it does."""
+) -> Trajectories:
+    """Return the layout of `trajectories_figure`, or raise its ChoiceError."""
     selection = select(study)
     if (
         "vx"
@@ -94,14 +107,14 @@ def trajectories_layout(
         (facet, among(done, facet.points).head(MOST_TRIALS // len(facets)))
         for facet in facets
     ]
-    return Flights(
+    return Trajectories(
         selection,
         [(facet, row) for facet, trials in chosen for _, row in trials.iterrows()],
     )
 
 
-def draw_trajectories(layout: Flights) -> Figure:
-    """The figure of a layout."""
+def draw_trajectories(layout: Trajectories) -> Figure:
+    """Draw the figure of a layout."""
     selection, trials = layout
     unit = selection.study.units.get("width", "")
     with style.context(STYLE):
@@ -124,9 +137,9 @@ def draw_trajectories(layout: Flights) -> Figure:
                 selection.study,
                 row,
                 world,
-                unit,
-                [*facet.title.split(", "), _replicate(row)],
-                across,
+                unit=unit,
+                title=[*facet.title.split(", "), _replicate(row)],
+                across=across,
             )
             for axes, (facet, row), world in zip(panels, trials, worlds, strict=False)
         ]
@@ -140,7 +153,7 @@ def draw_trajectories(layout: Flights) -> Figure:
         )
         note(
             figure,
-            selection.about(text, [int((selection.trials["status"] == "done").sum())]),
+            selection.note(text, [int((selection.trials["status"] == "done").sum())]),
         )
     return figure
 
@@ -154,11 +167,11 @@ def _panel(
     title: list[str],
     across: int,
 ) -> int:
-    """Draw a flight. Returns its last frame."""
-    frames, flight = study.trajectory(trial["trial_id"])
+    """Draw a trial. Return its last frame."""
+    frames, states = study.trajectory(trial["trial_id"])
     world = world.at(int(frames[-1]))
     draw_map(axes, world, unit, downwards=world.y_down)
-    _widen(axes, flight[:, :2], (world.width, world.height))
+    _widen(axes, states[:, :2], (world.width, world.height))
     points = world.obstacles[world.obstacles[:, 2] == 0.0]
     axes.plot(
         points[:, 0],
@@ -170,8 +183,8 @@ def _panel(
     )
     by_kind = colours_of_kinds(world.kinds)
     colours = [by_kind[kind] for kind, n in world.kinds.items() for _ in range(n)]
-    _trails(axes, flight[:, :2], (world.width, world.height), colours or SKY)
-    draw_flock(axes, flight[-1], BOID * world.width, colours or BOIDS)
+    _trails(axes, states[:, :2], (world.width, world.height), colours or SKY)
+    draw_flock(axes, states[-1], BOID * world.width, colours or BOIDS)
     if world.goals:
         axes.plot(
             *np.transpose(world.goals),
@@ -188,7 +201,7 @@ def _panel(
 
 
 def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
-    """Make room for boids that were outside the world, and draw its border."""
+    """Extend the limits to boids outside the world, if any, and draw its border."""
     low = np.minimum(places.min(axis=(0, 2)), 0.0)
     high = np.maximum(places.max(axis=(0, 2)), size)
     if (low < 0.0).any() or (high > size).any():
@@ -210,7 +223,7 @@ def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
 
 
 def _legend(figure: Figure, kinds: Iterable[str]) -> None:
-    """Say which colour is which kind, where there are any."""
+    """Put a legend of the kinds of boids above the figure, if there are any."""
     colours = colours_of_kinds(kinds)
     marks = [
         Line2D([], [], linestyle="none", marker=">", color=colour)
@@ -223,8 +236,9 @@ def _legend(figure: Figure, kinds: Iterable[str]) -> None:
 def _trails(
     axes: Axes, places: Floats, size: tuple[float, float], colour: str | list[str]
 ) -> None:
-    """Draw the ways (F, 2, N) of boids, which have one colour, or one each. A border
-    may be joined to the opposite one; jumps across it are left out.
+    """Draw the paths of boids, positions (F, 2, N), in one colour or one per boid.
+
+    Jumps across a periodic border are left out.
     """
     steps = np.stack([places[:-1], places[1:]], axis=1).transpose(0, 3, 1, 2)
     jumps = (np.abs(steps[:, :, 1] - steps[:, :, 0]) > np.array(size) / 2).any(axis=2)
@@ -251,7 +265,7 @@ def _replicate(trial: "pd.Series[Any]") -> str:
 
 
 def plan(study: StoredStudy, _: Choices) -> list[Planned]:
-    """One figure of a few trials. Raises ChoiceError where the study has none."""
+    """Plan one figure of a few trials. Raises ChoiceError if the kind does not suit."""
     return [
         Planned(
             "",

@@ -74,7 +74,7 @@ def test_where_chooses_points_and_leaves_what_still_varies() -> None:
         9,
     )
     assert set(selection.trials["borders"]) == {"torus"}
-    said = selection.about("{n} trials", [3])
+    said = selection.note("{n} trials", [3])
     assert said == "grid, borders = torus, separation weight = 2: 3 trials"
 
 
@@ -108,7 +108,7 @@ def test_trials_that_are_not_done_are_counted() -> None:
     made = study_of(axis("random", 5))
     made.trials.loc[:2, "status"] = "failed"
     assert (
-        select(made).about("{n} trials", [2])
+        select(made).note("{n} trials", [2])
         == "made_up: 2 trials; 3 of 10 trials not done"
     )
 
@@ -127,12 +127,12 @@ def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() 
     np.testing.assert_allclose(
         row[["speed_low", "speed_high"]].astype(float), [low, high]
     )
-    said = selection.about("{n} trials", [4], "mean with 95 % interval", ["speed"])
+    said = selection.note("{n} trials", [4], "mean with 95 % interval", ["speed"])
     assert said.endswith(
         "4 trials, mean with 95 % interval; that of speed, which chose the trials:"
         " repeated 90 %"
     )
-    assert "repeated" not in selection.about(
+    assert "repeated" not in selection.note(
         "{n} trials", [4], "mean with 95 % interval", ["dispersion"]
     )
 

@@ -130,9 +130,9 @@ def test_undefined_values_are_told_beside_a_mean(
     assert list(rows["flock_radius_n"]) == [2, 3]
     print_report(means_report(half_known, found))
     assert capsys.readouterr().out.count("33 % undefined") == 1
-    note = select(half_known).about("{n} trials", [2, 3], "", ["flock_radius"])
+    note = select(half_known).note("{n} trials", [2, 3], "", ["flock_radius"])
     assert note.splitlines()[0].endswith("; flock_radius undefined in 17 % of trials")
-    assert "undefined" not in select(half_known).about("{n} trials", [3], "", ["speed"])
+    assert "undefined" not in select(half_known).note("{n} trials", [3], "", ["speed"])
 
 
 def test_a_comparison_tells_undefined_values(
@@ -165,10 +165,10 @@ def test_few_skewed_values_are_said(
     print_report(means_report(study, point_means(study, ["speed", "escapes"])))
     assert "skewed" not in capsys.readouterr().out
     drawn = "mean with 95 % interval"
-    note = select(study).about("{n} trials", [3], drawn, ["flock_radius"])
+    note = select(study).note("{n} trials", [3], drawn, ["flock_radius"])
     assert note.splitlines()[-1] == FEW
     for counts, kind in (([6], drawn), ([1], drawn), ([3], "")):
-        note = select(study).about("{n} trials", counts, kind, ["flock_radius"])
+        note = select(study).note("{n} trials", counts, kind, ["flock_radius"])
         assert "skewed" not in note
     sides = [read_side(f"rare:separation_weight={w}", results) for w in (0.5, 1)]
     print_report(comparison_report(compare_sides(*sides, ["flock_radius", "speed"])))

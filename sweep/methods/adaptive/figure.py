@@ -201,7 +201,7 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
     selection, metric, _ = layout
     counts = widths.groupby("point")["n"].max()
     without = widths["point"].nunique() - _drawn(widths)["point"].nunique()
-    said = selection.about(
+    said = selection.note(
         f"{so_many(len(counts), 'point')}, {{n}} trials a point, the first ones by"
         " replicate",
         counts,

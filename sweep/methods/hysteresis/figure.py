@@ -123,7 +123,7 @@ def _note(layout: Loops) -> str:
         " values where both ways differ with 95 %, all values together"
     )
     metrics = [str(Column.read(layout.metric))]
-    return select(layout.study).about(text, counts, shown=metrics)
+    return select(layout.study).note(text, counts, shown=metrics)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

@@ -201,7 +201,7 @@ def _note(layout: Phase) -> str:
     )
     for why, cells in left.groupby("why"):
         text += f"; {len(cells):,} of {len(found.cells):,} cells unresolved: {why}"
-    return select(layout.study).about(text, counts)
+    return select(layout.study).note(text, counts)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

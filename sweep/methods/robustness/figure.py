@@ -136,7 +136,7 @@ def _note(found: Validity) -> str:
             f"; {found.variants[name]}: {bits.same:,} of {bits.trials:,} trials have"
             " the same bits"
         )
-    return select(found.study).about(text, counts)
+    return select(found.study).note(text, counts)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

@@ -76,7 +76,7 @@ def _note(study: StoredStudy, found: Scaling) -> str:
         f"{LENGTHS[found.length]}; {', '.join(said)}; S = {one.quality:.2g}, about 1"
         " where curves differ by their errors alone; {n} trials a point, 95 % intervals"
     )
-    return select(study).about(text, found.states["trials"])
+    return select(study).note(text, found.states["trials"])
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

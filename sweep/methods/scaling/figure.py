@@ -111,7 +111,7 @@ def _note(study: StoredStudy, found: Scaling) -> str:
     if not found.stationary:
         flagged = int((found.states["problems"] != "").sum())
         text += f"; {so_many(flagged, 'point')} not stationary"
-    return select(study).about(text, found.states["trials"])
+    return select(study).note(text, found.states["trials"])
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
