@@ -44,7 +44,7 @@ def refine(
         if launcher:
             why = f"This page launches {launcher.file}, which is another study."
             found = found._replace(why_not=why)
-    return found._asdict() | {"between": between, "replicates": spec.replicates}
+    return found.as_reply() | {"between": between, "replicates": spec.replicates}
 
 
 def _range(text: str) -> tuple[str, Range]:

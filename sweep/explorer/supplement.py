@@ -294,4 +294,4 @@ def _as_data(run: RecordedRun, every: int) -> dict[str, Any]:
 
 def _page(data: dict[str, Any], about: Mapping[str, str]) -> bytes:
     title = data["front"]["title"]
-    return document("supplement", "supplement", data, title, about)
+    return document("supplement", "supplement", data, title, origin=about)

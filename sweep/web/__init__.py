@@ -1,36 +1,37 @@
-"""The live simulator: a page in the browser, or a widget in a notebook, on the kernels
-that sweeps use.
+"""The live simulator: a page in the browser, or a widget in a notebook.
 
-    state          what is on the screen, a spec
-    opened         the spec that was opened, and its text with what was changed
-    controls       its controls, from the models
-    claimed        published numbers and their settings
-    compiling      what is compiled before it is needed
-    running        simulations that are changed
+It runs the kernels that sweeps use.
+
+    state          the spec of what is on the screen
+    opened         the opened spec, and its text with the changes
+    controls       the controls, made from the models
+    claimed        published means with the parameters that they hold for
+    compiling      compilation before a page waits for it
+    running        simulations whose parameters change
     session        one live run
     course         its past, from which any step is run again
-    edits          what was edited, to be undone
+    edits          undo and redo
     live           a live run as a Show
     replaying      a stored trial as a Show
     stored         the stored trials, to go from one to another
-    track          a stored run, gone through once
+    track          a stored trial, run once, with its metrics
     twin           two runs on one clock
     history        metrics by step
-    show           what is played to a page
-    playing        how it is played
-    messages       what the page may say
+    show           the interface of what is played to a page
+    playing        the player of a Show
+    messages       the messages of the page
     protocol       the whole conversation
-    outbox         what is on its way to the page
+    outbox         messages and frames on their way to the page
     encoding       frames in a few bytes
     scene          the world of a trial
     overlays       visits in as few cells as are drawn
     flight         a run with its frames in memory
-    filing         what the page wants as a file
-    origin         names of files, and what they say of themselves
-    export         pictures and films of a run
+    filing         the files that a page asks for
+    origin         names and metadata of files
+    export         figures and animations of a run
     recording      a run as one page of HTML
-    senses         what tells from places whom a boid sees
-    front_matter   its title, caption, citation and licence
+    senses         the facts that give perceived neighbours from positions
+    front_matter   title, caption, citation and licence of a recording
     document       a page that opens from disk
     page           the page as one text
     replayed_page  a stored trial as a page

@@ -1,4 +1,4 @@
-"""Published means, each with the settings that it holds for."""
+"""Published means, each with the parameters that it holds for."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -19,28 +19,44 @@ from sweep.web.protocol import Reply
 def published(
     model: str, preset: str, experiments: Path
 ) -> tuple[tuple[str, Reply], ...]:
-    """Published means of this model and preset, each with its metric: value, where,
-    says, frame, half and settings. With `half` it is a mean over the last half.
+    """Return published means of a model and preset, each with its metric.
 
     They come from each published.yaml in `experiments`. A file that is missing or
-    cannot be read gives none. `settings` has every setting of the points that the claim
-    is about: the number holds for these values only. A setting is None where no value
-    stands for it: these points differ in it, or it is a map of their spec's own.
+    cannot be read gives none.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model.
+    preset : str
+        Name of the preset.
+    experiments : Path
+        Folder of studies, with one folder per publication.
+
+    Returns
+    -------
+    tuple of (str, dict)
+        The metric, and ``value``, ``where``, ``says``, ``frame``, ``half`` and
+        ``settings``. With ``half`` the mean is over the second half of each trial.
+        ``settings`` has every parameter of the points of the claim: the number holds
+        for these values only. A parameter is None where these points differ in it,
+        or where it is a custom map of their spec.
     """
-    found = []
+    means = []
     for file in sorted(experiments.glob("*/published.yaml")):
         if not _names(file.parent, model):
             continue
         try:
-            found += list(_numbers(file, model, preset))
+            means += list(_numbers(file, model, preset))
         except (SpecError, ChoiceError):
             continue
-    return tuple(found)
+    return tuple(means)
 
 
 def _names(folder: Path, model: str) -> bool:
-    """Whether a spec in a folder may be of a model. Its name in a text is found at
-    once, and to read all documents takes a second.
+    """Return whether a folder may have a spec of a model.
+
+    A search for the name in the texts is immediate; reading all specs takes a second.
     """
     return any(
         model in _text(file)
@@ -56,7 +72,8 @@ def _text(file: Path) -> str:
 
 def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]:
     for claim in _content(file).get("claims", []):
-        measure, expected = claim.get("measure", {}), claim.get("expect", {})
+        measure = claim.get("measure", {})
+        expected = claim.get("expect", {})
         if "mean" not in measure or "value" not in expected:
             continue
         study = _study(file.parent / f"{claim['spec']}.yaml")
@@ -76,19 +93,17 @@ def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]
 
 
 def _settings(study: Study, chosen: Mapping[str, Any]) -> dict[str, Value | None]:
-    """The settings of the points of a study that have those that are `chosen`."""
+    """Return the parameters of the points of a study that have the `chosen` values."""
     design = _design(study)
     points = Chooser(design.base | design.columns, design.n_points).having(chosen)
     varied = {
         name: set(column[points].tolist()) for name, column in design.columns.items()
     }
-    one = {name: values.pop() for name, values in varied.items() if _one(values)}
-    settings = {**design.base, **{name: one.get(name) for name in varied}}
+    constant = {
+        name: values.pop() for name, values in varied.items() if len(values) == 1
+    }
+    settings = {**design.base, **{name: constant.get(name) for name in varied}}
     return settings | ({"map": None} if settings["map"] in study.maps else {})
-
-
-def _one(values: set[Any]) -> bool:
-    return len(values) == 1
 
 
 @cache

@@ -1,8 +1,8 @@
-"""Compiles what a page is about to need.
+"""Compilation of code that a page is about to need.
 
-A compiler holds Python's lock for up to seconds, in which no page of this process would
-go on. So it works in a process of its own, and this one only loads what it has left in
-the cache. What has no place in a cache is compiled here.
+A compiler holds Python's lock for up to seconds, and no page of this process would
+go on meanwhile. So the compiler works in a process of its own. This process only loads
+the compiled code from the cache. Code that no cache can hold is compiled here.
 """
 
 import pickle
@@ -29,8 +29,9 @@ from sweep.trial.simulation import (
 
 
 def waiting(job: Job, metrics: Iterable[str]) -> str:
-    """What is said to somebody who waits until the model of a trial and metrics are
-    compiled; "" where nothing is to be compiled.
+    """Return the text for a user who waits for the compilation of a trial and metrics.
+
+    The text is "" where nothing is to be compiled.
     """
     if seconds := compiling_seconds(job):
         return f"compiling {job.model}, once: about {seconds:.0f} s on an idle core"
@@ -40,8 +41,11 @@ def waiting(job: Job, metrics: Iterable[str]) -> str:
 
 
 def _new(known: Catalogue, metrics: Iterable[str]) -> list[str]:
-    found = known.metrics
-    return [one for one in metrics if one in found and not is_compiled(found[one])]
+    return [
+        name
+        for name in metrics
+        if name in known.metrics and not is_compiled(known.metrics[name])
+    ]
 
 
 @cache
@@ -52,11 +56,29 @@ def prepare(
     metrics: tuple[str, ...] = (),
     layers: frozenset[type] = frozenset(),
 ) -> None:
-    """Compile a model and metrics, for boids with these `layers`, with all that a page
-    shows of them, so that no step and no frame waits for it. Raises CodeError, with the
-    line, where code of one's own cannot be run.
+    """Compile a model and metrics, with all that a page shows of them.
+
+    No step and no frame waits for a compiler afterwards.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model.
+    preset : str
+        Name of its preset.
+    known : Catalogue
+        Models and metrics by name.
+    metrics : tuple of str, optional
+        Names of the metrics.
+    layers : frozenset of type, optional
+        Layers of the robots.
+
+    Raises
+    ------
+    CodeError
+        If custom code cannot be run; the message names the line.
     """
-    job = small(model, preset, known, metrics, layers)
+    job = small(model, preset, known, metrics, layers=layers)
     say_compiling(job)
     if waiting(job, metrics):
         _apart(job)
@@ -70,14 +92,34 @@ def small(
     metrics: tuple[str, ...] = (),
     layers: frozenset[type] = frozenset(),
 ) -> Job:
-    """A trial of two boids with these layers, which belongs to no point."""
+    """Return a trial of two boids on the empty map, which belongs to no point.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model.
+    preset : str
+        Name of its preset.
+    known : Catalogue
+        Models and metrics by name.
+    metrics : tuple of str, optional
+        Names of the recorded metrics.
+    layers : frozenset of type, optional
+        Layers of the robots.
+    """
     settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
     settings |= with_layers(layers)
-    streams = Streams("common", "common", "common")
     return Job(
-        *("", "", 0, 0, False, model, preset, settings),
-        RecordSpec(metrics),
-        streams,
+        trial_id="",
+        point="",
+        replicate=0,
+        seed=0,
+        literal=False,
+        model=model,
+        preset=preset,
+        settings=settings,
+        record=RecordSpec(metrics),
+        streams=Streams("common", "common", "common"),
         time_limit=None,
         known=known,
     )
@@ -89,8 +131,8 @@ def _take_one_step(job: Job) -> None:
         simulation.advance(1)
         simulation.take_frames(job.record)
     except Exception as error:
-        if said := of_own_code(error):
-            raise CodeError(said) from error
+        if message := of_own_code(error):
+            raise CodeError(message) from error
         raise
     looking.seen_by(simulation, 0)
     looking.flocks(simulation)
@@ -98,8 +140,9 @@ def _take_one_step(job: Job) -> None:
 
 
 def _apart(job: Job) -> None:
-    """Take the step in another process. What goes wrong there goes wrong here too, and
-    is said here.
+    """Take the step in another process.
+
+    An error there occurs here too, and is reported here.
     """
     with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
         subprocess.run(

@@ -1,5 +1,7 @@
-"""The controls of the page. They are made from what models, settings and metrics say of
-themselves, so a new model needs no code here.
+"""The controls of the page.
+
+They are made from the declarations of models, parameters and metrics, so a new model
+needs no code here.
 """
 
 import math
@@ -38,11 +40,13 @@ PRESETS = {
     "as_reported": "what their program did when the document was written",
     "as_intended": "what they are likely to have meant",
 }
-"""What presets stand for that have one of these names."""
+"""Meanings of presets that have one of these names."""
 Place = tuple[int, int]
-"""Of a trial: the number of its point, and of its replicate, both from 0."""
+"""A trial: the index of its point and the number of its replicate, both from 0."""
 MOST = 60
-"""A setting that varies more is not chosen by its values, but by the number of a point.
+"""The most values of a swept parameter by which a trial is chosen.
+
+Beyond it a trial is chosen by the number of its point.
 """
 
 
@@ -55,21 +59,35 @@ def controls(
     plots: tuple[str, ...] = (),
     experiments: Path = EXPERIMENTS,
 ) -> Reply:
-    """The controls message of a preset: models, groups of settings, maps, metrics; and
-    `others`, the values in which each other preset of the model differs.
+    """Return the controls message of a preset.
 
-        model        the model whose settings are shown
-        preset       its preset, which gives the default values
-        own          names of maps that the spec brings
-        derive       metrics that it computes from others
-        known        what names stand for
-        plots        metrics that are plotted, of parts of the boids too
-        experiments  the folder with published numbers
+    Parameters
+    ----------
+    model : str
+        Model whose parameters are shown.
+    preset : str
+        Its preset, which gives the default values.
+    own : tuple of str, optional
+        Names of custom maps of the spec.
+    derive : tuple of DerivedMetric, optional
+        Metrics that the spec computes from others.
+    known : Catalogue, optional
+        Models, metrics and maps by name; by default the built-in ones.
+    plots : tuple of str, optional
+        Metrics that are plotted; they may be metrics of a part of the boids.
+    experiments : Path, optional
+        Folder with published numbers.
 
-    A setting has name, kind, text, unit, allowed, low, high, slider, logarithmic, rule,
-    choices and default.
+    Returns
+    -------
+    dict
+        ``models``, ``groups`` of parameters, ``maps``, ``metrics`` and ``overlays``;
+        ``others`` has the values in which each other preset of the model differs.
+        A parameter has ``name``, ``kind``, ``text``, ``unit``, ``allowed``, ``low``,
+        ``high``, ``slider``, ``logarithmic``, ``rule``, ``choices`` and ``default``.
     """
-    values, about = preset_settings(model, preset, known), known.models[model]
+    values = preset_settings(model, preset, known)
+    chosen = known.models[model]
     groups: dict[str, list[Reply]] = {}
     for setting in settings_of(model, known).values():
         groups.setdefault(setting.group, []).append(
@@ -80,31 +98,33 @@ def controls(
         "models": [
             {
                 "name": name,
-                "source": one.source,
-                "presets": list(one.presets),
-                "texts": _texts(one),
+                "source": entry.source,
+                "presets": list(entry.presets),
+                "texts": _texts(entry),
             }
-            for name, one in known.models.items()
+            for name, entry in known.models.items()
         ],
         "model": model,
         "preset": preset,
         "others": {
             other: _differences(values, preset_settings(model, other, known))
-            for other in about.presets
+            for other in chosen.presets
             if other != preset
         },
         "groups": [
             {"name": name, "fields": members} for name, members in groups.items()
         ],
         "maps": [
-            *_maps(about, known),
+            *_maps(chosen, known),
             *({"name": name, "text": "of the spec", "size": None} for name in own),
         ],
         "metrics": [
             *(
-                _metric(name, known.metrics[name], about, preset, experiments)
+                _metric(
+                    name, known.metrics[name], chosen, preset, experiments=experiments
+                )
                 for name in dict.fromkeys((*known.metrics, *plots))
-                if name in known.metrics and not lacks(about, known.metrics[name])
+                if name in known.metrics and not lacks(chosen, known.metrics[name])
             ),
             *map(_derived, derive),
         ],
@@ -113,7 +133,7 @@ def controls(
 
 
 def _texts(model: Model) -> dict[str, str]:
-    """What presets stand for, of those of which there is something to say."""
+    """Return the meanings of presets, for those presets that have a text."""
     texts = {name: PRESETS[name] for name in model.presets if name in PRESETS}
     for name in only_wrapping(model):
         before = [texts[name]] if name in texts else []
@@ -122,16 +142,14 @@ def _texts(model: Model) -> dict[str, str]:
 
 
 def _differences(
-    here: Mapping[str, Value], there: Mapping[str, Value]
+    shown: Mapping[str, Value], other: Mapping[str, Value]
 ) -> dict[str, Value]:
-    """The settings in which another preset differs, with its values."""
-    return {name: plain(there[name]) for name in here if here[name] != there[name]}
+    """Return the parameters in which another preset differs, with its values."""
+    return {name: plain(other[name]) for name in shown if shown[name] != other[name]}
 
 
 def trials_of(spec: OpenedSpec | None) -> Reply | None:
-    """The trials of an opened spec, to choose one by its number, or by the values of
-    what varies.
-    """
+    """Return the trials of an opened spec, from which a page chooses one."""
     if spec is None:
         return None
     design = spec.design
@@ -141,8 +159,18 @@ def trials_of(spec: OpenedSpec | None) -> Reply | None:
 def offered(
     study: str, columns: Mapping[str, NDArray[Any]], points: int, replicates: int
 ) -> Reply:
-    """The trials of a study, to choose one; `columns` (P,) are the values of what
-    varies at each point.
+    """Return the trials of a study, for a page that chooses one.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    columns : mapping of str to array
+        Values (P,) of each parameter that varies, one per point.
+    points : int
+        Number of points.
+    replicates : int
+        Trials per point.
     """
     axes = []
     for name, column in columns.items():
@@ -152,17 +180,17 @@ def offered(
 
 
 def trial_of(spec: OpenedSpec | None) -> Reply | None:
-    """Which trial of an opened spec is shown, with the values of what varies, and the
-    trials before and after it.
-    """
+    """Return the shown trial of an opened spec, its swept values and its neighbours."""
     if spec is None:
         return None
-    settings, many = spec.design.settings(spec.point), spec.replicates
+    settings = spec.design.settings(spec.point)
+    replicates = spec.replicates
     values = {name: settings[name] for name in spec.design.columns}
-    here = spec.point * many + spec.replicate
+    here = spec.point * replicates + spec.replicate
+    count = spec.design.n_points * replicates
     before, after = (
-        divmod(place, many) if 0 <= place < spec.design.n_points * many else None
-        for place in (here - 1, here + 1)
+        divmod(index, replicates) if 0 <= index < count else None
+        for index in (here - 1, here + 1)
     )
     return placed((spec.point, spec.replicate), values, before, after)
 
@@ -170,8 +198,16 @@ def trial_of(spec: OpenedSpec | None) -> Reply | None:
 def placed(
     here: Place, values: Mapping[str, Value], before: Place | None, after: Place | None
 ) -> Reply:
-    """Which trial of a study is shown, the values of what varies, and its neighbours;
-    None where there is none.
+    """Return the shown trial of a study as the state message has it.
+
+    Parameters
+    ----------
+    here : Place
+        The trial.
+    values : mapping
+        Its values of the parameters that vary.
+    before, after : Place or None
+        The trials before and after it; None where there is none.
     """
     point, replicate = here
     return {
@@ -204,8 +240,10 @@ def _control(setting: Setting, default: Value) -> Reply:
 
 
 def _slider(setting: Setting, default: Value) -> list[float] | None:
-    """Low, high and step of a slider about the preset value. None if that is no number,
-    is infinite, or may only be a whole number of steps.
+    """Return low, high and step of a slider around the preset value.
+
+    Return None if that value is no number, is infinite, or must be a multiple of the
+    time step.
     """
     if (
         isinstance(default, bool | str)
@@ -218,14 +256,16 @@ def _slider(setting: Setting, default: Value) -> list[float] | None:
     high = min(setting.high, _round_up(3 * abs(default)) if default else 1.0)
     step = _round_up((high - low) / SLIDER_STEPS)
     if setting.kind == "int":
-        low, high, step = float(math.ceil(low)), max(high, low + 1), max(1.0, step)
+        high = max(high, low + 1)
+        low = float(math.ceil(low))
+        step = max(1.0, step)
     elif setting.exclusive:
         low = step
     return [low, high, step]
 
 
 def _round_up(value: float) -> float:
-    """The next number from 1, 2 and 5 times a power of ten."""
+    """Return the next number from 1, 2 and 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(
         (factor * power for factor in ROUND if factor * power >= value), 10 * power
@@ -233,29 +273,34 @@ def _round_up(value: float) -> float:
 
 
 def _maps(model: Model, known: Catalogue) -> Iterator[Reply]:
-    for name, about in known.maps.items():
-        if about.unit in ("", model.length):
-            yield {"name": name, "text": about.text, "size": about.size}
+    for name, map_ in known.maps.items():
+        if map_.unit in ("", model.length):
+            yield {"name": name, "text": map_.text, "size": map_.size}
 
 
 def _metric(
-    name: str, about: Metric, model: Model, preset: str, experiments: Path
+    name: str, metric: Metric, model: Model, preset: str, experiments: Path
 ) -> Reply:
     numbers = [
-        number | {"settings": {one: plain(value) for one, value in holds.items()}}
-        for own, number in published(model.name, preset, experiments)
-        if own == name
+        number | {"settings": {name: plain(value) for name, value in holds.items()}}
+        for measured, number in published(model.name, preset, experiments)
+        if measured == name
         for holds in [number["settings"]]
     ]
     return {
         "name": name,
-        "text": about.text,
-        "unit": spelled(about.unit, model),
-        "source": about.source,
+        "text": metric.text,
+        "unit": spelled(metric.unit, model),
+        "source": metric.source,
         "published": numbers,
     }
 
 
-def _derived(one: DerivedMetric) -> Reply:
-    about = {"name": one.name, "text": one.expression.text, "unit": one.unit}
-    return about | {"source": "computed by the spec", "published": []}
+def _derived(metric: DerivedMetric) -> Reply:
+    return {
+        "name": metric.name,
+        "text": metric.expression.text,
+        "unit": metric.unit,
+        "source": "computed by the spec",
+        "published": [],
+    }

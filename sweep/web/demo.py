@@ -1,7 +1,6 @@
-"""The demos of the start page: specs that lie beside this file, each with its title, a
-sentence, and how it is shown.
+"""The demos of the start page: specs next to this file, with title and sentence.
 
-Their moving pictures are runs of these specs, flown when a start page asks for them.
+Their animations are runs of these specs, simulated when a start page asks for them.
 """
 
 import base64
@@ -19,17 +18,28 @@ FOLDER = Path(__file__).parent / "demos"
 
 @dataclass(frozen=True)
 class Demo:
-    """A spec that is worth a look.
+    """A spec for the start page.
 
-    name      its file in FOLDER, without the ending
-    title     what is seen, in a few words
-    sentence  what to look for
-    speed     steps a second at which it is opened
-    overlays  what is drawn with it: some of those of a page
-    beside    another preset, which is shown beside it; or ""
-    first     the step at which its moving picture begins
-    every     steps between two frames of this picture
-    frames    how many frames it has
+    Attributes
+    ----------
+    name : str
+        Its file in FOLDER, without the ending.
+    title : str
+        A title of a few words.
+    sentence : str
+        A sentence about what to look for.
+    speed : float
+        Speed at which it is opened, in steps per second.
+    overlays : tuple of str
+        Overlays that are drawn with it.
+    first : int
+        First step of its animation.
+    every : int
+        Steps between two frames of the animation.
+    frames : int
+        Number of frames of the animation.
+    beside : str, default ""
+        Another preset that is shown next to it, or "".
     """
 
     name: str
@@ -44,15 +54,15 @@ class Demo:
 
     @cached_property
     def text(self) -> str:
-        """The spec."""
+        """The YAML of the spec."""
         return (FOLDER / f"{self.name}.yaml").read_text(encoding="utf-8")
 
     def shown(self) -> Live:
-        """Its run, at the first step."""
+        """Return its run, at the first step."""
         return Live(from_study(load_spec(FOLDER / f"{self.name}.yaml", code=False)))
 
     def entry(self) -> Reply:
-        """What the start page says of it, and what it opens."""
+        """Return its entry of the start page, with the spec that it opens."""
         return {
             "name": self.name,
             "title": self.title,
@@ -134,27 +144,28 @@ DEMOS = {
         ),
     )
 }
-"""In the order of the page."""
+"""The demos in the order of the page."""
 PICTURED = ("flocks",)
-"""Overlays that the server adds to a frame of a moving picture. The page draws trails
-itself, and visits would be many times as large as the boids.
+"""Overlays that the server adds to a frame of an animation.
+
+The page draws trails itself. Visits would be many times as large as the boids.
 """
 
 
 @cache
 def moving(name: str) -> Reply:
-    """The moving picture of a demo: its scene, and its frames in base64."""
+    """Return the animation of a demo: its scene, and its frames in base64."""
     demo = DEMOS[name]
     show = demo.shown()
-    show.draw(tuple(one for one in demo.overlays if one in PICTURED))
+    show.draw(tuple(name for name in demo.overlays if name in PICTURED))
     frames = []
     for frame in range(demo.frames):
-        _fly(show, demo.first + frame * demo.every)
+        _run_to(show, demo.first + frame * demo.every)
         frames.append(base64.b64encode(show.picture()).decode())
     return {"scene": show.scene(), "frames": frames}
 
 
-def _fly(show: Live, step: int) -> None:
+def _run_to(show: Live, step: int) -> None:
     """Take steps up to `step`, one by one as the page does."""
     show.take_steps(step - show.step)
     while show.going:

@@ -1,5 +1,6 @@
-"""A page of HTML that opens from disk. It contains its script, its style and its data;
-it may load nothing and send nothing.
+"""A page of HTML that opens from disk.
+
+It contains its script, its style and its data; it may load nothing and send nothing.
 """
 
 import base64
@@ -17,17 +18,30 @@ def document(
     sheet: str,
     data: Mapping[str, Any],
     title: str,
-    about: Mapping[str, str],
+    origin: Mapping[str, str],
 ) -> bytes:
-    """The page in which a module of `static` shows data.
+    """Return the page in which a module of `static` shows data.
 
-    entry  the name of the module; it reads the JSON of the element "data"
-    sheet  the name of its style sheet, above that of the view
-    data   what it shows, without infinite numbers and NaN
-    title  the title of the page
-    about  where its content comes from, for its metadata
+    Parameters
+    ----------
+    entry : str
+        Name of the module; it reads the JSON of the element "data".
+    sheet : str
+        Name of its style sheet, which follows that of the view.
+    data : mapping
+        Data for the module, without infinite numbers and NaN.
+    title : str
+        Title of the page.
+    origin : mapping of str to str
+        Origin of the content, for the metadata of the page.
+
+    Returns
+    -------
+    bytes
+        The HTML in UTF-8.
     """
-    program, rules = script(entry), style("view", sheet)
+    program = script(entry)
+    rules = style("view", sheet)
     policy = (
         f"default-src 'none'; script-src {source_of(program)}; style-src"
         f" {source_of(rules)}; img-src blob: data:"
@@ -36,7 +50,7 @@ def document(
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace(
         "<", "\\u003c"
     )
-    where = "; ".join(f"{key}: {value}" for key, value in about.items())
+    where = "; ".join(f"{key}: {value}" for key, value in origin.items())
     need = "This page needs JavaScript to play."
     return f"""<!doctype html>
 <html lang="en">
@@ -60,7 +74,7 @@ def document(
 
 
 def source_of(text: str) -> str:
-    """The name of an inline element with this text in the policy of a page."""
+    """Return the name of an inline element with this text in the policy of a page."""
     return (
         f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
     )

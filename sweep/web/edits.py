@@ -1,4 +1,4 @@
-"""What was edited on the page, to be undone and done again."""
+"""Edits on the page, to be undone and done again."""
 
 from typing import NamedTuple
 
@@ -15,8 +15,10 @@ MAP = {"map", *SIDES}
 
 
 class Moment(NamedTuple):
-    """A run at a step: what is on the screen, and what has led to it. Only of the
-    latest moments this is remembered; of others it is None.
+    """A run at a step: the state on the screen, and the course and history before it.
+
+    Course and history are remembered of the latest moments only; otherwise they are
+    None.
     """
 
     state: ViewState
@@ -26,14 +28,14 @@ class Moment(NamedTuple):
 
 
 class Edit(NamedTuple):
-    """One edit in words, and the moment to which the way back leads."""
+    """An edit in words, and the moment to which undo or redo returns."""
 
     words: str
     moment: Moment
 
 
 class EditStack:
-    """The edits that can be undone, and those that were undone, the latest last."""
+    """Edits that can be undone, and edits that were undone, the latest last."""
 
     def __init__(self) -> None:
         self.past: list[Edit] = []
@@ -41,8 +43,18 @@ class EditStack:
         self.going = ""
 
     def add(self, before: Moment, after: Moment, subject: str, *, part: bool) -> None:
-        """Take note of what has changed, if anything has. EditStack of one `subject` of
-        which each but the last is a `part` are one edit.
+        """Add the change between two moments, if there is one.
+
+        Parts of one gesture have one `subject`, and become one edit.
+
+        Parameters
+        ----------
+        before, after : Moment
+            The run before and after the message.
+        subject : str
+            The kind and the target of the message.
+        part : bool
+            Whether further parts of the same gesture follow.
         """
         if self.going == subject and self.past:
             before = self.past.pop().moment
@@ -52,78 +64,84 @@ class EditStack:
             self.future = []
 
     def undo(self, now: Moment) -> Moment:
-        """The moment before the last edit. Raises SpecError if there is none."""
+        """Return the moment before the last edit.
+
+        Raises SpecError if there is none.
+        """
         return _back("undo", self.past, self.future, now)
 
     def redo(self, now: Moment) -> Moment:
-        """The moment after the edit that was undone last. Raises SpecError if there is
-        none.
+        """Return the moment after the edit that was undone last.
+
+        Raises SpecError if there is none.
         """
         return _back("redo", self.future, self.past, now)
 
 
-def _back(what: str, here: list[Edit], there: list[Edit], now: Moment) -> Moment:
-    if not here:
-        raise SpecError(f"there is nothing to {what}")
-    words, moment = here.pop()
-    there[:] = [*_light(there), Edit(words, now)]
+def _back(verb: str, edits: list[Edit], reverse: list[Edit], now: Moment) -> Moment:
+    if not edits:
+        raise SpecError(f"there is nothing to {verb}")
+    words, moment = edits.pop()
+    reverse[:] = [*_light(reverse), Edit(words, now)]
     return moment
 
 
 def _light(edits: list[Edit]) -> list[Edit]:
-    """The same edits, without the runs that take memory."""
+    """Return the same edits, without the runs that take memory."""
     return [
         Edit(words, moment._replace(course=None, history=None))
         for words, moment in edits
     ]
 
 
-def differing(one: ViewState, other: ViewState) -> set[str]:
-    """The settings in which two states of a model differ; `obstacles` stands for maps
-    that were drawn, with their names and sizes.
+def differing(before: ViewState, after: ViewState) -> set[str]:
+    """Return the names of the parameters in which two states of a model differ.
+
+    The name `obstacles` stands for custom maps, with their names and sizes.
     """
     names = {
         name
-        for name, value in one.settings.items()
-        if other.settings.get(name) != value
+        for name, value in before.settings.items()
+        if after.settings.get(name) != value
     }
-    if one.own != other.own:
+    if before.own != after.own:
         names = names - MAP | {"obstacles"}
-    return names | ({"seed"} if one.seed != other.seed else set())
+    return names | ({"seed"} if before.seed != after.seed else set())
 
 
 def _between(before: Moment, after: Moment) -> str:
-    """What lies between two moments, in words; "" for nothing."""
-    one, other = before.state, after.state
-    if (one.model, one.preset) != (other.model, other.preset):
-        return f"{other.model}, {other.preset}"
-    if _place(one) != _place(other):
+    """Return the change between two moments, in words; "" for none."""
+    old = before.state
+    new = after.state
+    if (old.model, old.preset) != (new.model, new.preset):
+        return f"{new.model}, {new.preset}"
+    if _trial(old) != _trial(new):
         return "another trial"
-    if names := sorted(differing(one, other)):
-        return _change(one, other, names)
-    if one.plots != other.plots:
+    if names := sorted(differing(old, new)):
+        return _change(old, new, names)
+    if old.plots != new.plots:
         return "plots"
-    if one.sweeps != other.sweeps:
-        return "sweep of " + _spaced(min(one.sweeps.items() ^ other.sweeps.items())[0])
-    anew = before.course and after.course and before.course.run != after.course.run
-    return "reset" if anew and before.step > 0 else ""
+    if old.sweeps != new.sweeps:
+        return "sweep of " + _spaced(min(old.sweeps.items() ^ new.sweeps.items())[0])
+    restarted = before.course and after.course and before.course.run != after.course.run
+    return "reset" if restarted and before.step > 0 else ""
 
 
-def _change(one: ViewState, other: ViewState, names: list[str]) -> str:
+def _change(old: ViewState, new: ViewState, names: list[str]) -> str:
     if {*names} <= GOAL:
         return "goal"
-    if len(names) == 1 and names[0] in one.settings:
+    if len(names) == 1 and names[0] in old.settings:
         (name,) = names
-        values = (_short(state.settings[name]) for state in (one, other))
+        values = (_short(state.settings[name]) for state in (old, new))
         return f"{_spaced(name)} {' → '.join(values)}"
     if "map" in names:
-        return f"map {one.settings['map']} → {other.settings['map']}"
+        return f"map {old.settings['map']} → {new.settings['map']}"
     if "seed" in names:
-        return f"seed {one.seed} → {other.seed}"
+        return f"seed {old.seed} → {new.seed}"
     return ", ".join(map(_spaced, names))
 
 
-def _place(state: ViewState) -> tuple[int, int] | None:
+def _trial(state: ViewState) -> tuple[int, int] | None:
     return (state.opened.point, state.opened.replicate) if state.opened else None
 
 

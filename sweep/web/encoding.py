@@ -1,4 +1,4 @@
-"""Frames as a few bytes a boid, in the format of sweep.web.protocol."""
+"""Frames in a few bytes per boid, in the format of sweep.web.protocol."""
 
 import struct
 from collections.abc import Sequence
@@ -8,12 +8,16 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-FLOCKS, ACCELERATIONS, COVERAGE = 1, 2, 4
+FLOCKS = 1
+ACCELERATIONS = 2
+COVERAGE = 4
 MAGIC = b"BSF1"
 HEAD = struct.Struct("<4s3I4f")
-SPAN, TURN = 65535, 256
+SPAN = 65535
+TURN = 256
 ALONE = 65535
-BLOCKED, WHOLE = 255, 254
+BLOCKED = 255
+WHOLE = 254
 
 
 def frame(
@@ -22,17 +26,27 @@ def frame(
     size: tuple[float, float],
     sections: Sequence[tuple[int, bytes]] = (),
 ) -> bytes:
-    """One frame in bytes.
+    """Return one frame in bytes.
 
-    step      the steps done
-    bodies    (4, N): x, y, vx and vy, in the model's length and length/time
-    size      width and height of the world, in the model's length
-    sections  the flag and the bytes of each, as the functions below return them
+    Parameters
+    ----------
+    step : int
+        Steps done.
+    bodies : array (4, N)
+        x, y, vx and vy, in the model's length and length/time.
+    size : (float, float)
+        Width and height of the world, in the model's length.
+    sections : sequence of (int, bytes), optional
+        Flag and bytes of each section, as `flocks`, `accelerations` and `coverage`
+        return them.
     """
     x, y, vx, vy = bodies
-    (left, right), (top, bottom) = _span(x, size[0]), _span(y, size[1])
+    left, right = _span(x, size[0])
+    top, bottom = _span(y, size[1])
     flags = sum(flag for flag, _ in sections)
-    head = HEAD.pack(MAGIC, flags, step, x.size, left, top, right, bottom)
+    counts = (flags, step, x.size)
+    box = (left, top, right, bottom)
+    head = HEAD.pack(MAGIC, *counts, *box)
     heading = (
         np.round(np.arctan2(vy, vx) * (TURN / (2 * np.pi))).astype(np.int64) % TURN
     )
@@ -45,14 +59,13 @@ def frame(
 
 
 def _span(coordinate: Floats, length: float) -> tuple[float, float]:
-    """The ends of a coordinate in a frame: 0 and `length`, moved outwards to boids
-    outside, but by no more than `length`. They are rounded to 32 bits, as the page
-    reads them.
+    """Return the ends of a coordinate in a frame.
+
+    They are 0 and `length`, moved outwards to boids outside, but by no more than
+    `length`. They are rounded to 32 bits, as the page reads them.
     """
-    low, high = (
-        max(-length, min(0.0, coordinate.min())),
-        min(2 * length, max(length, coordinate.max())),
-    )
+    low = max(-length, min(0.0, coordinate.min()))
+    high = min(2 * length, max(length, coordinate.max()))
     return float(np.float32(low)), float(np.float32(high))
 
 
@@ -62,12 +75,12 @@ def _quantised(coordinate: Floats, low: float, high: float) -> bytes:
 
 
 def padded(content: bytes) -> bytes:
-    """The bytes and as many zeros as make a multiple of 4."""
+    """Return the content with as many zeros as make a multiple of 4 bytes."""
     return content + bytes(-len(content) % 4)
 
 
 def flocks(labels: NDArray[np.int64]) -> tuple[int, bytes]:
-    """The section of flocks; `labels` (N,) has one number for all boids of a flock."""
+    """Return the section of flocks; `labels` (N,) has one number per flock."""
     _, first, members, sizes = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True
     )
@@ -76,15 +89,16 @@ def flocks(labels: NDArray[np.int64]) -> tuple[int, bytes]:
 
 
 def accelerations(by_rule: Floats) -> tuple[int, bytes]:
-    """The section of accelerations (rules, 2, N)."""
+    """Return the section of accelerations (rules, 2, N)."""
     return ACCELERATIONS, struct.pack("<I", len(by_rule)) + by_rule.astype(
         "<f4"
     ).tobytes()
 
 
 def coverage(shares: Floats) -> tuple[int, bytes]:
-    """The section of the shares (rows, columns) of cells that were visited, from 0 to
-    1; NaN in obstacles.
+    """Return the section of coverage, from the visited fractions of cells.
+
+    `shares` (rows, columns) are from 0 to 1; NaN in obstacles.
     """
     shown = np.where(np.isnan(shares), BLOCKED, np.round(WHOLE * shares))
     shown = shown.astype(np.uint8)

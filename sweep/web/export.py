@@ -33,18 +33,17 @@ MIME = {
 
 
 class FilmWriter(Protocol):
-    """Writes pictures as a film, with a comment in its metadata."""
+    """A writer of pictures as an animation, with a comment in its metadata."""
 
     def __call__(
         self, pictures: Iterator[Picture], file: BinaryIO, /, *, comment: str
-    ) -> None: ...
+    ) -> None:
+        """Write the pictures into the file."""
 
 
 WRITERS: dict[str, FilmWriter] = {"gif": write_gif, "mp4": write_mp4}
 DRAWING = Lock()
-"""Held while a picture is drawn, because the style of figures is global in the
-process.
-"""
+"""A lock for drawing, because the style of figures is global in the process."""
 
 
 class File(NamedTuple):
@@ -55,7 +54,20 @@ class File(NamedTuple):
     content: bytes
 
     def save(self, path: Path, *, force: bool = False) -> None:
-        """Write it to `path`, whole or not at all. Raises OutputError."""
+        """Write the content to `path`, whole or not at all.
+
+        Parameters
+        ----------
+        path : Path
+            The file; its ending must be that of `name`.
+        force : bool, default False
+            Replace a file that exists.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
         check_output(path, [Path(self.name).suffix], force=force)
         with unfinished(path) as file:
             file.write(self.content)
@@ -69,14 +81,22 @@ def draw_frame(
     kind: str,
     spec: str = "",
 ) -> File:
-    """The picture of one frame. The same frame gives the same bytes.
+    """Return the image of one frame. The same frame gives the same bytes.
 
-    study   the name of the study
-    job     the trial
-    step    the step of the frame
-    bodies  (4, N): x, y, vx and vy, in the model's length and length/time
-    kind    "png" or "svg"
-    spec    the YAML that gives the frame, for the metadata
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    job : Job
+        The trial.
+    step : int
+        Step of the frame.
+    bodies : array (4, N)
+        x, y, vx and vy, in the model's length and length/time.
+    kind : {"png", "svg"}
+        Format of the file.
+    spec : str, optional
+        YAML that gives the frame, for the metadata.
     """
     write = {"png": _png, "svg": _svg}[kind]
     with DRAWING:
@@ -87,29 +107,31 @@ def draw_frame(
 
 
 def _png(
-    scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]
+    scene: Scene, step: int, bodies: NDArray[np.float64], origin: dict[str, str]
 ) -> bytes:
-    chunks, file = PngImagePlugin.PngInfo(), io.BytesIO()
-    for key, value in said.items():
+    chunks = PngImagePlugin.PngInfo()
+    file = io.BytesIO()
+    for key, value in origin.items():
         chunks.add_text(key, value)
     Image.fromarray(scene.draw(step, bodies)).save(file, "png", pnginfo=chunks)
     return file.getvalue()
 
 
 def _svg(
-    scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]
+    scene: Scene, step: int, bodies: NDArray[np.float64], origin: dict[str, str]
 ) -> bytes:
-    """The SVG of a frame. Drawing the picture first writes the title."""
-    file, words = (
-        io.BytesIO(),
-        "; ".join(
-            f"{key}: {value}" for key, value in said.items() if key != "Software"
-        ),
+    """Return the SVG of a frame.
+
+    The frame is drawn as pixels first, because that writes the title.
+    """
+    file = io.BytesIO()
+    words = "; ".join(
+        f"{key}: {value}" for key, value in origin.items() if key != "Software"
     )
     scene.draw(step, bodies)
     with style.context(STYLE):
         draw_flock(scene.axes, bodies, scene.length, scene.colour)
-        metadata = {"Creator": said["Software"], "Date": None, "Description": words}
+        metadata = {"Creator": origin["Software"], "Date": None, "Description": words}
         scene.figure.savefig(file, format="svg", metadata=metadata)
     return file.getvalue()
 
@@ -117,17 +139,32 @@ def _svg(
 def animate(
     flight: KeptFlight, kind: str, spec: str = "", report: Report = silent
 ) -> File:
-    """A run as "gif" or "mp4", with at most MOST_FRAMES pictures. `spec` is the YAML
-    that gives it, for the metadata. `report` is told how many of how many are drawn.
-    Raises OutputError for MP4 without ffmpeg.
+    """Return a run as an animation with at most MOST_FRAMES frames.
+
+    Parameters
+    ----------
+    flight : KeptFlight
+        The run.
+    kind : {"gif", "mp4"}
+        Format of the file.
+    spec : str, optional
+        YAML that gives the run, for the metadata.
+    report : callable, optional
+        Called with the number of drawn frames and the number of all frames.
+
+    Raises
+    ------
+    OutputError
+        If `kind` is "mp4" and ffmpeg is missing.
     """
     if kind == "mp4":
         find_ffmpeg()
-    few, last = thinned(flight, MOST_FRAMES), int(flight.steps[-1])
-    said = about_frame(flight.study, flight.job, last, spec)
+    few = thinned(flight, MOST_FRAMES)
+    last = int(flight.steps[-1])
+    origin = about_frame(flight.study, flight.job, last, spec)
     with DRAWING, TemporaryFile() as file:  # ffmpeg needs the path of a true file
         scene = Scene(few.study, few.job, few.every)
-        WRITERS[kind](_drawn(scene, few, report), file, comment=in_lines(said))
+        WRITERS[kind](_drawn(scene, few, report), file, comment=in_lines(origin))
         file.seek(0)
         content = file.read()
     name = run_name(flight.study, flight.job, last)
@@ -136,15 +173,16 @@ def animate(
 
 def _drawn(scene: Scene, flight: KeptFlight, report: Report) -> Iterator[Picture]:
     frames = zip(flight.steps, flight.bodies, strict=True)
-    for place, (step, one) in enumerate(frames):
-        report(place, len(flight.steps))
-        yield scene.draw(int(step), one)
+    for drawn, (step, bodies) in enumerate(frames):
+        report(drawn, len(flight.steps))
+        yield scene.draw(int(step), bodies)
 
 
 def thinned(flight: KeptFlight, most: int) -> KeptFlight:
-    """The run with at most `most` frames: every second, third, ... one, and the last.
+    """Return a run with at most `most` frames.
 
-    Raises ChoiceError if `most` is below 2.
+    It has every second, third, ... frame, and the last one. Raises ChoiceError if
+    `most` is below 2.
     """
     if most < 2:
         raise ChoiceError(
@@ -154,9 +192,10 @@ def thinned(flight: KeptFlight, most: int) -> KeptFlight:
     if count <= most:
         return flight
     apart = math.ceil((count - 1) / (most - 1))
-    kept = np.append(np.arange(0, count - 1, apart), count - 1)
-    values = {name: series[kept] for name, series in flight.values.items()}
-    every = flight.every * apart
+    indices = np.append(np.arange(0, count - 1, apart), count - 1)
     return flight._replace(
-        every=every, steps=flight.steps[kept], bodies=flight.bodies[kept], values=values
+        every=flight.every * apart,
+        steps=flight.steps[indices],
+        bodies=flight.bodies[indices],
+        values={name: series[indices] for name, series in flight.values.items()},
     )

@@ -1,5 +1,6 @@
-"""Makes the files that a page asks for: a picture of the frame on the screen, or the
-run as an animation or a page.
+"""The files that a page asks for: an image of the frame, or the run.
+
+A run becomes an animation or a page.
 """
 
 import base64
@@ -26,10 +27,24 @@ KINDS = (*PICTURES, *RUNS)
 
 
 class Order(NamedTuple):
-    """What is on the screen: `bodies` (4, N) at `step` of a trial of `study`.
+    """The content of the screen, for a file of it.
 
-    `until` is the last step of the run in a file, `metrics` are those in a page.
-    `refused` says why there can be no file of the run; it is "" where there can.
+    Attributes
+    ----------
+    study : str
+        Name of the study.
+    job : Job
+        The trial.
+    step : int
+        Step of the frame.
+    bodies : array (4, N)
+        x, y, vx and vy of the frame.
+    metrics : tuple of str
+        Metrics in a page of the run.
+    until : int
+        Last step of the run in a file.
+    refused : str, default ""
+        The reason why there can be no file of the run; "" where there can.
     """
 
     study: str
@@ -42,8 +57,9 @@ class Order(NamedTuple):
 
 
 Tell = Callable[[str, float], None]
-"""Is told what is being done, and how much of it is done, from 0 to 1. It raises
-StoppedError where nobody wants the file any more.
+"""Called with the current work and the finished fraction, from 0 to 1.
+
+It raises StoppedError where nobody wants the file any more.
 """
 Make = Callable[[Tell], Reply]
 """Makes a file and returns the file message. It may take long."""
@@ -54,12 +70,15 @@ class StoppedError(Exception):
 
 
 def untold(_doing: str, _share: float) -> None:
-    """Tells nobody."""
+    """Report nothing."""
 
 
 @cache
 def _lacking() -> dict[str, str]:
-    """The kinds that this machine cannot make, and why. Asked once."""
+    """Return the kinds that this machine cannot make, and why.
+
+    ffmpeg is sought once.
+    """
     try:
         find_ffmpeg()
     except OutputError as error:
@@ -68,35 +87,52 @@ def _lacking() -> dict[str, str]:
 
 
 def unavailable(refused: str) -> dict[str, str]:
-    """The kinds of file that cannot be made, and why; `refused` is that of an Order."""
+    """Return the kinds of file that cannot be made, and why.
+
+    `refused` is the reason in an Order.
+    """
     return dict.fromkeys(RUNS, refused) if refused else _lacking()
 
 
 def filed(order: Order, kind: str, greeting: list[Reply], spec: str) -> Make:
-    """A function that makes the file.
+    """Return a function that makes the file.
 
-        order     what is on the screen
-        kind      one of KINDS
-        greeting  the messages controls, state and scene of the session
-        spec      the YAML of what is on the screen
+    Parameters
+    ----------
+    order : Order
+        The content of the screen.
+    kind : str
+        One of KINDS.
+    greeting : list of dict
+        The messages controls, state and scene of the session.
+    spec : str
+        YAML of the content of the screen.
 
-    Raises SpecError for an unknown kind, and for a run that is refused.
+    Raises
+    ------
+    SpecError
+        If the kind is unknown, or the order refuses a file of the run.
     """
     if kind not in KINDS:
         raise SpecError(unknown("kind of file", kind, KINDS))
     if order.refused and kind in RUNS:
         raise SpecError(order.refused)
-    return lambda tell: _made(order, kind, greeting, spec, tell)
+    return lambda tell: _made(order, kind, greeting, spec, tell=tell)
 
 
 def origin_of(order: Order, spec: str) -> Reply:
-    """The origin message: the names of a picture of the frame and of the trial, without
-    an ending, and the metadata of the picture.
+    """Return the origin message of a frame.
+
+    It has the names of an image of the frame and of the trial, without an ending, and
+    the metadata of the image.
     """
     name = picture_name(order.study, order.job, order.step)
-    said = about_frame(order.study, order.job, order.step, spec)
-    trial = trial_name(order.study, order.job)
-    return {"type": "origin", "name": name, "trial": trial, "about": said}
+    return {
+        "type": "origin",
+        "name": name,
+        "trial": trial_name(order.study, order.job),
+        "about": about_frame(order.study, order.job, order.step, spec),
+    }
 
 
 def _made(
@@ -107,14 +143,21 @@ def _made(
     from sweep.web.recording import recording_of
 
     if kind in PICTURES:
-        file = draw_frame(order.study, order.job, order.step, order.bodies, kind, spec)
+        file = draw_frame(
+            order.study,
+            order.job,
+            order.step,
+            order.bodies,
+            kind=kind,
+            spec=spec,
+        )
     else:
         flight = _flown(order, tell)
         file = (
             recording_of(flight, greeting, spec)
             if kind == "html"
             else animate(
-                flight, kind, spec, lambda done, whole: tell("drawn", done / whole)
+                flight, kind, spec, lambda done, total: tell("drawn", done / total)
             )
         )
     return {

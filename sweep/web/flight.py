@@ -1,5 +1,6 @@
-"""A run with all its frames in memory, so that a page can go to any of them and a file
-can be written from them.
+"""Runs with all their frames in memory.
+
+A page can go to any of the frames, and a file can be written from them.
 """
 
 from typing import NamedTuple
@@ -14,17 +15,29 @@ from sweep.trial.state import joined
 from sweep.web.running import recorded
 
 MOST_BYTES = 256 * 2**20
-"""The most memory that the frames of a run may take. Of a larger run only every second
-frame is kept, or every third, and so on.
+"""The most memory, in bytes, that the frames of a run take.
+
+Of a larger run every second frame is kept, or every third, and so on.
 """
 
 
 class KeptFlight(NamedTuple):
-    """The frames 0, `every`, 2 `every`, ... and the last of a run of `job`, a trial of
-    `study`.
+    """The frames 0, `every`, 2 `every`, ... and the last of a run.
 
-    `steps` (F,) are the steps done, `bodies` (F, 4, N) x, y, vx and vy, and `values`
-    has (F,) of each metric.
+    Attributes
+    ----------
+    study : str
+        Name of the study.
+    job : Job
+        The trial.
+    every : int
+        Steps between two frames.
+    steps : array (F,)
+        Steps done at each frame.
+    bodies : array (F, 4, N)
+        x, y, vx and vy of each frame.
+    values : dict of str to array (F,)
+        Values of each metric.
     """
 
     study: str
@@ -35,12 +48,12 @@ class KeptFlight(NamedTuple):
     values: dict[str, NDArray[np.float64]]
 
     def place(self, step: int) -> int:
-        """The index of the latest frame that is not after `step`."""
+        """Return the index of the latest frame that is not after `step`."""
         return max(0, int(np.searchsorted(self.steps, step, side="right")) - 1)
 
 
-def silent(_done: int, _whole: int) -> None:
-    """Reports no progress."""
+def silent(_done: int, _total: int) -> None:
+    """Report no progress."""
 
 
 def fly(
@@ -54,15 +67,23 @@ def fly(
 ) -> KeptFlight:
     """Run a trial and keep its frames.
 
-        study    the name of the study, which files of the run mention
-        job      the trial
-        metrics  the metrics that are measured at each frame
-        every    steps between two frames; 0 keeps as many frames as MOST_BYTES hold
-        until    the step at which the run is cut off; None runs to the end
-        report   is told how many of how many steps are done
+    A run that diverges ends with its last finite frame. An exception of the trial is
+    raised as it is.
 
-    An exception of the trial is raised as it is. A run that diverges ends with its last
-    finite frame.
+    Parameters
+    ----------
+    study : str
+        Name of the study, which files of the run mention.
+    job : Job
+        The trial.
+    metrics : tuple of str, optional
+        Metrics that are measured at each frame.
+    every : int, default 0
+        Steps between two frames; 0 keeps as many frames as MOST_BYTES hold.
+    until : int, optional
+        Step at which the run is cut off; by default it runs to its end.
+    report : callable, optional
+        Called with the number of steps done and the number of all steps.
     """
     every = every or _every(job, len(metrics))
     pieces = []
@@ -71,16 +92,20 @@ def fly(
         pieces.append(taken)
         if until is not None and len(taken.steps) and taken.steps[-1] >= until:
             break
-    whole = joined(pieces)
+    run = joined(pieces)
     count = (
-        len(whole.steps)
+        len(run.steps)
         if until is None
-        else int(np.searchsorted(whole.steps, until, side="right"))
+        else int(np.searchsorted(run.steps, until, side="right"))
     )
-    values = measured(record, whole, job.settings)
-    series = {name: values[name][:count] for name in metrics}
+    values = measured(record, run, job.settings)
     return KeptFlight(
-        study, job, every, whole.steps[:count], whole.bodies[:count], series
+        study,
+        job,
+        every,
+        steps=run.steps[:count],
+        bodies=run.bodies[:count],
+        values={name: values[name][:count] for name in metrics},
     )
 
 

@@ -1,5 +1,6 @@
-"""What stands about a recording for who reads it alone: its title, a caption, how to
-cite it and its licence.
+"""Title, caption, citation and licence of a recording.
+
+They are for a reader who has the recording alone.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from sweep.web.flight import KeptFlight
 
 @dataclass(frozen=True)
 class FrontMatter:
-    """The texts of a page; `cite` has a line a work."""
+    """The texts of a page; `cite` has one line per work."""
 
     title: str
     caption: str
@@ -24,14 +25,16 @@ class FrontMatter:
 
 
 def front_matter(flight: KeptFlight, replay: dict[str, Any] | None) -> FrontMatter:
-    """The texts for a run; `replay` is what the state says of a stored trial, None for
-    a run that was not stored.
+    """Return the texts for a run.
+
+    `replay` is the entry of the state message for a stored trial, None for a run that
+    was not stored.
     """
     job = flight.job
-    about = f"{flight.study}: {replay['which']}" if replay else _named(job)
+    title = f"{flight.study}: {replay['which']}" if replay else _named(job)
     trial = f"Trial {job.trial_id} of the study {flight.study}, kernels {kernels_sha()}"
     works = [work.as_text() for work in (program(), behind(job.model, job.known))]
-    return FrontMatter(about, _caption(flight), (*works, f"{trial}."), NO_LICENCE)
+    return FrontMatter(title, _caption(flight), (*works, f"{trial}."), NO_LICENCE)
 
 
 def _named(job: Job) -> str:
@@ -39,8 +42,9 @@ def _named(job: Job) -> str:
 
 
 def _caption(flight: KeptFlight) -> str:
-    """One sentence: who flies where, and for how long."""
-    job, settings = flight.job, flight.job.settings
+    """Return a sentence on the boids, the model, the world and the length of a run."""
+    job = flight.job
+    settings = job.settings
     boids = so_many(int(settings["n"]), "boid")
     steps = so_many(int(flight.steps[-1]), "step")
     shown = "" if flight.every == 1 else f"; a frame every {flight.every:,} is shown"

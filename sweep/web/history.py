@@ -1,6 +1,4 @@
-"""The metrics of a run by step. They are thinned where there are too many for a
-plot.
-"""
+"""The metrics of a run by step, thinned where there are too many for a plot."""
 
 import math
 from collections.abc import Mapping
@@ -13,8 +11,18 @@ MOST = 4096
 
 
 class Cursor(NamedTuple):
-    """What a page has been told: of a history its era and the last step; how often a
-    run has come to other settings by itself; and the same of each of several runs.
+    """The news that a page has got already.
+
+    Attributes
+    ----------
+    era : int
+        Era of the history.
+    step : int
+        Last step of the history.
+    entered : int
+        How often a run has come to other parameters by itself.
+    each : tuple of Cursor
+        The cursors of several runs.
     """
 
     era: int = 0
@@ -24,8 +32,10 @@ class Cursor(NamedTuple):
 
 
 class History:
-    """The values of the followed metrics. Whenever there are more than MOST steps,
-    every second one is dropped. What was followed before keeps its values.
+    """The values of the followed metrics.
+
+    Whenever there are more than MOST steps, every second one is dropped. Metrics that
+    were followed before keep their values.
     """
 
     def __init__(self) -> None:
@@ -47,9 +57,11 @@ class History:
             self.columns.setdefault(name, [math.nan] * len(self.steps))
 
     def copied(self) -> "History":
-        """A history of its own with the same values."""
+        """Return an independent history with the same values."""
         other = History()
-        other.era, other.names, other.every = self.era, self.names, self.every
+        other.era = self.era
+        other.names = self.names
+        other.every = self.every
         other.steps = list(self.steps)
         other.columns = {name: list(column) for name, column in self.columns.items()}
         return other
@@ -57,61 +69,64 @@ class History:
     def add(
         self, steps: NDArray[np.int64], values: Mapping[str, NDArray[np.float64]]
     ) -> None:
-        """Add `values`, (F,) of each followed metric, at `steps` (F,). Steps that are
-        known stay.
+        """Add values of the followed metrics. Steps that are known stay.
+
+        Parameters
+        ----------
+        steps : array (F,)
+            Steps done.
+        values : mapping of str to array (F,)
+            Values of each followed metric.
         """
         known = self.steps[-1] if self.steps else -1
         now = {name: values[name].tolist() for name in self.names}
-        for place, step in enumerate(steps.tolist()):
+        for index, step in enumerate(steps.tolist()):
             if step > known and step % self.every == 0:
                 self.steps.append(step)
                 for name, column in self.columns.items():
-                    column.append(now[name][place] if name in now else math.nan)
+                    column.append(now[name][index] if name in now else math.nan)
         while len(self.steps) > MOST:
             self.every *= 2
             self._only(
-                [
-                    place
-                    for place, step in enumerate(self.steps)
-                    if not step % self.every
-                ]
+                [i for i, step in enumerate(self.steps) if not step % self.every]
             )
 
     def cut(self, last: int) -> None:
-        """Forget what lies after the step `last`."""
+        """Forget the values after the step `last`."""
         if self.steps and self.steps[-1] > last:
             self.era += 1
             self._only([i for i, step in enumerate(self.steps) if step <= last])
 
-    def _only(self, places: list[int]) -> None:
-        self.steps = [self.steps[place] for place in places]
+    def _only(self, indices: list[int]) -> None:
+        self.steps = [self.steps[index] for index in indices]
         self.columns = {
-            name: [column[place] for place in places]
+            name: [column[index] for index in indices]
             for name, column in self.columns.items()
         }
 
     def since(self, cursor: Cursor) -> tuple[dict[str, object] | None, Cursor]:
-        """The metrics message with everything after `cursor`, None where nothing is
-        new, and the next cursor.
+        """Return the metrics message after `cursor`, and the next cursor.
+
+        The message is None where nothing is new.
         """
-        anew = cursor.era != self.era
-        after = -1 if anew else cursor.step
+        reset = cursor.era != self.era
+        after = -1 if reset else cursor.step
         first = next(
             (
-                place
-                for place in range(len(self.steps), 0, -1)
-                if self.steps[place - 1] <= after
+                index
+                for index in range(len(self.steps), 0, -1)
+                if self.steps[index - 1] <= after
             ),
             0,
         )
         steps = self.steps[first:]
-        if not steps and not anew:
+        if not steps and not reset:
             return None, cursor
         values = {
             name: [_number(value) for value in self.columns[name][first:]]
             for name in self.names
         }
-        message = {"type": "metrics", "steps": steps, "values": values, "reset": anew}
+        message = {"type": "metrics", "steps": steps, "values": values, "reset": reset}
         return message, cursor._replace(era=self.era, step=steps[-1] if steps else -1)
 
 

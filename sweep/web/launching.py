@@ -1,8 +1,9 @@
-"""Launches that a page asks for: one spec, the file of which the user has named.
+"""Launches that a page asks for: one spec, in the file that the user has named.
 
-A page proposes a text for this file, and is told what its launch would change. If the
-user then says so, the text is written, and `sweep launch` of the file runs as a process
-of its own. The process has no terminal, and ends with neither the page nor this server.
+A page proposes a text for this file, and gets the changes that its launch would make.
+If the user confirms them, the text is written, and `sweep launch` of the file runs as a
+process of its own. The process has no terminal, and ends with neither the page nor this
+server.
 """
 
 import difflib
@@ -34,21 +35,31 @@ from sweep.text import so_many, unknown
 
 NOBODY = "This page only reads: --launch SPEC lets it launch."
 LAST_CHARACTERS = 2000
-"""Of what a launch has said, which a page is told."""
+"""The most characters of the output of a launch that a page gets."""
 PROCESS = (sys.executable, "-P", "-c", "from sweep.cli import main; main()")
 
 
 class Proposal(NamedTuple):
-    """What a launch of a text would change.
+    """The changes that a launch of a text would make.
 
-    text        of the spec
-    file        in which it would be written, "" for none
-    lines       what it changes of the text there is, as a unified difference
-    difference  what `sweep diff` says of it; of a new study, how many trials it has
-    to_run      trials that are not stored yet
-    command     the command that launches it, after it is written
-    seen        stands for the content of the file that the lines are about
-    why_not     why the page cannot launch it, "" where it can
+    Attributes
+    ----------
+    text : str
+        Text of the spec.
+    file : str
+        File in which it would be written; "" for none.
+    lines : str
+        Changes of the text in the file, as a unified difference.
+    difference : str
+        Output of `sweep diff`; for a new study, the number of its trials.
+    to_run : int
+        Trials that are not stored yet.
+    command : str
+        Command that launches the file after the text is written.
+    digest : str
+        SHA-256 of the text in the file that `lines` compares with; "" for none.
+    why_not : str
+        Reason why the page cannot launch it; "" where it can.
     """
 
     text: str
@@ -57,30 +68,47 @@ class Proposal(NamedTuple):
     difference: str
     to_run: int
     command: str
-    seen: str
+    digest: str
     why_not: str
+
+    def as_reply(self) -> dict[str, Any]:
+        """Return the object for a page, which knows the digest as ``seen``."""
+        reply = self._asdict()
+        reply["seen"] = reply.pop("digest")
+        return reply
 
 
 class StartedLaunch(NamedTuple):
-    """A launch that was started here, and what it says on stderr."""
+    """A launch that was started here, with the file of its stderr."""
 
     study: str
     process: "subprocess.Popen[bytes]"
-    said: BinaryIO
+    stderr: BinaryIO
 
 
 class Launcher:
-    """Launches the spec in one file into one place of results. Any thread may ask.
+    """Launches the spec in one file into one results folder. Any thread may call it.
 
-        file     the file, which may come to be
-        results  where its trials are stored
-        options  further words of the command
-        known    what names in a proposed text stand for where there is no file yet; a
-                 text names no other code
-        read     reads the spec in the file, where there is one
+    Parameters
+    ----------
+    file : Path
+        The file, which need not exist yet.
+    results : Location
+        Folder where its trials are stored.
+    options : sequence of str, optional
+        Further options of the command.
+    known : Catalogue, optional
+        Models, metrics and maps by name where there is no file yet. A text names no
+        other code.
+    read : callable, optional
+        Reads the spec in the file, where there is one.
 
-    Raises SpecError where the file has a spec that cannot be, and ChoiceError where it
-    is a link.
+    Raises
+    ------
+    SpecError
+        If the spec in the file is not valid.
+    ChoiceError
+        If the file is a link, or its folder does not exist.
     """
 
     def __init__(
@@ -92,8 +120,11 @@ class Launcher:
         known: Catalogue = BUILT_IN,
         read: Callable[[Path], Study] = load_spec,
     ) -> None:
-        self.file, self.results, self._options = file, results, tuple(options)
-        self._known, self._read = known, read
+        self.file = file
+        self.results = results
+        self._options = tuple(options)
+        self._known = known
+        self._read = read
         self._lock = threading.Lock()
         self.started: StartedLaunch | None = None
         if file.is_symlink():
@@ -104,24 +135,30 @@ class Launcher:
         self.study = study.name if study else ""
 
     def now(self) -> Study | None:
-        """The study in the file as it is now. Raises as `load_spec`."""
+        """Return the study in the file as it is now; None for no file.
+
+        Raises as `load_spec`.
+        """
         return self._read(self.file) if self.file.exists() else None
 
     def proposed(self, text: str) -> Proposal:
-        """What a launch of this text would change. Raises as `compare`."""
+        """Return the changes that a launch of this text would make.
+
+        Raises as `compare`.
+        """
         return self._proposed(text)[0]
 
     def _proposed(self, text: str) -> tuple[Proposal, Study]:
-        there = self.now()
-        study = study_with(text, self.file, there.known if there else self._known)
-        seen = _sha256(there.text) if there else ""
+        current = self.now()
+        study = study_with(text, self.file, current.known if current else self._known)
         proposal = proposed(
-            study, there.text if there else "", self.results, self._options
+            study, current.text if current else "", self.results, self._options
         )
-        return proposal._replace(seen=seen, why_not=self._why_not(study)), study
+        digest = _sha256(current.text) if current else ""
+        return proposal._replace(digest=digest, why_not=self._why_not(study)), study
 
     def _why_not(self, study: Study) -> str:
-        """Why a study cannot be launched now; "" where it can."""
+        """Return why a study cannot be launched now; "" where it can."""
         owners = Lock(place_of(self.results / study.name, self.results)).owners()
         if self.running:
             return "A launch that was started here is still running."
@@ -131,19 +168,31 @@ class Launcher:
 
     @property
     def running(self) -> bool:
-        """Whether a launch that was started here goes on."""
+        """True while a launch that was started here runs."""
         return self.started is not None and self.started.process.poll() is None
 
-    def launch(self, text: str, seen: str) -> dict[str, Any]:
-        """Write a proposed text into the file and launch it; the state then.
+    def launch(self, text: str, digest: str) -> dict[str, Any]:
+        """Write a proposed text into the file, launch it, and return the new state.
 
-        `seen` is that of the proposal. Raises ChoiceError where the file has changed
-        since, or the study is being launched, OutputError where the file cannot be
-        written, and as `proposed`.
+        Parameters
+        ----------
+        text : str
+            Text of the spec.
+        digest : str
+            Digest of the proposal that the user has confirmed.
+
+        Raises
+        ------
+        ChoiceError
+            If the file has changed since the proposal, or the study is being launched.
+        OutputError
+            If the file cannot be written.
+        UserError
+            As `proposed` raises it.
         """
         with self._lock:
             proposal, study = self._proposed(text)
-            if proposal.seen != seen:
+            if proposal.digest != digest:
                 raise ChoiceError(
                     f"{self.file}: has changed since this page has read it; look at"
                     " the change again"
@@ -153,7 +202,7 @@ class Launcher:
             with unfinished(self.file) as file:
                 file.write(text.encode())
             if self.started:
-                self.started.said.close()
+                self.started.stderr.close()
             self.started = self._start(study)
         return self.state()
 
@@ -161,73 +210,100 @@ class Launcher:
         own = isinstance(study.known, OwnCatalogue)
         words = [*_words(self.file, self.results, self._options), "--quiet"]
         words += [] if own else ["--no-code"]
-        said = tempfile.TemporaryFile()  # noqa: SIM115 - as long as its launch
+        stderr = tempfile.TemporaryFile()  # noqa: SIM115 - as long as its launch
         process = subprocess.Popen(
             [*PROCESS, *words],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=said,
+            stderr=stderr,
             start_new_session=True,
         )
-        return StartedLaunch(study.name, process, said)
+        return StartedLaunch(study.name, process, stderr)
 
     def stop(self) -> dict[str, Any]:
-        """Stop a launch that was started here: what is done stays stored."""
+        """Stop a launch that was started here, and return the state.
+
+        Finished trials stay stored.
+        """
         with self._lock:
             if self.started and self.running:
                 self.started.process.terminate()
         return self.state()
 
     def state(self) -> dict[str, Any]:
-        """The file, and of the launch that was started here its study, its process,
-        whether it goes on, its exit code and what it has said.
+        """Return the file, and the state of the launch that was started here.
+
+        The state of a launch has its study, its process, its exit code, None while it
+        runs, and the end of its stderr.
         """
-        one = self.started
-        if one is None:
+        started = self.started
+        if started is None:
             return {"file": str(self.file), "started": None}
-        code = one.process.poll()
-        about = {"study": one.study, "process": one.process.pid, "code": code}
-        said = _last(one.said) if code and not one.said.closed else ""
-        return {"file": str(self.file), "started": about | {"said": said}}
+        code = started.process.poll()
+        launch = {
+            "study": started.study,
+            "process": started.process.pid,
+            "code": code,
+            "said": _last(started.stderr) if code and not started.stderr.closed else "",
+        }
+        return {"file": str(self.file), "started": launch}
 
     def leave(self) -> str:
-        """Let go of what was started here; what the user is told of a launch that goes
-        on, "" where none does.
+        """Let go of the launch that was started here, and return a text for the user.
+
+        The text tells how to stop a launch that still runs; "" where none does.
         """
         if self.started:
-            self.started.said.close()
+            self.started.stderr.close()
         if not self.started or not self.running:
             return ""
-        one = self.started
+        process = self.started.process.pid
         return (
-            f"the launch of {one.study} goes on, as process {one.process.pid};"
-            f" `kill {one.process.pid}` stops it, and what is done stays"
+            f"the launch of {self.started.study} goes on, as process {process};"
+            f" `kill {process}` stops it, and what is done stays"
         )
 
 
 def proposed(
     study: Study, before: str, results: Location, options: Sequence[str] = ()
 ) -> Proposal:
-    """What a launch of a study from its file would change, where that has another text
-    `before`. A page that may not launch is told no more. Raises as `compare`.
+    """Return the changes that a launch of a study from its file would make.
+
+    The proposal is the one of a page that may not launch.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the proposed text.
+    before : str
+        Text that the file has now.
+    results : Location
+        Folder of stored studies.
+    options : sequence of str, optional
+        Further options of the command.
+
+    Raises
+    ------
+    UserError
+        As `compare` raises it.
     """
     difference, to_run = _changes(study, results)
     return Proposal(
-        study.text,
-        str(study.path),
-        _lines(before, study.text),
-        difference,
-        to_run,
-        shlex.join(["sweep", *_words(study.path, results, options)]),
-        "",
-        NOBODY,
+        text=study.text,
+        file=str(study.path),
+        lines=_lines(before, study.text),
+        difference=difference,
+        to_run=to_run,
+        command=shlex.join(["sweep", *_words(study.path, results, options)]),
+        digest="",
+        why_not=NOBODY,
     )
 
 
 def stored_spec(stored: StoredStudy) -> Study:
-    """The study of a stored spec, as if it stood in a file of the current folder.
+    """Return the study of a stored spec, as if it were a file of the current folder.
 
-    Raises ChoiceError where it names code of its own, and SpecError.
+    Raises ChoiceError where the spec names custom code, and SpecError.
     """
     if isinstance(stored.known, OwnCatalogue):
         raise ChoiceError(
@@ -239,32 +315,34 @@ def stored_spec(stored: StoredStudy) -> Study:
 
 
 def spec_like(study: Study, text: str) -> Study:
-    """The study of another text, as if it stood in the file of this one, with the code
-    that this one names. Raises SpecError.
+    """Return the study of another text, as if it were in the file of this study.
+
+    The text may name the code that this study names. Raises SpecError.
     """
     return study_with(text, study.path, study.known)
 
 
 def _words(file: Path, results: Location, options: Sequence[str]) -> list[str]:
-    """The command that launches a file, without the program."""
+    """Return the command that launches a file, without the program."""
     usual = str(results) == "results"
     folder = [] if usual else ["--results", str(results)]
     return ["launch", str(file), *folder, *options]
 
 
 def _changes(study: Study, results: Location) -> tuple[str, int]:
-    """What `sweep diff` says of a study, and how many trials it has to run; of one that
-    is not stored, how many it has.
+    """Return the output of `sweep diff` for a study, and the number of trials to run.
+
+    For a study that is not stored, return the number of its trials.
     """
     if not place_of(results / study.name, results).content():
         count = len(Jobs(study, expand(study)))
         return f"new study  {study.name}, {so_many(count, 'trial')} to run", count
-    found = compare(StoredStudy(study.name, results), study, results)
-    return found.as_text(), found.to_run
+    comparison = compare(StoredStudy(study.name, results), study, results)
+    return comparison.as_text(), comparison.to_run
 
 
 def actions(launcher: Launcher | None) -> Mapping[str, Callable[[Any], Any]]:
-    """What a page may do, by name: each takes the object that the page sends."""
+    """Return the actions of a page by name; each takes the object of the page."""
 
     def allowed() -> Launcher:
         if launcher is None:
@@ -273,11 +351,11 @@ def actions(launcher: Launcher | None) -> Mapping[str, Callable[[Any], Any]]:
 
     def propose(body: Any) -> dict[str, Any]:
         (text,) = _texts(body, "yaml")
-        return allowed().proposed(text)._asdict()
+        return allowed().proposed(text).as_reply()
 
     def launch(body: Any) -> dict[str, Any]:
-        text, seen = _texts(body, "yaml", "seen")
-        return allowed().launch(text, seen)
+        text, digest = _texts(body, "yaml", "seen")
+        return allowed().launch(text, digest)
 
     def stop(body: Any) -> dict[str, Any]:
         _texts(body)
@@ -287,15 +365,16 @@ def actions(launcher: Launcher | None) -> Mapping[str, Callable[[Any], Any]]:
 
 
 def state_of(launcher: Launcher | None) -> dict[str, Any]:
-    """Whether the page may launch, and what was launched from it."""
+    """Return the state of a launcher, or that of a page that may not launch."""
     if launcher is None:
         return {"file": "", "started": None}
     return launcher.state()
 
 
 def _texts(body: Any, *names: str) -> list[str]:
-    """The values of an object that has these texts and nothing else. Raises
-    ChoiceError: it may come from anyone.
+    """Return the values of an object that has these texts and nothing else.
+
+    Raises ChoiceError for any other object: it may come from anyone.
     """
     if not isinstance(body, dict):
         raise ChoiceError("the message must be an object")
@@ -313,13 +392,13 @@ def _sha256(text: str) -> str:
 
 
 def _lines(before: str, after: str) -> str:
-    """A unified difference without its head, which names files."""
-    found = difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="")
-    return "\n".join([*found][2:])
+    """Return a unified difference without its head, which names files."""
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="")
+    return "\n".join([*lines][2:])
 
 
-def _last(said: BinaryIO) -> str:
-    """The end of what a process has written."""
-    size = said.seek(0, 2)
-    said.seek(max(0, size - LAST_CHARACTERS))
-    return said.read().decode("utf-8", "replace").strip()
+def _last(stderr: BinaryIO) -> str:
+    """Return the end of the output of a process."""
+    size = stderr.seek(0, 2)
+    stderr.seek(max(0, size - LAST_CHARACTERS))
+    return stderr.read().decode("utf-8", "replace").strip()

@@ -1,5 +1,6 @@
-"""A live run as a Show: it turns the messages of a page into calls of a Session, and
-the Session into messages.
+"""A live run as a Show.
+
+It turns the messages of a page into calls of a Session, and the Session into messages.
 """
 
 import time
@@ -26,7 +27,7 @@ from sweep.web.session import Session
 from sweep.web.state import Range, ViewState, from_opened
 
 COVERAGE_PERIOD = 0.25
-"""Seconds between two pictures of the coverage while the run goes on."""
+"""Seconds between two sections of coverage while the run goes on."""
 
 EDITING = (
     messages.Set
@@ -40,7 +41,7 @@ EDITING = (
     | messages.Reset
     | messages.Continue
 )
-"""What can be undone."""
+"""The messages that can be undone."""
 
 
 class Live(Session):
@@ -49,13 +50,18 @@ class Live(Session):
     covered = 0.0
 
     def greeting(self) -> list[Reply]:
-        """Controls, scene, and the state as the last: a page that has the state has the
-        other two already.
+        """Return controls, scene and state.
+
+        The state is the last: a page that has the state has the other two already.
         """
         state = self.state
-        own = (str(state.settings["map"]),) if state.own else ()
         shown = controls(
-            *(state.model, state.preset, own, state.derive, state.known, state.plots)
+            state.model,
+            state.preset,
+            own=(str(state.settings["map"]),) if state.own else (),
+            derive=state.derive,
+            known=state.known,
+            plots=state.plots,
         )
         return [
             shown | {"trials": trials_of(state.opened)},
@@ -64,7 +70,7 @@ class Live(Session):
         ]
 
     def waiting(self, message: Message) -> str:
-        """What is compiled before a message is answered; "" for nothing."""
+        """Return what is compiled before a message is answered; "" for nothing."""
         state = self.state
         match message:
             case messages.ChooseModel(model, preset):
@@ -78,8 +84,10 @@ class Live(Session):
         return ""
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks. Returns the answer: the state, before it the scene
-        where the world may have changed, or the spec that was asked for.
+        """Do what the page asks, and return the answer.
+
+        The answer is the state, before it the scene where the world may have changed. A
+        request for the spec, the kept run or the origin gets only that message.
         """
         if isinstance(message, messages.Spec):
             yaml = self.spec()
@@ -96,27 +104,30 @@ class Live(Session):
             return [self.kept()]
         if isinstance(message, messages.Origin):
             return [origin_of(self.order(), self.spec())]
-        before, state = self.simulation, self.state
+        before = self.simulation
+        state = self.state
         self._edit(message)
         if _kind(self.state) != _kind(state):
             return self.greeting()
         return [*([] if self.simulation is before else [self.scene()]), self.status()]
 
     def _edit(self, message: Message) -> None:
-        """Do what the page asks, and take note of what it has edited."""
+        """Do what the page asks, and record its edit."""
         if not isinstance(message, EDITING):
             do(self, message)
             return
         before = self.moment()
         do(self, message)
-        what = getattr(message, "name", getattr(message, "index", ""))
-        subject = f"{type(message).__name__} {what}"
+        target = getattr(message, "name", getattr(message, "index", ""))
+        subject = f"{type(message).__name__} {target}"
         part = getattr(message, "part", False)
         self.edits.add(before, self.moment(), subject, part=part)
 
     def beside(self, preset: str, /) -> "Live":
-        """A run to be shown beside this one: of another preset, both from the start; or
-        for "" this one again, from here on.
+        """Return a run to be shown next to this one.
+
+        It is a run of another preset, both from the start; or for "" a copy of this
+        run, from here on.
         """
         other = Live(self.state)
         if preset:
@@ -125,26 +136,29 @@ class Live(Session):
         else:
             other.recall(self.moment())
         self.pause()
-        other.speed, other.overlays = self.speed, self.overlays
+        other.speed = self.speed
+        other.overlays = self.overlays
         other.selected = self.selected
         return other
 
     def _which(self, yaml: str) -> str:
-        """Which trial of the copied spec is shown, in words; "" where it has only one,
-        or sweeps something anew.
+        """Return the shown trial of the copied spec, in words.
+
+        The text is "" where the spec has only one trial, or gets a new sweep.
         """
-        state, spec = self.state, self.state.opened
+        state = self.state
+        spec = state.opened
         if spec is None or state.sweeps:
             return ""
-        kept = (yaml, state.job.point, spec.replicate)
-        spec = opened_again(*kept, state.known, spec.study.path)
+        trial = (state.job.point, spec.replicate)
+        spec = opened_again(yaml, *trial, known=state.known, path=spec.study.path)
         if spec.design.n_points * spec.replicates == 1:
             return ""
         point = numbered("point", spec.point, spec.design.n_points)
         return f"{point}, {numbered('replicate', spec.replicate, spec.replicates)}"
 
     def kept(self) -> Reply:
-        """The message with which a page goes on when its session is gone."""
+        """Return the message with which a page resumes when its session is gone."""
         state = self.state
         replicate = state.opened.replicate if state.opened else state.replicate
         return {
@@ -155,49 +169,54 @@ class Live(Session):
         }
 
     def restore(self, hello: messages.Hello) -> None:
-        """Show what a page has kept, if that is no stored trial. Raises SpecError where
-        that cannot be shown.
+        """Show the run that a page has kept, unless that is a stored trial.
+
+        Raises SpecError where the run cannot be shown.
         """
         if not hello.yaml:
             return
         before = self.state
         path = before.opened.study.path if before.opened else Path("spec.yaml")
-        kept = (hello.yaml, hello.point, hello.replicate)
-        self._begin(from_opened(opened_again(*kept, before.known, path)))
+        trial = (hello.point, hello.replicate)
+        spec = opened_again(hello.yaml, *trial, known=before.known, path=path)
+        self._begin(from_opened(spec))
 
     def export(self, kind: str) -> Make:
-        """A function that makes a file: a picture of this frame, or the run. A run
-        whose settings changed on the way is refused.
+        """Return a function that makes a file: an image of this frame, or the run.
+
+        A run whose parameters changed on the way is refused.
         """
         return filed(self.order(), kind, self.greeting(), self.spec())
 
     def order(self) -> Order:
-        """What is on the screen, for files of it."""
+        """Return the content of the screen, for files of it."""
         study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
         return Order(
-            study,
-            self.state.job,
-            self.step,
-            self.bodies,
-            self.state.plots,
-            self.step,
-            self._unfilmed,
+            study=study,
+            job=self.state.job,
+            step=self.step,
+            bodies=self.bodies,
+            metrics=self.state.plots,
+            until=self.step,
+            refused=self._unfilmed,
         )
 
     def spec(self) -> str:
-        """The YAML of what is on the screen."""
+        """Return the YAML of the content of the screen."""
         return self.state.as_text()
 
     @property
     def _unfilmed(self) -> str:
-        """Why there can be no file of the run; "" where there can."""
+        """The reason why there can be no file of the run; "" where there can."""
         if self.exact:
             return ""
         return f"an animation shows the run that the spec gives, but {self.note}"
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """What is new since `cursor`: metrics, the neighbours of the selected boid, the
-        names of the rules whose accelerations are shown.
+        """Return what is new since `cursor`, and the next cursor.
+
+        The messages are metrics, the neighbours of the selected boid, and the names of
+        the rules whose accelerations are shown.
         """
         replies: list[Reply] = []
         if cursor.entered != self.entered:
@@ -210,8 +229,9 @@ class Live(Session):
         return replies, cursor
 
     def picture(self) -> bytes:
-        """The frame, with the chosen overlays."""
-        simulation, sections = self.simulation, []
+        """Return the frame, with the chosen overlays."""
+        simulation = self.simulation
+        sections = []
         if "flocks" in self.overlays:
             sections.append(encoding.flocks(looking.flocks(simulation)))
         if "accelerations" in self.overlays:
@@ -228,17 +248,20 @@ class Live(Session):
         )
 
     def side(self, number: int, /) -> "Live":
-        """This run, which is the only one. Raises SpecError for a second one."""
+        """Return the run itself, which is the only one.
+
+        Raises SpecError for a second one.
+        """
         if number:
             raise SpecError("there is no second run beside this one")
         return self
 
     def states(self) -> list[Reply]:
-        """The state message."""
+        """Return the state message in a list."""
         return [self.status()]
 
     def status(self) -> Reply:
-        """The state message."""
+        """Return the state message."""
         state = self.state
         return {
             "type": "state",
@@ -268,33 +291,35 @@ class Live(Session):
         }
 
     def scene(self) -> Reply:
-        """The scene message."""
+        """Return the scene message."""
         return scene_of(self.simulation.job)
 
     def selection(self) -> Reply:
-        """The selected boid and the boids that it sees."""
+        """Return the selected boid and the boids that it sees."""
         boid = self.selected
         if boid is None:
             return {"type": "selection", "boid": None}
-        seen, flock = looking.seen_by(self.simulation, boid), self.simulation.flock
-        place = {"x": float(flock.x[boid]), "y": float(flock.y[boid])}
+        flock = self.simulation.flock
+        perceived = looking.seen_by(self.simulation, boid)
         return {
             "type": "selection",
             "boid": boid,
-            **place,
-            **seen._asdict(),
-            "range": plain(seen.range),
+            "x": float(flock.x[boid]),
+            "y": float(flock.y[boid]),
+            **perceived._asdict(),
+            "range": plain(perceived.range),
         }
 
 
 def _kind(state: ViewState) -> tuple[str, str, bool]:
-    """What the controls depend on."""
+    """Return the parts of a state on which the controls depend."""
     return state.model, state.preset, state.own is None
 
 
 def do(session: Session, message: Message) -> None:
-    """Call the method of the session that belongs to a message. Raises SpecError for
-    what is refused.
+    """Call the method of the session that belongs to a message.
+
+    Raises SpecError for a message that is refused.
     """
     match message:
         case messages.Set(name, value):
@@ -326,17 +351,18 @@ def do(session: Session, message: Message) -> None:
 
 
 def _aimed(
-    settings: Mapping[str, Value], place: tuple[float, float], index: int
+    settings: Mapping[str, Value], position: tuple[float, float], index: int
 ) -> dict[str, Value]:
-    """The settings by which the goal of this index is at a place. Raises SpecError
-    where there are not so many goals.
+    """Return the parameters by which the goal of this index is at a position.
+
+    Raises SpecError where there are not so many goals.
     """
     if index == 0:
-        return dict(zip(("goal_x", "goal_y"), place, strict=True))
+        return dict(zip(("goal_x", "goal_y"), position, strict=True))
     later = list(places_of(settings["next_goals"]) or ())
     if index > len(later):
         raise SpecError(f"goal: index must be at most {len(later)}, not {index}")
-    later[index - 1] = place
+    later[index - 1] = position
     return {"next_goals": in_a_line(tuple(later))}
 
 

@@ -1,6 +1,4 @@
-"""The messages of the page, a class each; sweep.web.protocol has the whole
-conversation.
-"""
+"""The messages of the page, one class each; sweep.web.protocol has the conversation."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -15,8 +13,14 @@ Yaml = Annotated[str, "the text of a spec"]
 
 @dataclass(frozen=True)
 class Request:
-    """What all messages have: `id`, which the answer repeats, and `side`: which one of
-    two runs side by side it is about, 0 or 1.
+    """The base of all messages.
+
+    Attributes
+    ----------
+    id : str
+        Identifier that the answer repeats.
+    side : int
+        The one of two runs side by side that the message is about: 0 or 1.
     """
 
     id: str = field(default="", kw_only=True)
@@ -25,11 +29,14 @@ class Request:
 
 @dataclass(frozen=True)
 class Hello(Request):
-    """The page is there. `page` is its name: a page that comes back finds its session
-    by it. Where there is none any more, the session begins with what the page has kept:
-    of one run, of two side by side, or of a stored trial, `kept_trial`, of a study.
-    With a `trial` it is that of a stored trial of a study; `beside` names another one
-    of it that is played beside that one.
+    """The first message of a page, which has a name.
+
+    A page that comes back finds its session by this name. Where there is none any more,
+    the session begins with the run that the page has kept. That is one run, two runs
+    side by side, or a stored trial `kept_trial` of the study `kept_study`.
+
+    With a `trial` the session plays that stored trial of `study`; `beside` names
+    another trial of it that is played next to the first.
     """
 
     page: str
@@ -47,7 +54,7 @@ class Hello(Request):
 
     @property
     def of_second(self) -> "Hello":
-        """What was kept of the second run, as if it were the only one."""
+        """The kept second run, as if it were the only one."""
         return Hello(
             self.page, self.yaml_beside, self.point_beside, self.replicate_beside
         )
@@ -55,7 +62,7 @@ class Hello(Request):
 
 @dataclass(frozen=True)
 class Set(Request):
-    """A setting gets another value. `part`: more of the same gesture comes."""
+    """A new value of a parameter. With `part` more of the same gesture comes."""
 
     name: str
     value: Value
@@ -80,7 +87,7 @@ class ShowTrial(Request):
 
 @dataclass(frozen=True)
 class ShowValue(Request):
-    """The point of the opened spec at which a setting that varies has this value."""
+    """The point of the opened spec at which a varying parameter has this value."""
 
     name: str
     value: Value
@@ -88,41 +95,44 @@ class ShowValue(Request):
 
 @dataclass(frozen=True)
 class StartRun(Request):
-    """Go on without being asked for each step."""
+    """A request to run without a message for each step."""
 
 
 @dataclass(frozen=True)
 class Pause(Request):
-    """Take no more steps."""
+    """A request to take no more steps."""
 
 
 @dataclass(frozen=True)
 class Step(Request):
-    """Take `count` steps."""
+    """A request to take `count` steps."""
 
     count: Whole = 1
 
 
 @dataclass(frozen=True)
 class Reset(Request):
-    """Go back to the start, with the settings as they are."""
+    """A request to go back to the start, with the parameters as they are."""
 
 
 @dataclass(frozen=True)
 class Continue(Request):
-    """Make the run twice as long."""
+    """A request to make the run twice as long."""
 
 
 @dataclass(frozen=True)
 class Speed(Request):
-    """How fast to run; 0 is as fast as possible."""
+    """The speed of the run in steps per second; 0 is as fast as possible."""
 
     steps_per_second: float
 
 
 @dataclass(frozen=True)
 class Shapes(Request):
-    """Replace all obstacles. `part`: more of the same gesture comes."""
+    """The obstacles that replace all others.
+
+    With `part` more of the same gesture comes.
+    """
 
     shapes: list[Shape]
     part: bool = False
@@ -130,8 +140,9 @@ class Shapes(Request):
 
 @dataclass(frozen=True)
 class Goal(Request):
-    """Where a goal is: the first one, or that of this index among several. `part`: more
-    of the same gesture comes.
+    """The position of a goal: the first one, or the one of this index among several.
+
+    With `part` more of the same gesture comes.
     """
 
     x: float
@@ -142,28 +153,28 @@ class Goal(Request):
 
 @dataclass(frozen=True)
 class Select(Request):
-    """Select a boid, or none."""
+    """The selected boid, or none."""
 
     boid: Whole | None
 
 
 @dataclass(frozen=True)
 class Overlays(Request):
-    """Choose what is drawn besides the boids."""
+    """The overlays that are drawn with the boids."""
 
     names: Names
 
 
 @dataclass(frozen=True)
 class Metrics(Request):
-    """Choose what is plotted."""
+    """The metrics that are plotted."""
 
     names: Names
 
 
 @dataclass(frozen=True)
 class Sweep(Request):
-    """Let the copied spec sweep a setting over a range; `off` ends that."""
+    """A range over which the copied spec sweeps a parameter; `off` ends the sweep."""
 
     name: str
     low: float = 0.0
@@ -174,58 +185,59 @@ class Sweep(Request):
 
 @dataclass(frozen=True)
 class Spec(Request):
-    """Ask for the spec of what is on the screen."""
+    """A request for the spec of what is on the screen."""
 
 
 @dataclass(frozen=True)
 class Keep(Request):
-    """Ask for what a page needs to go on when its session is gone."""
+    """A request for the run that a page keeps to resume when its session is gone."""
 
 
 @dataclass(frozen=True)
 class Export(Request):
-    """Ask for a file."""
+    """A request for a file."""
 
     kind: str
 
 
 @dataclass(frozen=True)
 class StopExport(Request):
-    """The file that is being made is not wanted any more."""
+    """A request to stop making a file."""
 
 
 @dataclass(frozen=True)
 class Origin(Request):
-    """Ask what a picture of this frame says of itself."""
+    """A request for the names and the metadata of an image of this frame."""
 
 
 @dataclass(frozen=True)
 class Ready(Request):
-    """The last frame is drawn."""
+    """The report that the last frame is drawn."""
 
 
 @dataclass(frozen=True)
 class Seek(Request):
-    """Go to a step that was shown before, or of a stored trial."""
+    """A step to go to: one that was run, or one of a stored trial."""
 
     frame: Whole
 
 
 @dataclass(frozen=True)
 class Undo(Request):
-    """Take the last edit back."""
+    """A request to take the last edit back."""
 
 
 @dataclass(frozen=True)
 class Redo(Request):
-    """Make the edit again that was undone last."""
+    """A request to repeat the edit that was undone last."""
 
 
 @dataclass(frozen=True)
 class Beside(Request):
-    """Show a second run beside this one, with the same seed: of another preset of the
-    model, from the start of both; or where none is named of the same settings, from
-    here on.
+    """A request for a second run next to this one, with the same seed.
+
+    With a `preset` it is a run of that preset of the model, and both begin at the
+    start. Otherwise it has the same parameters, and continues from here.
     """
 
     preset: str = ""
@@ -233,7 +245,7 @@ class Beside(Request):
 
 @dataclass(frozen=True)
 class Alone(Request):
-    """Of two runs side by side show only this one."""
+    """A request to show only this one of two runs."""
 
 
 Message = (
@@ -296,4 +308,4 @@ MESSAGES: dict[str, type[Message]] = {
     "beside": Beside,
     "alone": Alone,
 }
-"""What a message calls itself in its `type`."""
+"""The classes by the `type` of their messages."""

@@ -1,5 +1,6 @@
-"""A spec that was opened on the page. Its text stays what it was but for what was
-changed on the page; comments stay too.
+"""A spec that was opened on the page.
+
+Its text stays as it was, with comments, except for the changes made on the page.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -27,15 +28,24 @@ WIDTH = 110
 
 
 class Edits(NamedTuple):
-    """What was changed on the page.
+    """Changes that were made on the page.
 
-    settings  those that have another value
-    shown     the value of every setting
-    maps      maps of its own that were drawn
-    sweeps    the entries of settings that are to be swept
-    seed      another seed, None for the same
-    record    metrics that are to be recorded too
-    written   the text that stands for a value of a setting or for a metric
+    Attributes
+    ----------
+    settings : mapping
+        Parameters that have another value.
+    shown : mapping
+        The value of every parameter.
+    maps : mapping
+        Custom maps that were drawn.
+    sweeps : mapping
+        Entries of parameters that are to be swept.
+    seed : int or None
+        Another seed, None for the same.
+    record : tuple of str
+        Metrics that are to be recorded too.
+    written : callable
+        Returns the text for a value of a parameter, or for a metric, by name and value.
     """
 
     settings: Mapping[str, Value]
@@ -49,7 +59,7 @@ class Edits(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OpenedSpec:
-    """A study with its points, and which of its trials is shown."""
+    """A study with its points, and the trial of it that is shown."""
 
     study: Study
     design: Design
@@ -58,17 +68,30 @@ class OpenedSpec:
 
     @property
     def replicates(self) -> int:
-        """The trials of a point; the most where a rule adds them."""
+        """The number of trials per point; the largest one where a rule adds trials."""
         return self.study.trials_per_point
 
     @property
     def job(self) -> Job:
         """The trial that is shown."""
-        place = self.point * self.replicates + self.replicate
-        return Jobs(self.study, self.design)[place]
+        index = self.point * self.replicates + self.replicate
+        return Jobs(self.study, self.design)[index]
 
     def at(self, point: int, replicate: int) -> "OpenedSpec":
-        """The same spec at another trial. Raises SpecError where it has none there."""
+        """Return the same spec at another trial.
+
+        Parameters
+        ----------
+        point : int
+            Index of the point.
+        replicate : int
+            Number of the replicate, from 0.
+
+        Raises
+        ------
+        SpecError
+            If the spec has no such trial.
+        """
         for name, number, count in (
             ("point", point, self.design.n_points),
             ("replicate", replicate, self.replicates),
@@ -78,16 +101,31 @@ class OpenedSpec:
         return replace(self, point=point, replicate=replicate)
 
     def having(self, name: str, value: Value) -> "OpenedSpec":
-        """The spec at the point that has this value of a setting, and the most values
-        of this point otherwise. Raises SpecError where there is none.
+        """Return the spec at the point that has this value of a parameter.
+
+        Among several points it is the one that shares most values with the shown point.
+
+        Parameters
+        ----------
+        name : str
+            Parameter that varies.
+        value : int, float, str or bool
+            Its value.
+
+        Raises
+        ------
+        SpecError
+            If there is no such point, or the parameter does not vary.
         """
         point = point_having(self.design.columns, self.point, name, value)
         return self.at(point, self.replicate)
 
     def text(self, edits: Edits) -> str:
-        """The YAML of the spec with these changes. What they contradict gives way: the
-        axes of a setting that has one value now; where the shown point would not be
-        among the points, what is derived too; and if that is not enough, the whole
+        """Return the YAML of the spec with these changes.
+
+        Entries that contradict the changes are removed. First these are the axes of a
+        parameter that has one value now. Where the shown point would not be among the
+        points, the derived parameters are removed too; if that is not enough, the whole
         design.
         """
         touched = {*edits.settings, *edits.sweeps}
@@ -103,7 +141,7 @@ class OpenedSpec:
         return text
 
     def _has(self, text: str, shown: Mapping[str, Value]) -> bool:
-        """Whether a spec has a point with these settings."""
+        """Return whether a spec has a point with these parameters."""
         try:
             design = expand(study_with(text, self.study.path, self.study.known))
         except SpecError:
@@ -124,11 +162,10 @@ class OpenedSpec:
         *,
         require: bool = True,
     ) -> str:
-        """The text in which these axes, and what is derived of these names, have given
-        way to the values that are shown.
-        """
-        yaml, stream = YAML(), StringIO()
-        yaml.preserve_quotes, yaml.width = True, WIDTH
+        """Return the text with shown values instead of these axes and derived names."""
+        yaml = YAML()
+        yaml.preserve_quotes = True
+        yaml.width = WIDTH
         root = yaml.load(self.study.text)
         gone: list[Place] = [("derive", name) for name in underived]
         gone += [("fixed", name) for name in edits.sweeps]
@@ -156,6 +193,7 @@ class OpenedSpec:
             record = root.setdefault("record", {})
             metrics = [edits.written("metrics", name) for name in edits.record]
             record["series"] = [*record.get("series", ()), *metrics]
+        stream = StringIO()
         yaml.dump(root, stream)
         return stream.getvalue()
 
@@ -163,9 +201,25 @@ class OpenedSpec:
 def point_having(
     columns: Mapping[str, NDArray[Any]], point: int, name: str, value: Value
 ) -> int:
-    """The number of the point that has this value of a setting, and the most values of
-    `point` otherwise; `columns` (P,) are the values of what varies. Raises SpecError
-    where there is none.
+    """Return the index of the point that has this value of a parameter.
+
+    Among several points it is the one that shares most values with `point`.
+
+    Parameters
+    ----------
+    columns : mapping of str to array (P,)
+        Values of each parameter that varies, one per point.
+    point : int
+        Index of the point to compare with.
+    name : str
+        Parameter that varies.
+    value : int, float, str or bool
+        Its value.
+
+    Raises
+    ------
+    SpecError
+        If there is no such point, or the parameter does not vary.
     """
     if name not in columns:
         raise SpecError(unknown("setting that varies", name, columns))
@@ -177,24 +231,41 @@ def point_having(
 
 
 def opened(study: Study) -> OpenedSpec:
-    """A study from its first trial."""
+    """Return the opened spec of a study, at its first trial."""
     return OpenedSpec(study, expand(study))
 
 
 def opened_again(
     yaml: str, point: str, replicate: int, known: Catalogue, path: Path
 ) -> OpenedSpec:
-    """A spec as if it stood in the file `path`, at the trial with this id of its point.
-    Raises SpecError where it cannot be read.
+    """Return an opened spec at the trial that a page has kept.
+
+    Parameters
+    ----------
+    yaml : str
+        Text of the spec.
+    point : str
+        Id of the point; where the spec has none of this id, its first trial is shown.
+    replicate : int
+        Number of the replicate, from 0.
+    known : Catalogue
+        Models, metrics and maps by name.
+    path : Path
+        File in which the spec would be, for its paths and errors.
+
+    Raises
+    ------
+    SpecError
+        If the spec is not valid.
     """
     spec = opened(study_with(yaml, path, known))
     points = Jobs(spec.study, spec.design).points
-    there = point in points and replicate < spec.replicates
-    return spec.at(points.index(point), replicate) if there else spec
+    exists = point in points and replicate < spec.replicates
+    return spec.at(points.index(point), replicate) if exists else spec
 
 
 def _remove(root: Any, place: Place) -> None:
-    """Remove what stands in a mapping, and the mapping if it holds nothing else."""
+    """Remove an entry of a mapping, and the mapping if it has no other entry."""
     *above, key = place
     holder = root
     for part in above:

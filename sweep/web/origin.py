@@ -1,4 +1,4 @@
-"""Where a file of the page comes from: its name, and what its metadata say."""
+"""The origin of a file of the page: its name and its metadata."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from sweep.store.provenance import machine
 
 
 def about(study: str, job: Job) -> dict[str, str]:
-    """The origin of a file of a run, for its metadata."""
+    """Return the origin of a file of a run, for its metadata."""
     return {
         "Study": study,
         "Trial": job.trial_id,
@@ -19,29 +19,61 @@ def about(study: str, job: Job) -> dict[str, str]:
 
 
 def about_frame(study: str, job: Job, step: int, spec: str) -> dict[str, str]:
-    """The origin of a picture at a step, or of a run up to it, with the spec that gives
-    it.
+    """Return the origin of an image of a step, or of a run up to it.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    job : Job
+        The trial.
+    step : int
+        Step of the frame.
+    spec : str
+        YAML that gives the frame.
     """
     return about(study, job) | {"Step": str(step), "Spec": spec}
 
 
-def in_lines(said: Mapping[str, str]) -> str:
-    """An origin as one text, for formats whose metadata have no keys."""
-    return "\n".join(f"{key}: {value}" for key, value in said.items())
+def in_lines(origin: Mapping[str, str]) -> str:
+    """Return an origin as one text, for formats whose metadata have no keys."""
+    return "\n".join(f"{key}: {value}" for key, value in origin.items())
 
 
 def trial_name(study: str, job: Job) -> str:
-    """The beginning of the names of all files of a trial."""
+    """Return the beginning of the names of all files of a trial."""
     return f"{study.replace('/', '-')}-{job.trial_id[:8]}"
 
 
 def picture_name(study: str, job: Job, step: int) -> str:
-    """The name of the picture of a step, without its ending, e.g.
-    nguyen2024-separation-05d7a1b2-step-250.
+    """Return the name of the image of a step, without its ending.
+
+    An example is nguyen2024-separation-05d7a1b2-step-250.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    job : Job
+        The trial.
+    step : int
+        Step of the frame.
     """
     return f"{trial_name(study, job)}-step-{step}"
 
 
 def run_name(study: str, job: Job, last: int) -> str:
-    """The same of a run up to its step `last`: ...-05d7a1b2-to-step-250."""
+    """Return the name of a file of a run, without its ending.
+
+    An example is nguyen2024-separation-05d7a1b2-to-step-250.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    job : Job
+        The trial.
+    last : int
+        Last step of the run.
+    """
     return f"{trial_name(study, job)}-to-step-{last}"

@@ -1,5 +1,6 @@
-"""What is on its way to a page, in the order in which it happened. Those who put
-something in need not wait until it is sent.
+"""Messages and frames on their way to a page, in the order in which they were put in.
+
+Callers that put something in need not wait until it is sent.
 """
 
 import asyncio
@@ -8,16 +9,17 @@ from typing import Protocol
 from sweep.web.protocol import Reply
 
 MOST_WAITING = 64
-"""If so many messages wait to be sent, the page is not listened to until there are
-fewer.
+"""The number of waiting messages at which the page is no longer heard.
+
+It is heard again when there are fewer.
 """
 
 
 class Line(Protocol):
-    """The way to a page. All methods raise ConnectionError when it is gone."""
+    """The connection to a page. All methods raise ConnectionError when it is gone."""
 
     async def hear(self) -> str:
-        """The next message of the page."""
+        """Return the next message of the page."""
 
     async def tell(self, reply: Reply) -> None:
         """Send a message."""
@@ -27,8 +29,9 @@ class Line(Protocol):
 
 
 class Outbox:
-    """Sends everything that is put into it to a line, as soon as the line takes it. It
-    must be made in a running event loop.
+    """A queue whose content is sent to a line as soon as the line takes it.
+
+    It must be made in a running event loop.
     """
 
     def __init__(self, line: Line) -> None:
@@ -53,8 +56,9 @@ class Outbox:
         await self._room.wait()
 
     async def send(self) -> None:
-        """Send everything that comes, for ever. Raises ConnectionError when the line is
-        gone.
+        """Send everything that comes, for ever.
+
+        Raises ConnectionError when the line is gone.
         """
         while True:
             item = await self._items.get()

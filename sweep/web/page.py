@@ -2,9 +2,9 @@
 
 The served page loads the modules of `static` one by one. A notebook, and a file that
 opens from disk, need one text. It has the same modules, each in a function of its own,
-after those that it imports. So a module may import only from its neighbours, by name or
-as `import("./name.js")`, and must write `export` before a declaration. Types are
-comments in lines of their own; they are left out.
+after the modules that it imports. So a module may import only from its neighbours, by
+name or as `import("./name.js")`, and must write `export` before a declaration. Types
+are comments in lines of their own; they are left out.
 """
 
 import re
@@ -24,9 +24,9 @@ TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 
 def script(name: str, instead: Mapping[str, str] = MappingProxyType({})) -> str:
-    """One ES module: the module of this name, after all modules that it needs.
+    """Return one ES module: the named module, after all modules that it needs.
 
-    `instead` has, by the names of modules, others that stand in their place.
+    `instead` has replacements of modules, by the names of the replaced ones.
     """
     needed: dict[str, str] = {}
     module = _module(name, needed, instead)
@@ -34,29 +34,33 @@ def script(name: str, instead: Mapping[str, str] = MappingProxyType({})) -> str:
 
 
 def _module(name: str, needed: dict[str, str], instead: Mapping[str, str]) -> str:
-    """The text of a module without its imports. The modules that it needs are added to
-    `needed`.
+    """Return the text of a module without its imports.
+
+    The modules that it needs are added to `needed`.
     """
     text = TYPES.sub("", _text(f"{name}.js"))
-    others = [found for _, found in IMPORT.findall(text)] + LATER.findall(text)
-    used = {other: instead.get(other, other) for other in others}
-    for other in used.values():
-        if other not in needed:
-            needed[other] = _enclosed(other, _module(other, needed, instead))
-    text = IMPORT.sub(lambda one: f"const {{ {one[1]} }} = {used[one[2]]}_js;", text)
-    return LATER.sub(lambda one: f"Promise.resolve({used[one[1]]}_js)", text)
+    imported = [module for _, module in IMPORT.findall(text)] + LATER.findall(text)
+    used = {module: instead.get(module, module) for module in imported}
+    for module in used.values():
+        if module not in needed:
+            needed[module] = _enclosed(module, _module(module, needed, instead))
+    text = IMPORT.sub(
+        lambda match: f"const {{ {match[1]} }} = {used[match[2]]}_js;", text
+    )
+    return LATER.sub(lambda match: f"Promise.resolve({used[match[1]]}_js)", text)
 
 
 def _enclosed(name: str, module: str) -> str:
-    """A module in a function of its own, which returns what it exports."""
+    """Return a module in a function of its own, which returns the exports."""
     exported = ", ".join(member for _, member in EXPORT.findall(module))
     body = EXPORT.sub(r"\1 \2", module)
     return f"const {name}_js = (() => {{\n{body}return {{ {exported} }};\n}})();"
 
 
 def style(*names: str) -> str:
-    """The style sheets of these names, by default that of the view. All their rules
-    apply within the class `boidsweep` only.
+    """Return the style sheets of these names, by default that of the view.
+
+    All their rules apply within the class `boidsweep` only.
     """
     return "".join(_text(f"{name}.css") for name in names or ("view",))
 

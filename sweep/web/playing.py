@@ -1,8 +1,8 @@
-"""Plays a Show to a page: takes steps at the wanted pace, and sends a frame whenever
-the page is ready for one.
+"""The player of a Show: it takes steps at the wanted pace, and sends frames.
 
-Stepping never waits for drawing. A page that draws slowly gets fewer frames. It always
-gets the latest one, and never a queue of them.
+It sends a frame whenever the page is ready for one. Stepping never waits for drawing. A
+page that draws slowly gets fewer frames. It always gets the latest one, and never a
+queue of them.
 """
 
 import asyncio
@@ -34,29 +34,34 @@ from sweep.web.show import Show
 from sweep.web.twin import Twin
 
 CALL_SECONDS = 0.005
-"""Steps are taken for about so long at a time. A message of the page waits no longer
-than that, unless a single step takes longer.
+"""Seconds for which steps are taken at a time.
+
+A message of the page waits no longer, unless a single step takes longer.
 """
 ROUNDS = 3
-"""After each such time the event loop runs so many rounds, so that messages are
-answered and the frame is sent.
+"""Rounds of the event loop after each such time.
+
+In them messages are answered and the frame is sent.
 """
-SHORTEST_WAIT, LONGEST_WAIT = 1 / 120, 0.1
+SHORTEST_WAIT = 1 / 120
+LONGEST_WAIT = 0.1
 LONGEST_DEBT = 0.25
-"""Late steps are made up for, but no more than so many seconds of them. A machine that
-is slower than the wanted pace falls behind, and does not hurry.
+"""The most seconds of late steps that are made up for.
+
+A machine that is slower than the wanted pace falls behind, and does not hurry.
 """
 
 IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
-"""The beginning of an error about the page's spec. Its line is cut off: nobody has seen
-this spec as a file.
+"""The beginning of an error about the page's spec.
+
+Its line is cut off: nobody has seen this spec as a file.
 """
 
 
 def without_lines(error: Exception) -> str:
-    """What an error says, in one line, without the lines of the page's spec."""
+    """Return the text of an error in one line, without lines of the page's spec."""
     mistakes = error.mistakes if isinstance(error, SpecError) else (error,)
-    return "; ".join(IN_SPEC.sub("", str(one)) for one in mistakes)
+    return "; ".join(IN_SPEC.sub("", str(mistake)) for mistake in mistakes)
 
 
 R = TypeVar("R")
@@ -64,17 +69,20 @@ log = logging.getLogger("sweep")
 
 
 class Pace:
-    """How many steps are due, by the clock. A new Pace is made whenever a run
-    goes on.
+    """The number of steps that are due, by the clock.
+
+    A new Pace is made whenever a run starts or resumes.
     """
 
     def __init__(self) -> None:
-        self.owed, self.last = 1.0, time.monotonic()
+        self.owed = 1.0
+        self.last = time.monotonic()
         self.most = 1
 
     def due(self, show: Show) -> tuple[int, float]:
-        """How many steps to take now, and how many seconds to wait afterwards."""
-        before, self.last = self.last, time.monotonic()
+        """Return the number of steps to take now and the seconds to wait afterwards."""
+        before = self.last
+        self.last = time.monotonic()
         if show.speed == 0 or not show.running:
             return self.most, 0.0
         self.owed = min(
@@ -87,8 +95,16 @@ class Pace:
         return steps, 0.0 if self.owed >= 1 else min(wait, LONGEST_WAIT)
 
     def took(self, steps: int, seconds: float) -> None:
-        """The last `steps` took so many seconds. The next time there are fewer steps,
-        or up to twice as many.
+        """Note how long the last steps took.
+
+        The next time fewer steps are taken, or up to twice as many.
+
+        Parameters
+        ----------
+        steps : int
+            Number of steps.
+        seconds : float
+            Duration of all of them.
         """
         self.most = max(
             1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6)))
@@ -96,24 +112,28 @@ class Pace:
 
 
 class Player:
-    """Plays one Show to one line at a time. Without a line the Show stands still."""
+    """The player of one Show to one line at a time.
+
+    Without a line the Show takes no steps.
+    """
 
     def __init__(self, show: Show) -> None:
         self.show = show
-        self.turn, self.filing = asyncio.Lock(), asyncio.Lock()
-        self.asked, self.changed, self.ready = (
-            asyncio.Event(),
-            asyncio.Event(),
-            asyncio.Event(),
-        )
+        self.turn = asyncio.Lock()
+        self.filing = asyncio.Lock()
+        self.asked = asyncio.Event()
+        self.changed = asyncio.Event()
+        self.ready = asyncio.Event()
         self.stopped = Event()
-        self.cursor, self.told = Cursor(), dict[tuple[str, int], Reply]()
+        self.cursor = Cursor()
+        self.told: dict[tuple[str, int], Reply] = {}
         self.task: asyncio.Task[None] | None = None
         self.left = time.monotonic()
 
     async def play(self, line: Line) -> bool:
-        """Play to this line until it is gone, or until another line takes over. Returns
-        whether another one did.
+        """Play to this line until it is gone, or until another line takes over.
+
+        Return whether another line did.
         """
         if self.task:
             self.task.cancel()
@@ -123,7 +143,8 @@ class Player:
         finally:
             task.cancel()
             if self.task is task:
-                self.task, self.left = None, time.monotonic()
+                self.task = None
+                self.left = time.monotonic()
         if not task.cancelled() and (error := task.exception()):
             log.error("the simulator failed", exc_info=error)
         return task.cancelled()
@@ -141,9 +162,10 @@ class Player:
             pass
 
     async def in_turn(self, work: Callable[[], R]) -> R:
-        """What `work` with the show returns. It runs in a thread, while nobody else
-        works with the show. It may take long, and it runs to its end even if the caller
-        is cancelled.
+        """Return the result of `work`, run while nobody else works with the show.
+
+        It runs in a thread, may take long, and runs to its end even if the caller is
+        cancelled.
         """
 
         async def alone() -> R:
@@ -153,7 +175,8 @@ class Player:
         return await asyncio.shield(asyncio.create_task(alone()))
 
     async def _greet(self, outbox: Outbox) -> None:
-        self.cursor, self.told = Cursor(), {}
+        self.cursor = Cursor()
+        self.told = {}
         await self.in_turn(lambda: outbox.put(*self.show.greeting()))
         for event in (self.ready, self.changed, self.asked):
             event.set()
@@ -185,7 +208,7 @@ class Player:
                 await self._answer(outbox, message.id, partial(self._handle, message))
 
     def _handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks. A run comes beside another one here, or goes."""
+        """Do what the page asks. Two runs side by side begin and end here."""
         run = self.show.side(message.side)
         match message:
             case Beside() if isinstance(self.show, Twin):
@@ -196,26 +219,30 @@ class Player:
                 self.show = run
             case _:
                 return self.show.handle(message)
-        self.cursor, self.told = Cursor(), {}
+        self.cursor = Cursor()
+        self.told = {}
         return [{"type": "anew"}, *self.show.greeting()]
 
     async def _answer(
-        self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]
+        self, outbox: Outbox, message_id: str, work: Callable[[], list[Reply]]
     ) -> None:
-        """Send what `work` returns, or the reason where it is refused. Then send the
-        state, which names the message that it answers.
+        """Send the result of `work`, or the reason where it is refused; then the state.
+
+        The state names the message that it answers.
         """
 
         def answer() -> None:
             try:
                 replies = work()
             except Exception as error:
-                replies = [_error(_reason(error)) | {"answers": asked}]
+                replies = [_error(_reason(error)) | {"answers": message_id}]
             if all(reply["type"] != "state" for reply in replies):
                 replies += self.show.states()
             outbox.put(
                 *(
-                    reply | {"answers": asked} if reply["type"] == "state" else reply
+                    reply | {"answers": message_id}
+                    if reply["type"] == "state"
+                    else reply
                     for reply in replies
                 )
             )
@@ -225,8 +252,10 @@ class Player:
         self.changed.set()
 
     async def _export(self, outbox: Outbox, message: Export) -> None:
-        """Make a file while the show goes on, and send it. Only one file is made at a
-        time. It is stopped when the page says so, or is gone.
+        """Make a file while the show goes on, and send it.
+
+        Only one file is made at a time. It is stopped when the page asks for that, or
+        is gone.
         """
         side = {"side": message.side}
         over = _progress(None, "", 1.0) | side
@@ -251,9 +280,7 @@ class Player:
                 outbox.put(over)
 
     async def _step(self, outbox: Outbox) -> None:
-        """Advance the show while it is going, and send the state when it stands
-        still.
-        """
+        """Advance the show while it is going, and send the state when it stops."""
         while True:
             self.asked.clear()
             if not self.show.going:
@@ -267,11 +294,10 @@ class Player:
                     await asyncio.sleep(wait)
 
     async def _advance(self, outbox: Outbox, steps: int) -> float:
-        """Take steps, and return the seconds that they took. Take none if the show
-        stands still when its turn comes.
+        """Take steps, and return the seconds that they took.
 
-        A kernel call lets other threads run. So a step that takes long makes no other
-        page wait.
+        No step is taken if the show has stopped when its turn comes. A kernel call lets
+        other threads run, so a step that takes long makes no other page wait.
         """
 
         def advance() -> float:
@@ -288,8 +314,9 @@ class Player:
         return seconds
 
     async def _paint(self, outbox: Outbox) -> None:
-        """Send the latest frame, with what belongs to it, whenever it is a new one and
-        the page is ready.
+        """Send each new frame with its news, when the page is ready for it.
+
+        Only the latest frame is sent.
         """
         painted: tuple[Show, int] | None = None
         while True:
@@ -306,9 +333,9 @@ class Player:
         painted = self.show, self.show.version
         replies, self.cursor = self.show.news(self.cursor)
         for reply in replies:
-            about = reply["type"], reply.get("side", 0)
-            if self.told.get(about) != reply:
-                self.told[about] = reply
+            kind = reply["type"], reply.get("side", 0)
+            if self.told.get(kind) != reply:
+                self.told[kind] = reply
                 outbox.put(reply)
         outbox.put(self.show.picture())
         return painted
@@ -319,8 +346,9 @@ def _progress(kind: str | None, doing: str, share: float) -> Reply:
 
 
 def _telling(outbox: Outbox, message: Export, stopped: Event) -> Tell:
-    """Tells a page how far the making of its file is, a hundred times at most; may be
-    called from any thread.
+    """Return a function that tells a page how far its file is.
+
+    It tells each hundredth once at most, and may be called from any thread.
     """
     last: list[tuple[str, float]] = []
 
@@ -344,13 +372,14 @@ def _error(message: str) -> Reply:
 
 
 def _reason(error: Exception) -> str:
-    """What the page is told of an error. The whole error is logged if the user cannot
-    mend it.
+    """Return the message of an error for the page.
+
+    The whole error is logged if the user cannot fix it.
     """
     if isinstance(error, UserError | MessageError):
         return without_lines(error)
-    if said := of_own_code(error):
-        return said
+    if message := of_own_code(error):
+        return message
     log.error("the simulator failed", exc_info=error)
     return (
         f"the simulator failed: {type(error).__name__}; it goes on,"

@@ -1,24 +1,24 @@
-"""The messages between the page and the session behind it: JSON texts both ways, and
-binary frames to the page.
+"""The messages between the page and the session behind it.
 
+They are JSON texts both ways, and binary frames to the page.
 Each message from the page has a `type`, the keys of its class, and an `id`. The state
 that answers it, or the error that refuses it, repeats this `id` under `answers`. So the
 page knows which state is older than its last message. Only hello and ready have no
 answer of this kind. A message may have a `side` too: which one of two runs side by side
-it is about, 0 or 1. What is said of the second one has side 1.
+it is about, 0 or 1. Messages about the second one have side 1.
 
     hello page yaml point replicate yaml_beside point_beside replicate_beside kept_study
           kept_trial study trial
           beside                 first; answered by controls, scene, state, metrics and
-                                 a frame. The next eight are what `kept` has said, for a
-                                 page whose session is gone; study and trial name a
-                                 stored trial to play, and beside another one that is
-                                 played beside it
-    set name value part          a setting, or `seed`; an infinite number is the text
-                                 "inf"
+                                 a frame. The next eight are those of the last `kept`,
+                                 for a page whose session is gone; study and trial name
+                                 a stored trial to play, and beside another one that is
+                                 played next to it
+    set name value part          a parameter, or `seed`; an infinite number is the
+                                 string "inf"
     model model preset           another model, from its first step
     trial point replicate        another trial of the opened spec, by their numbers
-    value name value             the point at which a setting that varies has a value
+    value name value             the point at which a varying parameter has a value
     run, pause, reset, continue  continue makes a run that has ended twice as long
     step count
     speed steps_per_second       0 is as fast as it goes
@@ -29,7 +29,7 @@ it is about, 0 or 1. What is said of the second one has side 1.
     select boid                  null for none
     overlays names               of flocks, coverage, accelerations
     metrics names                which are plotted
-    sweep name low high points   a setting that the copied spec sweeps; with off: true
+    sweep name low high points   a parameter that the copied spec sweeps; with off: true
                                  no longer
     spec                         answered by spec: yaml, trial, exact, note
     keep                         answered by kept: yaml, point, replicate; of two runs
@@ -38,12 +38,13 @@ it is about, 0 or 1. What is said of the second one has side 1.
     export kind                  png, svg, gif, mp4 or html; answered by file: name,
                                  mime, data (base64)
     stop                         the file that is being made is not wanted any more
-    origin                       answered by origin: name, trial, about; of what the
-                                 page saves itself: a picture of its frame, or a table
+    origin                       answered by origin: name, trial, about; for files that
+                                 the page saves itself: an image of its frame, or a
+                                 table
     ready                        the last frame is drawn and another one may come
     seek frame                   a step that was run, or one of a stored trial
     undo, redo                   the last edit
-    beside preset                a second run beside this one: of a preset, both from
+    beside preset                a second run next to this one: of a preset, both from
                                  the start, or without one a copy, from here on
     alone                        only this one of two runs
 
@@ -59,7 +60,7 @@ To the page:
           past is [first, last], the steps that can be gone to; undo and redo say what
           they would do; ended, of two runs, says why one goes no further;
           files has the kinds of file that cannot be made, and why;
-          settings that are infinite are the text "inf"; replay is null or {study,
+          infinite parameters are the string "inf"; replay is null or {study,
           trial, frames, equal}; trial is null or which one of the opened spec is shown:
           {point, replicate, values}
     scene width height borders length time downwards obstacles paths goal next_goals
@@ -100,9 +101,9 @@ bytes:
     1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo
                      65535; 65535 for a boid that is alone
     2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
-    4 coverage       u32 rows, u32 columns, u8 shares[rows * columns]: which share of
-                     each cell was visited, 254 all of it, 255 an obstacle; sent a few
-                     times a second: until the next one, the page shows the last one
+    4 coverage       u32 rows, u32 columns, u8 shares[rows * columns]: the visited
+                     fraction of each cell, 254 all of it, 255 an obstacle; sent a few
+                     times per second: until the next one, the page shows the last one
 """
 
 import json
@@ -118,7 +119,7 @@ from sweep.web.messages import MESSAGES, Message, Names, Whole, Yaml
 from sweep.web.state import Shape
 
 MOST_BYTES = 2**20
-"""The largest message that is read from the page."""
+"""The largest message, in bytes, that is read from the page."""
 MOST_CHARACTERS = 200
 OVERLAYS = ("flocks", "coverage", "accelerations")
 
@@ -126,15 +127,16 @@ Reply = dict[str, Any]
 
 
 class MessageError(ValueError):
-    """One sentence for the page: what is wrong with its message. `id` is that of the
-    message.
-    """
+    """A mistake in a message of the page, in one sentence, with the message's `id`."""
 
     id = ""
 
 
 def parse(text: str) -> Message:
-    """The message of a JSON text from anyone. Raises MessageError where it is none."""
+    """Return the message of a JSON text from anyone.
+
+    Raises MessageError where it is none.
+    """
     try:
         content = json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError):
@@ -144,8 +146,8 @@ def parse(text: str) -> Message:
     try:
         return _message(content.pop("type"), content)
     except MessageError as error:
-        asked = content.get("id")
-        error.id = asked if isinstance(asked, str) else ""
+        message_id = content.get("id")
+        error.id = message_id if isinstance(message_id, str) else ""
         raise
 
 
@@ -169,14 +171,15 @@ def _message(name: str, content: dict[str, Any]) -> Message:
 
 
 def write(reply: Reply) -> str:
-    """The JSON text of a reply. Infinite settings are already texts in it, and null
-    stands for NaN.
+    """Return the JSON text of a reply.
+
+    Infinite parameters are already strings in it, and null stands for NaN.
     """
     return json.dumps(reply, allow_nan=False, separators=(",", ":"))
 
 
 def plain(value: Value) -> Value:
-    """A setting as JSON has it: an infinite number as the text inf."""
+    """Return a parameter value as JSON has it: an infinite number as the string inf."""
     return "inf" if isinstance(value, float) and math.isinf(value) else value
 
 
@@ -246,7 +249,7 @@ def _names(value: Any) -> Names:
 
 
 def _shapes(value: Any) -> list[Shape]:
-    """Only the list is checked here. Its shapes are checked where they are placed."""
+    """Check only the list. The shapes are checked where they are placed."""
     if not isinstance(value, list):
         raise ValueError("a list of shapes")
     return value

@@ -1,7 +1,7 @@
 """A run as one page of HTML that opens from disk.
 
-A boid takes five bytes a frame, which are seven in base64. Whom it sees, who flocks
-together and what was visited, the script tells from these.
+A boid takes five bytes per frame, which are seven in base64. From these the script
+computes perceived neighbours, flocks and visits.
 """
 
 import base64
@@ -21,59 +21,82 @@ from sweep.web.origin import about, run_name
 from sweep.web.senses import faced, senses_of
 
 MOST_BYTES = 16 * 2**20
-"""The most bytes of frames in a page. Such a page can still be mailed, and opens at
-once.
+"""The most bytes of frames in a page.
+
+Such a page can still be mailed, and opens at once.
 """
 FEWEST_FRAMES = 100
-"""If the page has no room for so many frames of a longer run, it is refused."""
+"""The fewest frames of a longer run in a page.
+
+If the page has no room for so many, the run is refused.
+"""
 AS_LAUNCHED = "The spec gives these very frames, bit for bit."
 
 Message = dict[str, Any]
 
 
 def recording_of(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
-    """The page that plays a run.
+    """Return the page that plays a run.
 
     If there are more frames than the page has room for, only every second frame is
-    kept, or every third, and so on. `greeting` has the messages controls, state and
-    scene with which a session begins. `spec` is the YAML that "Copy as spec" gives.
-    Raises ChoiceError if too few frames would be left.
+    kept, or every third, and so on.
+
+    Parameters
+    ----------
+    flight : KeptFlight
+        The run.
+    greeting : iterable of dict
+        The messages controls, state and scene with which a session begins.
+    spec : str
+        YAML that "Copy as spec" gives.
+
+    Raises
+    ------
+    ChoiceError
+        If too few frames would be left.
     """
     few = thinned(flight, _room(flight.job, len(flight.steps)))
-    said = {message["type"]: message for message in greeting}
-    front = front_matter(few, said["state"]["replay"])
+    messages = {message["type"]: message for message in greeting}
+    front = front_matter(few, messages["state"]["replay"])
     origin = about(flight.study, flight.job)
     content = document(
         "recording",
         "recorded",
-        {"front": asdict(front), "recording": recorded_run(few, said, spec)},
+        {"front": asdict(front), "recording": recorded_run(few, messages, spec)},
         front.title,
-        origin,
+        origin=origin,
     )
     name = run_name(flight.study, flight.job, int(flight.steps[-1]))
     return File(f"{name}.html", MIME["html"], content)
 
 
-def recorded_run(flight: KeptFlight, said: dict[str, Message], spec: str) -> Message:
-    """All that the player of a page reads of one run; a page may have several.
+def recorded_run(
+    flight: KeptFlight, messages: dict[str, Message], spec: str
+) -> Message:
+    """Return the data of one run for the player of a page, which may have several.
 
-    flight  the frames, all of which are recorded
-    said    the messages controls, state and scene of its session by their types
-    spec    the YAML that gives it
+    Parameters
+    ----------
+    flight : KeptFlight
+        The frames, all of which are recorded.
+    messages : dict of str to dict
+        The messages controls, state and scene of its session, by their types.
+    spec : str
+        YAML that gives the run.
     """
     size = float(flight.job.settings["width"]), float(flight.job.settings["height"])
     frames = b"".join(
-        frame(int(step), one, size)
-        for step, one in zip(
+        frame(int(step), bodies, size)
+        for step, bodies in zip(
             flight.steps, faced(flight.job, flight.bodies), strict=True
         )
     )
-    metrics = said["controls"]["metrics"]
+    metrics = messages["controls"]["metrics"]
     return {
-        "groups": said["controls"]["groups"],
-        "metrics": [one for one in metrics if one["name"] in flight.values],
-        "state": _state(flight, said["state"]),
-        "scene": said["scene"],
+        "groups": messages["controls"]["groups"],
+        "metrics": [metric for metric in metrics if metric["name"] in flight.values],
+        "state": _state(flight, messages["state"]),
+        "scene": messages["scene"],
         "senses": senses_of(flight.job, flight.bodies),
         "spec": spec,
         "steps": flight.steps.tolist(),
@@ -87,15 +110,17 @@ def recorded_run(flight: KeptFlight, said: dict[str, Message], spec: str) -> Mes
 
 
 def check_page(job: Job, every: int) -> None:
-    """Raise ChoiceError if a page has no room for a trial with a frame every `every`
-    steps; 0 stands for 1.
+    """Raise ChoiceError if a page has no room for the frames of a trial.
+
+    There is a frame every `every` steps; 0 means every step.
     """
     _room(job, int(job.settings["steps"]) // (every or 1) + 1)
 
 
 def _room(job: Job, frames: int) -> int:
-    """How many frames of a trial a page has room for. Raises ChoiceError if `frames` of
-    them would be thinned too much.
+    """Return how many frames of a trial a page has room for.
+
+    Raises ChoiceError if `frames` of them would be thinned too much.
     """
     n = int(job.settings["n"])
     bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
@@ -110,8 +135,9 @@ def _room(job: Job, frames: int) -> int:
 
 
 def _state(flight: KeptFlight, state: Message) -> Message:
-    """The state of the session as it is at the beginning of its recording."""
-    first, last = int(flight.steps[0]), int(flight.steps[-1])
+    """Return the state of the session as it is at the beginning of its recording."""
+    first = int(flight.steps[0])
+    last = int(flight.steps[-1])
     live = {
         "study": flight.study,
         "trial": flight.job.trial_id,
@@ -135,5 +161,5 @@ def _state(flight: KeptFlight, state: Message) -> Message:
 
 
 def _number(value: float) -> float | None:
-    """A value of a metric as JSON has it: null for what is not finite."""
+    """Return a value of a metric as JSON has it: null where it is not finite."""
     return value if math.isfinite(value) else None

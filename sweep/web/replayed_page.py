@@ -14,14 +14,25 @@ def write_page(
 ) -> None:
     """Write a stored trial as a page that plays it.
 
-        study   the stored study
-        trial   the id of the trial
-        path    the new file
-        every   steps between two frames; 0 keeps as many as the page has room for
-        report  is told how many of how many steps are done
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored study.
+    trial : str
+        Id of the trial.
+    path : Path
+        The new file; it replaces an existing one.
+    every : int
+        Steps between two frames; 0 keeps as many as the page has room for.
+    report : callable
+        Called with the number of steps done and the number of all steps.
 
-    Raises StoreError if the trial cannot be shown, and ChoiceError as `check_page`
-    does.
+    Raises
+    ------
+    StoreError
+        If the trial cannot be shown.
+    ChoiceError
+        If the page has no room for the trial, as for `check_page`.
     """
     shown = Replay(study, trial, report)
     flight = fly(study.name, shown.job, tuple(shown.track.values), every=every)

@@ -1,8 +1,8 @@
-"""A stored trial as a Show. It is run again from its row, compared with what is stored,
-and the page can go to any of its steps.
+"""A stored trial as a Show.
 
-The simulation itself is put to the step that is looked at. So a replay shows everything
-that a live run shows.
+The trial is run again from its row, and compared with the stored values. The page can
+go to any of its steps. The simulation itself is moved to the shown step, so a replay
+shows everything that a live run shows.
 """
 
 from contextlib import suppress
@@ -44,15 +44,32 @@ AS_STORED = "Every number equals the stored one, bit for bit."
 
 
 class Replay(Live):
-    """The replay of a stored trial, at step 0. `differences` lists where it differs
-    from what is stored.
+    """The replay of a stored trial, at step 0.
 
-    Raises ChoiceError if there is no such trial, StoreError if its map is no longer
-    known or the trial fails, and SpecError if it has more boids than can be shown.
+    `differences` lists the differences from the stored values.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored study.
+    trial : str
+        Id of the trial.
+    report : callable, optional
+        Called with the number of steps done and the number of all steps.
+
+    Raises
+    ------
+    ChoiceError
+        If there is no such trial.
+    StoreError
+        If the map of the trial is no longer known, or the trial fails.
+    SpecError
+        If it has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
-        self.study, self.others = study, TrialChoice(study)
+        self.study = study
+        self.choice = TrialChoice(study)
         super().__init__(self._load(trial, report))
 
     def _load(self, trial: str, report: Report = silent) -> ViewState:
@@ -63,28 +80,34 @@ class Replay(Live):
         state = from_job(job)
         try:
             track = survey(job, _measured(job), report)
-            found = differences(study.name, stored, simulate(job))
+            differing = differences(study.name, stored, simulate(job))
         except Exception as error:
             if isinstance(error, UserError):
                 raise
-            about = f"{type(error).__name__}: {error}"
+            reason = f"{type(error).__name__}: {error}"
             raise StoreError(
-                f"trial {trial} cannot be shown, as it fails: {about}"
+                f"trial {trial} cannot be shown, as it fails: {reason}"
             ) from error
-        self.stored, self.job, self.track, self.differences = stored, job, track, found
+        self.stored = stored
+        self.job = job
+        self.track = track
+        self.differences = differing
         return state
 
     @property
     def which(self) -> str:
-        """The values of the trial in what varies in its study, and its replicate."""
+        """The swept values of the trial and its replicate, in words."""
         names = self.study.varied
         values = [f"{name.replace('_', ' ')} {self.stored.row[name]}" for name in names]
-        count = self.others.replicates
+        count = self.choice.replicates
         return ", ".join([*values, numbered("replicate", self.job.replicate, count)])
 
     def _begin(self, state: ViewState) -> None:
-        self.running, self.aim = False, 0
-        self.exact, self.note, self.diverged = True, "", False
+        self.running = False
+        self.aim = 0
+        self.exact = True
+        self.note = ""
+        self.diverged = False
         self.simulation = quiet(self.track.job)
         self._number = next(RUNS)
         self._plot(state)
@@ -92,7 +115,7 @@ class Replay(Live):
 
     @property
     def number(self) -> int:
-        """The number of the run: another trial has another."""
+        """The number of the run: another trial has another number."""
         return self._number
 
     def _show(self, state: ViewState) -> None:
@@ -115,7 +138,10 @@ class Replay(Live):
         self._refresh()
 
     def advance(self, steps: int) -> Taken:
-        """Go on by up to `steps` steps; at the end it pauses."""
+        """Take up to `steps` steps and return their frames.
+
+        At the end the run pauses.
+        """
         most = (self.track.last if self.running else self.aim) - self.step
         if min(steps, most) > 0:
             self.simulation.advance(min(steps, most))
@@ -126,25 +152,24 @@ class Replay(Live):
         return taken
 
     def run(self) -> None:
-        """Go on without being asked for each step. At the end, begin again."""
+        """Run without a message for each step. At the end, begin again."""
         if self.step >= self.track.last:
             self.seek(0)
         self.running = True
 
     def take_steps(self, count: int) -> None:
         """Ask for `count` more steps, but none after the last."""
-        self.running, self.aim = (
-            False,
-            min(max(self.aim, self.step) + count, self.track.last),
-        )
+        self.running = False
+        self.aim = min(max(self.aim, self.step) + count, self.track.last)
 
     def reset(self) -> None:
         """Go back to the start."""
         self.seek(0)
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics of the whole run. If one of them was not measured yet, the
-        whole run is repeated.
+        """Plot these metrics of the whole run.
+
+        If one of them was not measured yet, the whole run is repeated.
         """
         state = self.state.follow(metrics)
         missing = tuple(name for name in metrics if name not in self.track.values)
@@ -155,27 +180,28 @@ class Replay(Live):
         self.version += 1
 
     def beside(self, _preset: str, /) -> Live:
-        """Raises SpecError: a stored trial has no other preset."""
+        """Raise SpecError: a stored trial has no other preset."""
         raise SpecError(FIXED)
 
     def restore(self, hello: messages.Hello) -> None:
-        """Play the trial that a page has kept, if it is one of this study. Raises as
-        the class itself does.
+        """Play the trial that a page has kept, if it is one of this study.
+
+        Raises as the class itself does.
         """
         if hello.kept_trial and hello.kept_study == self.study.name:
             self._begin(self._load(hello.kept_trial))
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks. Raises SpecError for what would change the replay."""
+        """Do what the page asks. Raises SpecError for a change of the replay."""
         match message:
             case messages.Seek(frame):
                 self.pause()
                 self.seek(frame)
                 return [self.status()]
             case messages.ShowTrial(point, replicate):
-                return self._show_stored(self.others.trial(point, replicate))
+                return self._show_stored(self.choice.trial(point, replicate))
             case messages.ShowValue(name, value):
-                return self._show_stored(self.others.having(self.job, name, value))
+                return self._show_stored(self.choice.having(self.job, name, value))
             case messages.Spec():
                 return [
                     {
@@ -191,13 +217,14 @@ class Replay(Live):
         return super().handle(message)
 
     def kept(self) -> Reply:
-        """The trial that the page goes on with when this session is gone."""
+        """Return the trial with which the page resumes when this session is gone."""
         trial = {"kept_study": self.study.name, "kept_trial": self.job.trial_id}
         return {"type": "kept", "yaml": "", "point": "", "replicate": 0} | trial
 
     def _show_stored(self, trial: str) -> list[Reply]:
         """Play another stored trial, with the same plots where it has them."""
-        plots, speed = self.state.plots, self.speed
+        plots = self.state.plots
+        speed = self.speed
         self._begin(self._load(trial))
         self.speed = speed
         if plots != self.state.plots:
@@ -206,12 +233,12 @@ class Replay(Live):
         return self.greeting()
 
     def greeting(self) -> list[Reply]:
-        """Controls, with the stored trials to choose from, scene and state."""
-        shown, *others = super().greeting()
-        return [shown | {"trials": self.others.offered()}, *others]
+        """Return controls, with the stored trials to choose from, scene and state."""
+        controls, *rest = super().greeting()
+        return [controls | {"trials": self.choice.offered()}, *rest]
 
     def waiting(self, message: Message) -> str:
-        """That another trial is run again, which may take long."""
+        """Return the text for another trial, which is run again and may take long."""
         if isinstance(message, messages.ShowTrial | messages.ShowValue):
             return "running the trial again, to compare it with what is stored"
         return super().waiting(message)
@@ -221,18 +248,18 @@ class Replay(Live):
         do(self, message)
 
     def order(self) -> Order:
-        """What is on the screen; a file of the run has the whole run."""
+        """Return the content of the screen; a file of the run has the whole run."""
         return Order(
-            self.study.name,
-            self.job,
-            self.step,
-            self.bodies,
-            tuple(self.track.values),
-            self.track.last,
+            study=self.study.name,
+            job=self.job,
+            step=self.step,
+            bodies=self.bodies,
+            metrics=tuple(self.track.values),
+            until=self.track.last,
         )
 
     def spec(self) -> str:
-        """The YAML that launches this trial, with the replicates before it."""
+        """Return the YAML that launches this trial, with the replicates before it."""
         number = self.state.replicate + 1
         which = (
             f"the last of {number:,} trials that this launches"
@@ -245,51 +272,52 @@ class Replay(Live):
         )
 
     def status(self) -> Reply:
-        """The state message, with what is replayed."""
-        about = {"replay": self._replayed(), "trial": self.others.placed(self.job)}
-        return super().status() | about
+        """Return the state message, with the replayed trial."""
+        trial = self.choice.placed(self.job)
+        return super().status() | {"replay": self._replayed(), "trial": trial}
 
     def _replayed(self) -> dict[str, Any]:
-        row, values = self.stored.row, self.track.values
+        row = self.stored.row
+        values = self.track.values
         metrics = {
             name: {"stored": row[name], "replayed": float(values[name][-1])}
             for name in (*self.stored.metrics, *self.stored.derive)
             if row[name] is not None
         }
-        about = {
+        return {
             "study": self.study.name,
             "trial": self.job.trial_id,
             "which": self.which,
             "replicate": self.job.replicate,
             "frames": [0, self.track.last, 1],
-        }
-        return about | {
             "equal": not self.differences,
             "words": self._words(),
             "metrics": metrics,
         }
 
     def _words(self) -> str:
-        """One sentence: how the trial compares with what is stored."""
+        """Return one sentence: how the trial compares with the stored values."""
         if not self.differences:
             return AS_STORED
         if self.stored.row["status"] in ("timeout", "failed"):
-            status, step = self.stored.row["status"], self.stored.row["last_step"]
+            status = self.stored.row["status"]
+            step = self.stored.row["last_step"]
             return (
                 f"Stored as {status}, after step {step:,}: nothing to compare. This is"
                 " what it gives here and now."
             )
-        others = (
+        more = (
             f"; and {len(self.differences) - 1:,} more columns"
             if len(self.differences) > 1
             else ""
         )
-        return f"It differs from what is stored: {self.differences[0]}{others}."
+        return f"It differs from what is stored: {self.differences[0]}{more}."
 
 
 def _measured(job: Job) -> tuple[str, ...]:
-    """The metrics that were recorded, and the default ones of the model, without those
-    that count visits: there may be very many pixels.
+    """Return the recorded metrics and the default ones of the model.
+
+    Default metrics that count visits are left out: there may be very many pixels.
     """
     known = job.known
     usual = known.models[job.model].metrics

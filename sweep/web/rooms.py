@@ -1,4 +1,4 @@
-"""The sessions of pages, and what else pages ask for: of a server, or of a notebook."""
+"""The sessions of pages, and the answers to pages: of a server, or of a notebook."""
 
 import asyncio
 import time
@@ -18,16 +18,16 @@ from sweep.web.twin import Twin
 
 MOST_SESSIONS = 16
 KEPT_SECONDS = 600
-"""How long a session waits for its page to come back."""
+"""Seconds for which a session waits for its page to come back."""
 PATIENCE = 1.0
-"""Seconds after which a page is told what it waits for."""
-TAKEN, REFUSED = 4001, 4002
-"""Codes with which the server closes a socket for good: another window took the session
-over, or there is no session for this page.
-"""
+"""Seconds after which a page is told the reason of its wait."""
+TAKEN = 4001
+"""The code that closes a socket for good where another window took over its session."""
+REFUSED = 4002
+"""The code that closes a socket for good where the page gets no session."""
 
 Pairs = Sequence[tuple[str, str]]
-"""The names and values of a query, in their order; a name may stand several times."""
+"""The names and values of a query, in their order; a name may occur several times."""
 
 
 def _nothing_stored(study: str, trial: str) -> RunShow:
@@ -35,13 +35,19 @@ def _nothing_stored(study: str, trial: str) -> RunShow:
 
 
 class PageSite(NamedTuple):
-    """What a server has besides the page of the simulator.
+    """The content of a server in addition to the simulator.
 
-    home     the file that its address shows
-    answers  what it knows, by the names of questions: a function of the query of a GET,
-             which returns plain data; a UserError that it raises is the answer too
-    stored   the run of a stored trial, by its study and its id
-    launcher launches what a page proposes; None where pages only read
+    Attributes
+    ----------
+    home : str
+        File that its address shows.
+    answers : mapping of str to callable
+        Answers by the names of questions: a function of the query of a GET, which
+        returns plain data. A UserError that it raises is the answer too.
+    stored : callable
+        Returns the run of a stored trial, by its study and its id.
+    launcher : Launcher or None
+        Launches what a page proposes; None where pages only read.
     """
 
     home: str = "index.html"
@@ -51,13 +57,14 @@ class PageSite(NamedTuple):
 
     @property
     def questions(self) -> Mapping[str, Callable[[Pairs], Any]]:
-        """All that is answered: also what was launched from its pages, if anything."""
+        """All answers, with the state of launches from the pages."""
         return {**self.answers, "launch": lambda _: state_of(self.launcher)}
 
 
 class Rooms:
-    """The sessions, by the names of their pages. If a page is gone, its session is kept
-    for some minutes.
+    """The sessions, by the names of their pages.
+
+    If a page is gone, its session is kept for some minutes.
     """
 
     def __init__(
@@ -65,12 +72,26 @@ class Rooms:
         begin: Callable[[], Show],
         stored: Callable[[str, str], RunShow] = _nothing_stored,
     ) -> None:
-        self.begin, self.stored = begin, stored
+        self.begin = begin
+        self.stored = stored
         self.players: dict[str, Player] = {}
 
     async def player(self, hello: Hello, line: Line) -> Player:
-        """The player of this page; a new page gets a new one, with what it has kept.
-        Raises SpecError where there are too many.
+        """Return the player of a page.
+
+        A new page gets a new player, with the run that it has kept.
+
+        Parameters
+        ----------
+        hello : Hello
+            First message of the page.
+        line : Line
+            Connection to the page.
+
+        Raises
+        ------
+        SpecError
+            If there are too many pages.
         """
         page = hello.page
         if page not in self.players:
@@ -86,15 +107,17 @@ class Rooms:
                 try:
                     show = await asyncio.to_thread(_restored, show, hello)
                 except UserError as error:
-                    said = f"what this page has kept cannot be shown: {error}"
-                    await line.tell({"type": "error", "message": said})
+                    words = f"what this page has kept cannot be shown: {error}"
+                    await line.tell({"type": "error", "message": words})
             self._make_room()
             self.players.setdefault(page, Player(show))
         return self.players[page]
 
     async def serve(self, line: Line) -> int:
-        """Play to a page after its hello. Returns the code with which its socket is
-        closed.
+        """Play to a page after its hello.
+
+        Return the code with which its socket is closed. Raises ConnectionError when the
+        page is gone.
         """
         try:
             player = await self.player(await _hello(line), line)
@@ -115,8 +138,9 @@ class Rooms:
         return Twin(run, self.stored(hello.study, hello.beside))
 
     def _make_room(self) -> None:
-        """Forget the sessions whose pages did not come back in time. If there are still
-        too many, forget the one whose page left first.
+        """Forget the sessions whose pages did not come back in time.
+
+        If there are still too many, forget the one whose page left first.
         """
         empty = sorted(
             (player.left, page)
@@ -134,8 +158,9 @@ class Rooms:
 
 
 def _restored(show: Show, hello: Hello) -> Show:
-    """The show of what a page has kept: one run, or two. Raises a UserError for what
-    cannot be shown.
+    """Return the show of the run, or the two runs, that a page has kept.
+
+    Raises a UserError where they cannot be shown.
     """
     show.restore(hello)
     if not hello.yaml_beside:
@@ -147,7 +172,7 @@ def _restored(show: Show, hello: Hello) -> Show:
 
 
 async def _hello(line: Line) -> Hello:
-    """The first message of the page."""
+    """Return the first message of the page."""
     while True:
         try:
             message = parse(await line.hear())

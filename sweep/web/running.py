@@ -1,5 +1,6 @@
-"""Simulations for the page: any metric can be plotted, and settings change while they
-run.
+"""Simulations for the page.
+
+Any metric can be plotted, and parameters change while they run.
 """
 
 from collections.abc import Iterable
@@ -19,38 +20,41 @@ MOST_PIXELS = 4_000_000
 
 
 def recorded(job: Job, names: Iterable[str]) -> RecordSpec:
-    """What is recorded of each frame to plot these metrics of `job`, some of which may
-    be derived from others.
+    """Return the record of each frame that gives these metrics of `job`.
+
+    Some of the metrics may be derived from others.
     """
-    wanted = list(names)
-    derive = job.record.derive if {*wanted} - job.known.metrics.keys() else ()
-    metrics = dict.fromkeys((*wanted, *needed(derive)))
+    plotted = list(names)
+    derive = job.record.derive if {*plotted} - job.known.metrics.keys() else ()
+    metrics = dict.fromkeys((*plotted, *needed(derive)))
     return RecordSpec(
         tuple(name for name in metrics if name in job.known.metrics), derive=derive
     )
 
 
 def simulation_of(job: Job) -> Simulation:
-    """A simulation of `job` for the page: it counts what any metric may need, and keeps
-    every frame with all bodies.
+    """Return a simulation of `job` for the page.
 
-    The flight is the same as without all this. In a world of more than MOST_PIXELS, or
-    where obstacles move, visits are counted only if the metrics of the job need them.
+    It counts what any metric may need, and keeps every frame with all bodies. The run
+    is the same as without all this. In a world of more than MOST_PIXELS, or where
+    obstacles move, visits are counted only if the metrics of the job need them.
     """
     prepare(job.model, job.preset, job.known, layers=robot_layers_of(job))
     model = job.known.models[job.model]
-    wanted = [
+    metrics = [
         name
         for name, metric in job.known.metrics.items()
         if not metric.looks and not lacks_boids(model, metric)
     ]
     if not _can_cover(job):
-        wanted = [
+        metrics = [
             name
-            for name in wanted
+            for name in metrics
             if not job.known.metrics[name].covers or name in job.record.metrics
         ]
-    return Simulation(replace(job, record=RecordSpec(tuple(wanted), trajectories=True)))
+    return Simulation(
+        replace(job, record=RecordSpec(tuple(metrics), trajectories=True))
+    )
 
 
 def _can_cover(job: Job) -> bool:
@@ -62,9 +66,11 @@ def _can_cover(job: Job) -> bool:
 
 
 def changed(earlier: Simulation, job: Job) -> Simulation:
-    """A simulation of `job` that goes on where `earlier` is: it takes over its flock,
-    generator and counts. Both have the same number of boids. Visits are kept if both
-    worlds have the same pixels outside obstacles.
+    """Return a simulation of `job` that continues where `earlier` is.
+
+    It takes over the flock, the generator and the counts of `earlier`. Both have the
+    same number of boids. Visits are kept if both worlds have the same pixels outside
+    obstacles.
     """
     simulation = simulation_of(job)
     simulation.go_on_from(earlier)

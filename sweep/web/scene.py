@@ -13,10 +13,14 @@ from sweep.web.protocol import Reply
 
 
 def scene_of(job: Job) -> Reply:
-    """The world in which the trial of `job` runs. The goal of a model with a rule that
-    goes there is drawn also where its weight is 0.
+    """Return the scene message of the world in which a trial runs.
+
+    The goal is drawn for a model with a rule that goes there, also where the weight of
+    the rule is 0.
     """
-    world, model, settings = world_of(job), job.known.models[job.model], job.settings
+    world = world_of(job)
+    model = job.known.models[job.model]
+    settings = job.settings
     sought = any(rule.to_goal for rule in model.rules)
     goal = [float(settings[name]) for name in ("goal_x", "goal_y", "goal_radius")]
     later = places_of(settings["next_goals"]) or ()
@@ -44,8 +48,9 @@ def scene_of(job: Job) -> Reply:
 
 
 def _failing(job: Job) -> dict[str, Any] | None:
-    """How boids fail, and each that does with the step from which on it has failed;
-    None where none does.
+    """Return how boids fail, and each boid that does with its step of failure.
+
+    Return None where no boid fails.
     """
     how, boids, steps = failures_of(job)
     if not boids.size:

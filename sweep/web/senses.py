@@ -1,5 +1,6 @@
-"""What a page needs to tell from places alone whom a boid sees, who flocks together
-and what was visited.
+"""The facts from which a page computes perceived neighbours, flocks and visits.
+
+Together with them positions are enough.
 """
 
 import base64
@@ -17,17 +18,24 @@ from sweep.web.running import simulation_of
 
 
 def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
-    """What the script of a recording reads besides the frames.
+    """Return the data that the script of a recording reads in addition to the frames.
 
-    job     the trial
-    bodies  (F, 4, N): x, y, vx and vy of its frames
+    Parameters
+    ----------
+    job : Job
+        The trial.
+    bodies : array (F, 4, N)
+        x, y, vx and vy of its frames.
 
-    `range`, `fov` in degrees and `inclusive` are those of the longest search of the
-    model; with `shortest_way` distances are taken through the borders. `flock_range` is
-    that of the metrics of flocks. `resting` has a bit for each boid of each frame, in
-    base64: whether it sees all round, as it rests; "" where none does. With `measured`
-    boids know what they measured and heard, which no frame has. `pixels` is null where
-    no visits are counted.
+    Returns
+    -------
+    dict
+        ``range``, ``fov`` in degrees and ``inclusive`` are those of the longest search
+        of the model. With ``shortest_way`` distances are taken through the borders.
+        ``flock_range`` is the range of the metrics of flocks. ``resting`` has a bit for
+        each boid of each frame, in base64: whether it sees all round, as it rests; ""
+        where no boid does. With ``measured`` boids know what they measured and heard,
+        which no frame has. ``pixels`` is None where no visits are counted.
     """
     simulation = simulation_of(job)
     sight = looking.sight(simulation)
@@ -44,12 +52,15 @@ def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
 
 
 def faced(job: Job, bodies: Floats) -> Floats:
-    """The bodies (F, 4, N), in which a boid that rests has the velocity that it last
-    had, where it looks there. At first it looks along +x.
+    """Return the bodies with the heading of boids that rest.
+
+    A boid that rests gets its last velocity, where the model looks there. At first it
+    looks along +x. `bodies` and the returned array have shape (F, 4, N).
     """
     if not looking.faces_heading(simulation_of(job)):
         return bodies
-    shown, ahead = bodies.copy(), np.zeros_like(bodies[0, 2:])
+    shown = bodies.copy()
+    ahead = np.zeros_like(bodies[0, 2:])
     ahead[0] = 1.0
     for frame in shown:
         rests = (frame[2:] == 0).all(axis=0)

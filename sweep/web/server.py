@@ -1,4 +1,4 @@
-"""Serves the page, to this machine alone.
+"""The server of the page, to this machine alone.
 
 Only those who know the token in the address may open it. A page from elsewhere is
 refused: the header Host must be a name of this machine, and the Origin of a socket must
@@ -59,8 +59,9 @@ class Socket:
         self.socket = socket
 
     async def hear(self) -> str:
-        """The next message. A binary one becomes the empty text, which is refused
-        later.
+        """Return the next message.
+
+        A binary message becomes the empty string, which is refused later.
         """
         event = await _there(self.socket.receive())
         if event["type"] == "websocket.disconnect":
@@ -77,9 +78,23 @@ class Socket:
 
 
 class PageServer:
-    """Serves the Show that `begin` makes for each page, at `url`, and what `site` has
-    besides; and at `start` the page with the demos, which open in the page at `url`.
-    Raises SpecError if the port is not free.
+    """The server of a Show for each page.
+
+    The pages are at `url`. The page at `start` has the demos, which open at `url`.
+
+    Parameters
+    ----------
+    begin : callable
+        Returns the Show of a new page.
+    port : int, default 0
+        Port of the server; 0 takes a free one.
+    site : PageSite, optional
+        The content of the server in addition to the simulator.
+
+    Raises
+    ------
+    SpecError
+        If the port is not free.
     """
 
     def __init__(
@@ -129,9 +144,7 @@ class PageServer:
         self._server.should_exit = True
 
     def _admits(self, connection: HTTPConnection) -> bool:
-        """Whether the connection has the token, and addresses this machine by its own
-        name.
-        """
+        """Return whether a connection has the token, and this machine as its host."""
         name, _, port = connection.headers.get("host", "").rpartition(":")
         token = str(connection.path_params["token"])
         return (
@@ -141,7 +154,7 @@ class PageServer:
         )
 
     async def _file(self, request: Request) -> Response:
-        """A file of the page."""
+        """Return a file of the page."""
         name = request.path_params.get("file", self.site.home)
         files = {path.name: path for path in STATIC.iterdir() if path.suffix in TYPES}
         if not self._admits(request) or name not in files:
@@ -151,7 +164,7 @@ class PageServer:
         )
 
     async def _answer(self, request: Request) -> Response:
-        """What the site knows, as JSON; or why it is not told, as `error`."""
+        """Return the answer of the site as JSON, or `error`: why there is none."""
         answer = self.answers.get(request.path_params["question"])
         if not self._admits(request) or answer is None:
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
@@ -162,8 +175,9 @@ class PageServer:
             return JSONResponse({"error": str(error)}, 400, HEADERS)
 
     async def _act(self, request: Request) -> Response:
-        """Do what the page asks for, and answer with JSON; or why not, as `error`. Only
-        a script of the page itself can ask, and says so by Origin.
+        """Do what the page asks for, and answer with JSON; or with `error`, why not.
+
+        Only a script of the page itself can ask; the header Origin proves it.
         """
         act = self.actions.get(request.path_params["action"])
         ours = request.headers.get("origin") == _origin(request)
@@ -178,13 +192,13 @@ class PageServer:
             return JSONResponse({"error": str(error)}, 400, HEADERS)
 
     async def _demos(self, request: Request) -> Response:
-        """All demos, for the start page."""
+        """Return all demos, for the start page."""
         if not self._admits(request):
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
         return _data({"demos": [demo.entry() for demo in DEMOS.values()]})
 
     async def _moving(self, request: Request) -> Response:
-        """The moving picture of a demo. One after the other is flown, in a thread."""
+        """Return the animation of a demo. One runs after the other, in a thread."""
         name = request.path_params["name"]
         if not self._admits(request) or name not in DEMOS:
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
@@ -195,7 +209,7 @@ class PageServer:
             return Response("", 503, HEADERS)
 
     async def _talk(self, websocket: WebSocket) -> None:
-        """The conversation with a page, from its hello on."""
+        """Hold the conversation with a page, from its hello on."""
         ours = websocket.headers.get("origin") == _origin(websocket)
         with suppress(ConnectionError):
             if not self._admits(websocket) or not ours:
@@ -207,8 +221,10 @@ class PageServer:
 
 
 async def _there(work: Awaitable[R]) -> R:
-    """What a socket does. Raises ConnectionError where its page is gone, which can be
-    at any moment, and which starlette and uvicorn say in ways of their own.
+    """Return the result of an operation of a socket.
+
+    Raises ConnectionError where its page is gone, which can happen at any moment.
+    starlette and uvicorn report it by several other exceptions.
     """
     try:
         return await work
@@ -217,12 +233,15 @@ async def _there(work: Awaitable[R]) -> R:
 
 
 def _origin(connection: HTTPConnection) -> str:
-    """What a script of the page itself has as its origin."""
+    """Return the origin that a script of the page itself has."""
     return "http://" + connection.headers.get("host", "")
 
 
 async def _object(request: Request) -> Any:
-    """The JSON that a page sends. Raises MessageError where it is none, or too long."""
+    """Return the JSON that a page sends.
+
+    Raises MessageError where it is none, or too long.
+    """
     if request.headers.get("content-type") != "application/json":
         raise MessageError("a message must be application/json")
     content = b""
@@ -241,8 +260,10 @@ def _data(reply: Reply) -> Response:
 
 
 def _token(port: int) -> str:
-    """The secret in the address. At a port that the user has chosen it is always the
-    same, so that a page finds the server again that was started anew.
+    """Return the secret in the address.
+
+    At a port that the user has chosen it is always the same, so that a page finds the
+    server again after a restart.
     """
     if port == 0:
         return secrets.token_urlsafe(16)

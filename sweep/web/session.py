@@ -1,9 +1,8 @@
-"""One live run: the state on the screen, the simulation of it, and what the page may do
-with both.
+"""One live run: the state on the screen, its simulation and the actions of a page.
 
-Nothing here waits or draws. As long as nobody changes a setting on the way, the frames
-of a session are those of a launch of its spec, bit by bit. It does not matter who looks
-at them, or how often.
+Nothing here waits or draws. As long as nobody changes a parameter on the way, the
+frames of a session are bitwise identical to those of a launch of its spec. It does not
+matter who looks at them, or how often.
 """
 
 from collections.abc import Mapping
@@ -30,20 +29,35 @@ from sweep.web.running import changed, recorded, simulation_of
 from sweep.web.state import COMMON, Range, Shape, ViewState, begin
 
 START = {"n", "map", "seed", *StartSettings._fields}
-"""The settings that a run needs at its start. If one of them changes, the run begins
-again.
+"""The parameters that a run needs at its start.
+
+If one of them changes, the run begins again.
 """
-SPEED, FASTEST = 60.0, 1e6
+SPEED = 60.0
+FASTEST = 1e6
 
 
 class Session:
-    """The run of a ViewState: `simulation`, and `bodies` (4, N), x, y, vx and vy, of
-    its last frame.
+    """The run of a ViewState.
 
-    `exact` says whether the frames so far are those of the copied spec, and `note` why
-    they are not. `version` grows with every change that may be visible. `course` is
-    what was run since the start, `entered` counts how often a change in it was come to
-    again. Methods raise SpecError for what is not allowed, and change nothing then.
+    Methods raise SpecError for an action that is not allowed, and change nothing then.
+
+    Attributes
+    ----------
+    simulation : Simulation
+        The simulation of the state.
+    bodies : array (4, N)
+        x, y, vx and vy of its last frame.
+    exact : bool
+        Whether the frames so far are those of the copied spec.
+    note : str
+        Reason why they are not; "" where they are.
+    version : int
+        Grows with every change that may be visible.
+    course : Course
+        Parameters and states since the start.
+    entered : int
+        How often the run has come to an earlier change of the course again.
     """
 
     def __init__(self, state: ViewState) -> None:
@@ -56,12 +70,15 @@ class Session:
         self._begin(state)
 
     def _begin(self, state: ViewState) -> None:
-        """Show the first step of a state. The run does not go on yet."""
+        """Show the first step of a state. The run does not start yet."""
         self._prepare(state)
         self.simulation = simulation_of(state.job)
         self.course = Course(state)
-        self.running, self.aim = False, 0
-        self.exact, self.note, self.diverged = True, "", False
+        self.running = False
+        self.aim = 0
+        self.exact = True
+        self.note = ""
+        self.diverged = False
         self._show(state)
         self.history.begin(state.plots)
         self._take()
@@ -69,28 +86,31 @@ class Session:
             self.selected = None
 
     def _prepare(self, state: ViewState) -> None:
-        """Compile what the plots of a state need, before any step waits for it."""
+        """Compile the metrics that the plots of a state need.
+
+        No step waits for them then.
+        """
         metrics = recorded(state.job, state.plots).metrics
         layers = robot_layers_of(state.job)
-        prepare(state.model, state.preset, state.known, metrics, layers)
+        prepare(state.model, state.preset, state.known, metrics, layers=layers)
 
     def _show(self, state: ViewState) -> None:
         self.state = state
 
     def _take(self) -> Taken:
         job = self.state.job
-        wanted = replace(recorded(job, self.state.plots), trajectories=True)
-        taken = self.simulation.take_frames(wanted)
+        record = replace(recorded(job, self.state.plots), trajectories=True)
+        taken = self.simulation.take_frames(record)
         if len(taken.steps):
             self.bodies: NDArray[np.float64] = taken.bodies[-1]
-            values = measured(wanted, taken, job.settings)
+            values = measured(record, taken, job.settings)
             self.history.add(taken.steps, values)
         self.version += 1
         return taken
 
     @property
     def number(self) -> int:
-        """The number of the run: one that begins again has another."""
+        """The number of the run: a run that begins again has another number."""
         return self.course.run
 
     @property
@@ -105,17 +125,15 @@ class Session:
 
     @property
     def going(self) -> bool:
-        """Whether steps are to be taken: the run goes on, or single steps were asked
-        for.
-        """
+        """True while the run goes on, or single steps were asked for."""
         return self.running or self.step < self.aim
 
     def advance(self, steps: int) -> Taken:
-        """Take up to `steps` steps, and return their frames. It takes fewer steps where
-        there is no room for so many frames, and up to a change that was made before.
+        """Take up to `steps` steps, and return their frames.
 
-        The run pauses after the last step that was asked for, at its end, and when it
-        diverges.
+        It takes fewer steps where there is no room for so many frames, and stops at a
+        change that was made before. The run pauses after the last step that was asked
+        for, at its end, and when it diverges.
         """
         most = self.simulation.steps_left if self.running else self.aim - self.step
         if change := self.course.next_change(self.step):
@@ -141,22 +159,24 @@ class Session:
         return taken
 
     def _enter(self, part: Part) -> None:
-        """Show the settings of a part of the course."""
-        state, then = self.state, part.state
-        same = (then.plots, then.sweeps) == (state.plots, state.sweeps)
-        self._show(
-            then if same else replace(then, plots=state.plots, sweeps=state.sweeps)
-        )
+        """Show the parameters of a part of the course."""
+        shown = part.state
+        plots = self.state.plots
+        sweeps = self.state.sweeps
+        if (shown.plots, shown.sweeps) != (plots, sweeps):
+            shown = replace(shown, plots=plots, sweeps=sweeps)
+        self._show(shown)
         self.entered += 1
         self._judge()
 
     def _judge(self) -> None:
-        """Say whether the spec gives the run up to here."""
+        """Note whether the spec gives the run up to here."""
         altered = self.course.altered(self.step)
-        what, last = ", ".join(sorted(altered)), self.course.part(self.step).begin
+        names = ", ".join(sorted(altered))
+        last = self.course.part(self.step).begin
         self.exact = not altered
         self.note = (
-            f"{what} changed, last at step {last:,}; reset shows what the spec gives"
+            f"{names} changed, last at step {last:,}; reset shows what the spec gives"
             if altered
             else ""
         )
@@ -167,13 +187,16 @@ class Session:
         return self.course.first, self.course.last
 
     def seek(self, step: int) -> None:
-        """Go to a step of the past, with the settings of then, and pause. The steps
-        after it stay known. Where there is no such step, go to the nearest one.
+        """Go to a step of the past, with its parameters, and pause.
+
+        The steps after it stay known. Where there is no such step, go to the nearest
+        one.
         """
         first, last = self.past
         step = min(max(step, first), last)
         self.pause()
-        self.simulation, self.diverged = self.course.at(step), False
+        self.simulation = self.course.at(step)
+        self.diverged = False
         self._enter(self.course.part(step))
         self._refresh()
 
@@ -182,7 +205,7 @@ class Session:
         self.version += 1
 
     def moment(self) -> Moment:
-        """The run as it is now, to come back to it."""
+        """Return the run as it is now, for a return to it."""
         return Moment(
             self.state, self.step, self.course.copied(), self.history.copied()
         )
@@ -196,12 +219,16 @@ class Session:
         self._return(self.edits.redo(self.moment()))
 
     def _return(self, moment: Moment) -> None:
-        """Show the state of a moment. If the run has begun again since, or has not gone
-        on, it is the run of then, at its step. Otherwise it goes on from here.
+        """Show the state of a moment.
+
+        If the run has begun again since, or is at the step of the moment, the run of
+        the moment returns. Otherwise the present run continues with the state of the
+        moment.
         """
-        course, history = moment.course, moment.history
-        other = course and (course.run != self.course.run)
-        if course and history and (other or moment.step == self.step):
+        course = moment.course
+        history = moment.history
+        restarted = course and (course.run != self.course.run)
+        if course and history and (restarted or moment.step == self.step):
             self.recall(moment._replace(course=course.copied()))
         else:
             self._turn(moment.state)
@@ -210,8 +237,10 @@ class Session:
         """Show a moment, whose run must be remembered. A run that goes on does so."""
         if moment.course is None or moment.history is None:
             raise ValueError("nothing is remembered of the run of this moment")
-        running, era = self.running, self.history.era + 1
-        self.course, self.history = moment.course, moment.history.copied()
+        running = self.running
+        era = self.history.era + 1
+        self.course = moment.course
+        self.history = moment.history.copied()
         self.history.era = era
         self._show(moment.state)
         self.seek(moment.step)
@@ -221,7 +250,8 @@ class Session:
 
     def _turn(self, state: ViewState) -> None:
         """Show another state from here on, or from the start where it must be."""
-        before, plots = self.state, state.plots
+        before = self.state
+        plots = state.plots
         if (state.model, state.preset) != (before.model, before.preset) or (
             state.opened is not before.opened
         ):
@@ -234,24 +264,21 @@ class Session:
             self.follow(plots)
 
     def run(self) -> None:
-        """Go on without being asked for each step."""
+        """Run without a message for each step."""
         self._check_going()
         self.running = True
 
     def pause(self) -> None:
         """Take no more steps."""
-        self.running, self.aim = False, 0
+        self.running = False
+        self.aim = 0
 
     def take_steps(self, count: int) -> None:
-        """Ask for `count` more steps, in addition to those that were asked for
-        before.
-        """
+        """Ask for `count` more steps, in addition to earlier requests."""
         self._check_going()
-        self.running, self.aim = (
-            False,
-            min(
-                max(self.aim, self.step) + count, self.step + self.simulation.steps_left
-            ),
+        self.running = False
+        self.aim = min(
+            max(self.aim, self.step) + count, self.step + self.simulation.steps_left
         )
 
     def _check_going(self) -> None:
@@ -264,7 +291,7 @@ class Session:
             )
 
     def reset(self) -> None:
-        """Go back to the start, with the settings as they are."""
+        """Go back to the start, with the parameters as they are."""
         self._again(self.state)
 
     def _again(self, state: ViewState) -> None:
@@ -274,13 +301,21 @@ class Session:
         self.running = running
 
     def extend(self) -> None:
-        """Make the run twice as long, and go on."""
+        """Make the run twice as long, and run."""
         self.change({"steps": 2 * self.simulation.schedule.steps})
         self.run()
 
     def choose(self, model: str, preset: str) -> None:
-        """Show another model or preset, with the same seed. Another preset of the same
-        model keeps what was changed, and the plots.
+        """Show another model or preset, with the same seed.
+
+        Another preset of the same model keeps the changes and the plots.
+
+        Parameters
+        ----------
+        model : str
+            Name of the model.
+        preset : str
+            Name of its preset.
         """
         state = self.state
         other = begin(model, preset, state.seed, state.known)
@@ -289,11 +324,27 @@ class Session:
         self._begin(other)
 
     def show_trial(self, point: int, replicate: int) -> None:
-        """Show another trial of the opened spec, from its start."""
+        """Show another trial of the opened spec, from its start.
+
+        Parameters
+        ----------
+        point : int
+            Index of the point.
+        replicate : int
+            Number of the replicate, from 0.
+        """
         self._again(self.state.moved(self._opened.at(point, replicate)))
 
     def show_value(self, name: str, value: Value) -> None:
-        """Show the point of the opened spec at which a setting has this value."""
+        """Show the point of the opened spec at which a parameter has this value.
+
+        Parameters
+        ----------
+        name : str
+            Parameter that varies.
+        value : int, float, str or bool
+            Its value.
+        """
         self._again(self.state.moved(self._opened.having(name, value)))
 
     @property
@@ -303,16 +354,18 @@ class Session:
         return self.state.opened
 
     def change(self, changes: Mapping[str, object]) -> None:
-        """Change settings, or the seed."""
+        """Change parameters, or the seed."""
         self._become(self.state.with_settings(changes), set(changes))
 
     def place(self, shapes: list[Shape]) -> None:
-        """Replace all obstacles. The boids stay where they are."""
+        """Replace all obstacles. The boids keep their positions."""
         self._become(self.state.place(shapes), {"obstacles"})
 
     def _become(self, state: ViewState, names: set[str]) -> None:
-        """Show a state in which `names` differ from now. The run begins again if they
-        can only change at its start; otherwise it goes on from here.
+        """Show a state in which `names` differ from now.
+
+        The run begins again if they can only change at its start; otherwise it
+        continues from here.
         """
         if (
             self.step == 0
@@ -335,8 +388,9 @@ class Session:
         self.version += 1
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics, new ones from this step on. The run begins again if one
-        of them needs visits and they were not counted.
+        """Plot these metrics, new ones from this step on.
+
+        The run begins again if one of them needs visits that were not counted.
         """
         state = self.state.follow(metrics)
         uncounted = any(
@@ -351,7 +405,15 @@ class Session:
             self.history.follow(metrics)
 
     def sweep(self, name: str, range_: Range | None) -> None:
-        """Let the copied spec sweep a setting over a range; None ends that."""
+        """Let the copied spec sweep a parameter over a range.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter.
+        range_ : Range or None
+            Its values; None ends the sweep.
+        """
         self._show(self.state.sweep(name, range_))
 
     def draw(self, overlays: tuple[str, ...]) -> None:

@@ -1,6 +1,4 @@
-"""The interface of what a server or a notebook plays to a page: a live run or a stored
-one.
-"""
+"""The interface of a show, which a server or a notebook plays to a page."""
 
 from typing import Protocol
 
@@ -11,62 +9,75 @@ from sweep.web.protocol import Reply
 
 
 class Show(Protocol):
-    """Something that has frames. `version` grows with every change that may be visible.
+    """A live run, a stored one, or two of them, as frames and messages.
 
-    While it is `going`, its player calls `advance`, at `speed` steps a second. It goes
-    as fast as possible if `speed` is 0, or if it is not `running` and single steps were
-    asked for. Only one method is called at a time, and none of them waits.
+    While it is `going`, its player calls `advance`, at `speed` steps per second. It
+    goes as fast as possible if `speed` is 0, or if it is not `running` and single steps
+    were asked for. Only one method is called at a time, and none of them waits.
     """
 
     @property
-    def version(self) -> int: ...
+    def version(self) -> int:
+        """A number that grows with every change that may be visible."""
+
     @property
-    def going(self) -> bool: ...
+    def going(self) -> bool:
+        """True while steps are to be taken."""
+
     @property
-    def running(self) -> bool: ...
+    def running(self) -> bool:
+        """True while it runs without a message for each step."""
+
     @property
-    def speed(self) -> float: ...
+    def speed(self) -> float:
+        """The speed in steps per second; 0 is as fast as possible."""
 
     def greeting(self) -> list[Reply]:
-        """The messages for a page that has just come: controls, state, scene."""
+        """Return the messages for a page that has just come: controls, scene, state."""
 
     def states(self) -> list[Reply]:
-        """The state message of each run that is shown."""
+        """Return the state message of each run that is shown."""
 
     def side(self, number: int, /) -> "RunShow":
-        """The run that a message with this `side` is about. Raises SpecError where
-        there is none.
+        """Return the run that a message with this `side` is about.
+
+        Raises SpecError where there is none.
         """
 
     def waiting(self, message: Message) -> str:
-        """What the page is told while it waits for the answer to a message that takes
-        long; "" where the answer comes at once.
+        """Return the text for a page while it waits for the answer to a message.
+
+        The text is "" where the answer does not take long.
         """
 
     def restore(self, hello: Hello) -> None:
-        """Show what a page has kept of a session that is gone. Raises a UserError for
-        what cannot be shown, and shows then what it did.
+        """Show the run that a page has kept of a session that is gone.
+
+        Raises a UserError where it cannot be shown; then nothing has changed.
         """
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, and return the answer. Raises a UserError for what is
-        refused.
+        """Do what the page asks, and return the answer.
+
+        Raises a UserError for a message that is refused.
         """
 
     def export(self, kind: str) -> Make:
-        """A function that makes a file of the frames as they are now. It may take long,
-        and what happens meanwhile does not change the file.
+        """Return a function that makes a file of the frames as they are now.
+
+        The function may take long; later changes of the show do not change the file.
         """
 
     def advance(self, steps: int) -> object:
         """Take up to `steps` steps."""
 
     def picture(self) -> bytes:
-        """The frame as it is now, see sweep.web.protocol."""
+        """Return the frame as it is now, see sweep.web.protocol."""
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """The messages that a page needs before the next frame, and the next cursor.
-        `cursor` says what the page knows already.
+        """Return the messages that a page needs before the next frame, and a cursor.
+
+        `cursor` has the news that the page has got already; the next one is returned.
         """
 
 
@@ -74,17 +85,22 @@ class RunShow(Show, Protocol):
     """A show of one run. It can go to its steps from `past[0]` to `past[1]`."""
 
     @property
-    def step(self) -> int: ...
+    def step(self) -> int:
+        """The steps done."""
+
     @property
-    def past(self) -> tuple[int, int]: ...
+    def past(self) -> tuple[int, int]:
+        """The first and the last step that it can go to."""
+
     @property
-    def diverged(self) -> bool: ...
+    def diverged(self) -> bool:
+        """True if the run has diverged at its last step."""
 
     def status(self) -> Reply:
-        """The state message."""
+        """Return the state message."""
 
     def kept(self) -> Reply:
-        """The kept message."""
+        """Return the kept message."""
 
     def seek(self, step: int, /) -> None:
         """Go to a step."""
@@ -93,6 +109,7 @@ class RunShow(Show, Protocol):
         """Take no more steps."""
 
     def beside(self, preset: str, /) -> "RunShow":
-        """A run to be shown beside this one, see sweep.web.messages.Beside. Raises
-        SpecError where there can be none.
+        """Return a run to be shown next to this one, see sweep.web.messages.Beside.
+
+        Raises SpecError where there can be none.
         """

@@ -1,7 +1,7 @@
-"""The state on the screen. It is a spec: a launch of the copied text gives the very
-same frames.
+"""The state on the screen, which is a spec.
 
-So sweep.spec.study makes every check, every "did you mean" and every seed.
+A launch of the copied text gives bitwise identical frames. So sweep.spec.study makes
+every check, every "did you mean" and every seed.
 """
 
 import hashlib
@@ -38,29 +38,39 @@ from sweep.web.opened import Edits, OpenedSpec, opened
 
 COMMON = Streams(noise="common")
 ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
-"""A copied spec records this metric if none is plotted: a spec must record one. Every
-trial can measure a metric of the bodies alone.
+"""The metric that a copied spec records if none is plotted: a spec must record one.
+
+Every trial can measure a metric of the bodies alone.
 """
-"""The preset that is shown if the user names none, and the model has it."""
 EDITED = "edited"
 """The name of a map whose shapes were changed."""
 MOST_BOIDS = 100_000
 MOST_STORED = 10**7
-"""A copied spec stores trajectories up to so many boids times frames: 320 MB."""
+"""The most boids times frames for which a copied spec stores trajectories: 320 MB."""
 MOST_PLOTS = 4
 MOST_POINTS = 1000
 REPLICATES = 10
 """Replicates of a copied spec that sweeps something."""
 
 Shape = Mapping[str, Mapping[str, Any]]
-"""A shape as a spec writes it: {disc: {x, y, radius}}, {rectangle: {x, y, width,
-height}} or {polygon: {vertices, solid}}.
+"""A shape as a spec writes it.
+
+It is {disc: {x, y, radius}}, {rectangle: {x, y, width, height}} or
+{polygon: {vertices, solid}}.
 """
 
 
 class Range(NamedTuple):
-    """The values of a setting that a copied spec sweeps: `points` of them, from `low`
-    to `high`.
+    """The values of a parameter that a copied spec sweeps.
+
+    Attributes
+    ----------
+    low : float
+        The smallest value.
+    high : float
+        The largest value.
+    points : int
+        Number of values.
     """
 
     low: float
@@ -70,17 +80,41 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True)
 class ViewState:
-    """A model, a preset, the settings that differ from it in `fixed`, a seed and, where
-    there is one, a map of its own.
+    """A model, a preset, changed parameters, a seed and perhaps a custom map.
 
-    `literal` says that the seed is one of a list in the spec. Otherwise `replicate` is
-    the number of the trial: a copied spec runs the replicates before it too. Random
-    numbers are common to all points. So another value of a setting meets the same
-    noise, and a run can be made longer. A spec that was not made here keeps its own
-    streams. `plots` are the metrics that are plotted, `derive` those that the spec
-    computes from others, `sweeps` the settings that a copied spec varies. `opened` is
-    the spec that was opened at this trial, of which all else stays. All methods raise
-    SpecError for what a spec would not accept.
+    Random numbers are common to all points. So another value of a parameter meets the
+    same noise, and a run can be made longer. A spec that was not made here keeps its
+    own streams. All methods raise SpecError for a state that a spec would not accept.
+
+    Attributes
+    ----------
+    model : str
+        Name of the model.
+    preset : str
+        Name of the preset.
+    seed : int, default 1
+        Seed of the trial.
+    fixed : mapping
+        Parameters that differ from the preset, with their values.
+    own : OwnMap or None
+        The custom map.
+    literal : bool, default False
+        Whether the seed is one of a list in the spec.
+    replicate : int, default 0
+        Number of the trial, unless `literal`: a copied spec runs the replicates before
+        it too.
+    streams : Streams
+        Random numbers that points have in common.
+    plots : tuple of str
+        Metrics that are plotted.
+    sweeps : mapping of str to Range
+        Parameters that a copied spec varies.
+    derive : tuple of DerivedMetric
+        Metrics that the spec computes from others.
+    known : Catalogue
+        Models, metrics and maps by name.
+    opened : OpenedSpec or None
+        The spec that was opened at this trial; its other entries stay as they are.
     """
 
     model: str
@@ -99,9 +133,7 @@ class ViewState:
 
     @cached_property
     def job(self) -> Job:
-        """The trial on the screen: the one of `replicate` in the copied spec, without
-        its sweep.
-        """
+        """The trial on the screen: `replicate` of the copied spec without a sweep."""
         plain = replace(self, sweeps={}) if self.sweeps else self
         study = _study(plain)
         job = Jobs(study, expand(study))[self.replicate]
@@ -122,13 +154,14 @@ class ViewState:
 
     @property
     def settings(self) -> dict[str, Value]:
-        """The value of every setting, and of spreads those that differ from 0."""
+        """The value of every parameter, and of spreads those that differ from 0."""
         return self.job.settings
 
     def _differing(self, before: "ViewState") -> dict[str, Value]:
-        """The settings that are others than `before`, with their values."""
-        every, there = self._preset | self.settings, before._preset | before.settings
-        return {name: value for name, value in every.items() if value != there[name]}
+        """Return the parameters that differ from another state, with their values."""
+        values = self._preset | self.settings
+        earlier = before._preset | before.settings
+        return {name: value for name, value in values.items() if value != earlier[name]}
 
     @property
     def shapes(self) -> list[Shape] | None:
@@ -140,8 +173,9 @@ class ViewState:
         )
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings or `seed`. Another map brings its own
-        size, and other borders `minimum_image`.
+        """Return the state with other values of parameters or `seed`.
+
+        Another map brings its own size, and other borders `minimum_image`.
         """
         changed = dict(changes)
         seed = changed.pop("seed", self.seed)
@@ -153,10 +187,10 @@ class ViewState:
         if "map" in changed and not (
             self.own and changed["map"] == self.settings["map"]
         ):
-            kept = {
+            fixed = {
                 name: value for name, value in self.fixed.items() if name not in SIDES
             }
-            state = replace(state, own=None, fixed=kept)
+            state = replace(state, own=None, fixed=fixed)
         elif self.own and changed.keys() & set(SIDES):
             state = state._resized(
                 {side: changed.pop(side, self.settings[side]) for side in SIDES}
@@ -168,7 +202,7 @@ class ViewState:
         return state._fixing(changed).checked()
 
     def place(self, shapes: list[Shape]) -> "ViewState":
-        """The state with these obstacles instead of all others."""
+        """Return the state with these obstacles instead of all others."""
         size = {side: self.settings[side] for side in SIDES}
         if shapes:
             return replace(
@@ -181,8 +215,14 @@ class ViewState:
         )
 
     def sweep(self, name: str, range_: Range | None) -> "ViewState":
-        """The state in which the copied spec sweeps a setting over a range; None ends
-        that.
+        """Return the state in which the copied spec sweeps a parameter over a range.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter.
+        range_ : Range or None
+            Its values; None ends the sweep.
         """
         if range_ is not None and not 2 <= range_.points <= MOST_POINTS:
             raise SpecError(
@@ -197,53 +237,54 @@ class ViewState:
             )
         if self._known_settings[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: only numbers are swept over a range")
-        others = {other: swept for other, swept in self.sweeps.items() if other != name}
-        return replace(
-            self, sweeps=others | ({name: range_} if range_ else {})
-        ).checked()
+        sweeps = {**self.sweeps}
+        sweeps.pop(name, None)
+        if range_:
+            sweeps[name] = range_
+        return replace(self, sweeps=sweeps).checked()
 
     def follow(self, metrics: tuple[str, ...]) -> "ViewState":
-        """The state with these metrics plotted."""
+        """Return the state with these metrics plotted."""
         return replace(self, plots=metrics).checked()
 
     def checked(self) -> "ViewState":
-        """This state. Raises SpecError if it could not be launched."""
+        """Return the state itself. Raises SpecError if it could not be launched."""
         _ = self.job
         if self.sweeps:
             expand(_study(self))
         return self
 
     def on_preset(self, other: "ViewState") -> "ViewState":
-        """`other`, the state of another preset, with what differs here from its own
-        preset: values of settings, the map and the plots.
+        """Return the state of another preset with the changes of this one.
+
+        The changes are values of parameters, the map and the plots.
         """
-        kept = {
+        changes = {
             name: value
             for name, value in self.fixed.items()
             if not (self.own and name in (*SIDES, "map"))
         }
         state = replace(other, plots=self.plots, derive=self.derive)
         state = state.place(self.shapes or []) if self.own else state
-        return state.with_settings(kept)
+        return state.with_settings(changes)
 
     def moved(self, spec: OpenedSpec) -> "ViewState":
-        """The state at another trial of the opened spec. What was changed stays."""
-        before, there = from_opened(self.opened or spec), from_opened(spec)
+        """Return the state at another trial of the opened spec. Changes stay."""
+        before = from_opened(self.opened or spec)
+        target = from_opened(spec)
         redrawn = self.own != before.own
         changes = {
             name: value
             for name, value in self._differing(before).items()
             if not (redrawn and name in (*SIDES, "map"))
         }
-        seed = there.seed if self.seed == before.seed else self.seed
-        state = replace(there, seed=seed, plots=self.plots, sweeps=self.sweeps)
+        seed = target.seed if self.seed == before.seed else self.seed
+        state = replace(target, seed=seed, plots=self.plots, sweeps=self.sweeps)
         state = state.place(self.shapes or []) if redrawn else state
         return state._fixing(changes).checked()
 
     def as_spec(self) -> dict[str, Any]:
-        """The spec that launches what is on the screen, with the sweeps that the user
-        has marked.
-        """
+        """Return the spec that launches the state, with the sweeps of the user."""
         known = self._known_settings
         values: dict[str, Any] = {
             "model": self.model,
@@ -275,8 +316,9 @@ class ViewState:
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 
     def as_text(self) -> str:
-        """The spec as YAML: the text of the opened one with what was changed. Raises
-        SpecError if it is too long for a spec file.
+        """Return the spec as YAML: the text of the opened one with the changes.
+
+        Raises SpecError if it is too long for a spec file.
         """
         text = self._changed(self.opened) if self.opened else dump(self._portable())
         if len(text) > MOST_BYTES:
@@ -287,7 +329,7 @@ class ViewState:
         return text
 
     def _changed(self, opened: OpenedSpec) -> str:
-        """The text of the opened spec; the very same one where nothing was changed."""
+        """Return the text of the opened spec, unchanged where the state is."""
         before = from_opened(opened)
         if before == self:
             return opened.study.text
@@ -317,14 +359,16 @@ class ViewState:
         return opened.text(edits)
 
     def _as_written(self, name: str, value: Any) -> Any:
-        """A file in the place of the name of its entry."""
+        """Return a file instead of the name of its entry."""
         kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
         return self.known.written(kinds[name], value) if name in kinds else value
 
     def _portable(self) -> dict[str, Any]:
-        """The spec with files in the place of the names of their entries."""
-        spec, written = self.as_spec(), self.known.written
-        fixed, record = spec.get("fixed", {}), spec["record"]
+        """Return the spec with files instead of the names of their entries."""
+        spec = self.as_spec()
+        fixed = spec.get("fixed", {})
+        record = spec["record"]
+        written = self.known.written
         for kind, name in (("maps", "map"), ("starts", "start_draws")):
             if name in fixed:
                 fixed = fixed | {name: written(kind, fixed[name])}
@@ -341,7 +385,7 @@ class ViewState:
         if self.plots:
             values["series"] = self.plots
         if self.derive:
-            texts = {one.name: one.expression.text for one in self.derive}
+            texts = {metric.name: metric.expression.text for metric in self.derive}
             values["derive"] = texts
         known = self._preset | dict(self.fixed)
         frames = (self.replicate + 1) * int(known["steps"])
@@ -350,8 +394,10 @@ class ViewState:
         return written(values, RecordSpec)
 
     def _fixing(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings. `fixed` has only those that differ
-        from the preset, and from what its borders bring.
+        """Return the state with other values of parameters.
+
+        `fixed` has only values that differ from the preset, and from the effect of its
+        borders.
         """
         known = self._fields()
         fixed = dict(self.fixed)
@@ -372,18 +418,19 @@ class ViewState:
         }
 
     def _fixed_on(self, name: str) -> dict[str, Value]:
-        """What is fixed, with the map of this name in the place of the other. A map
-        brings its size, so no size is fixed.
+        """Return `fixed` with the map of this name instead of the other.
+
+        A map brings its size, so no size is fixed.
         """
-        kept = {
+        fixed = {
             key: value
             for key, value in self.fixed.items()
             if key not in (*SIDES, "map")
         }
-        return kept if name == self._preset["map"] else kept | {"map": name}
+        return fixed if name == self._preset["map"] else fixed | {"map": name}
 
     def _resized(self, size: Mapping[str, object]) -> "ViewState":
-        """The state with an own map of another size and the same shapes."""
+        """Return the state with a custom map of another size and the same shapes."""
         return replace(
             self, own=_own_map(self.shapes or [], size), fixed=self._fixed_on(EDITED)
         )
@@ -395,42 +442,51 @@ def begin(
     seed: int = 1,
     known: Catalogue = BUILT_IN,
 ) -> ViewState:
-    """The state that shows a preset as it is, and plots the first metrics of the model.
-    The default is the first of all models that are known.
+    """Return the state that shows a preset, and plots the first metrics of the model.
+
+    Parameters
+    ----------
+    model : str, optional
+        Name of the model; by default the first of `known`.
+    preset : str, optional
+        Name of the preset; by default the usual one of the model.
+    seed : int, default 1
+        Seed of the trial.
+    known : Catalogue, optional
+        Models, metrics and maps by name; by default the built-in ones.
+
+    Raises
+    ------
+    SpecError
+        If the model or the preset is unknown.
     """
     model = model or next(iter(known.models))
     if model not in known.models:
         raise SpecError(unknown("model", model, known.models))
-    about = known.models[model]
-    preset = preset or usual_preset(about)
-    if preset not in about.presets:
-        raise SpecError(unknown(f"preset of {model}", preset, about.presets))
-    plots = about.metrics[:MOST_PLOTS]
+    chosen = known.models[model]
+    preset = preset or usual_preset(chosen)
+    if preset not in chosen.presets:
+        raise SpecError(unknown(f"preset of {model}", preset, chosen.presets))
+    plots = chosen.metrics[:MOST_PLOTS]
     return ViewState(model, preset, seed, plots=plots, known=known).checked()
 
 
 def from_study(study: Study) -> ViewState:
-    """The state that shows the first trial of a study."""
+    """Return the state that shows the first trial of a study."""
     return from_opened(opened(study))
 
 
 def from_opened(spec: OpenedSpec) -> ViewState:
-    """The state that shows a trial of an opened spec."""
+    """Return the state that shows a trial of an opened spec."""
     return replace(from_job(spec.job), opened=spec)
 
 
 def from_job(job: Job) -> ViewState:
-    """The state of a stored trial, with its random numbers and the first of its
-    metrics.
-    """
+    """Return the state of a stored trial, with its random numbers and first metrics."""
     preset = usual_settings(job.model, job.preset, job.known)
-    name, width, height = (
-        str(job.settings["map"]),
-        float(job.settings["width"]),
-        float(job.settings["height"]),
-    )
-    own = None if job.obstacles is None else OwnMap((width, height), job.obstacles)
-    brought = SIDES if own or job.known.maps[name].size else ()
+    size = (float(job.settings["width"]), float(job.settings["height"]))
+    own = None if job.obstacles is None else OwnMap(size, job.obstacles)
+    brought = SIDES if own or job.known.maps[str(job.settings["map"])].size else ()
     return ViewState(
         model=job.model,
         preset=job.preset,
@@ -453,8 +509,9 @@ def from_job(job: Job) -> ViewState:
 def _differing(
     values: Mapping[str, Value], preset: Mapping[str, Value]
 ) -> dict[str, Value]:
-    """The values that differ from those of a preset: a torus in the place of its
-    borders is periodic there.
+    """Return the values that differ from those of a preset.
+
+    With the torus instead of the preset's borders, the preset has `minimum_image`.
     """
     borders = values.get("borders", preset["borders"])
     if borders != preset["borders"]:
@@ -463,10 +520,13 @@ def _differing(
 
 
 def _study(state: ViewState) -> Study:
-    """The study of the copied spec. Its map may have very many shapes, so they are not
-    written and read as YAML: the text has one shape in their place.
+    """Return the study of the copied spec.
+
+    Its map may have very many shapes, so they are not written and read as YAML: the
+    text has one shape instead of them.
     """
-    spec, own = state.as_spec(), state.own
+    spec = state.as_spec()
+    own = state.own
     if own is None:
         return parse_spec(spec, known=state.known)
     (name,) = spec["maps"]
@@ -482,15 +542,16 @@ def _read(maps: Mapping[str, Any]) -> dict[str, OwnMap]:
 
 
 def _own_map(shapes: list[Shape], size: Mapping[str, object]) -> OwnMap:
-    """The map of these shapes. Raises SpecError for what is no shape."""
+    """Return the map of these shapes. Raises SpecError for an invalid shape."""
     return _read({EDITED: {"size": [size[side] for side in SIDES], "shapes": shapes}})[
         EDITED
     ]
 
 
 def _axis(kind: str, range_: Range) -> dict[str, Any]:
-    """The entry under `sweep`. Of a setting that is a whole number it lists rounded
-    values, each once.
+    """Return the entry under `sweep`.
+
+    For an integer parameter it lists rounded values, each once.
     """
     if kind == "float":
         return {"linspace": list(range_)}

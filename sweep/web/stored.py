@@ -1,5 +1,6 @@
-"""The stored trials of a study, as the page goes from one to another: by the values of
-what varies and the replicate, or in the order of points and replicates.
+"""The stored trials of a study, for a page that goes from one to another.
+
+It goes by swept values and replicate, or in the order of points and replicates.
 """
 
 from bisect import bisect_left, bisect_right
@@ -19,13 +20,15 @@ from sweep.web.state import ViewState, from_job, from_opened
 
 
 def from_stored(study: StoredStudy, job: Job) -> ViewState:
-    """The state that shows a stored trial again, as one of those of the study's spec.
-    Where that spec no longer gives this trial, as after a change of the kernels, of the
-    program or of a table beside it, it is shown alone.
+    """Return the state that shows a stored trial again, as a trial of the study's spec.
+
+    Where that spec no longer gives this trial, it is shown alone. This happens after a
+    change of the kernels, of the program or of a table next to the spec.
     """
     path = Path(str(study.provenance.get("spec_path", "spec.yaml")))
     try:
-        spec = opened_again(study.spec, job.point, job.replicate, job.known, path)
+        trial = (job.point, job.replicate)
+        spec = opened_again(study.spec, *trial, known=job.known, path=path)
     except UserError:
         return from_job(job)
     same = spec.job.trial_id == job.trial_id
@@ -33,8 +36,9 @@ def from_stored(study: StoredStudy, job: Job) -> ViewState:
 
 
 class TrialChoice:
-    """The trials of `study` that are stored. A trial is named by the places of its
-    point among the points, and of its replicate, both from 0.
+    """The trials of `study` that are stored.
+
+    A trial is named by the index of its point and by its replicate, both from 0.
     """
 
     def __init__(self, study: StoredStudy) -> None:
@@ -45,12 +49,12 @@ class TrialChoice:
 
     @cached_property
     def replicates(self) -> int:
-        """The trials of a point, the most that are planned."""
+        """The largest planned number of trials per point."""
         return int(np.max(self.study.plan["replicate"].to_numpy(), initial=0)) + 1
 
     @cached_property
     def ids(self) -> dict[Place, str]:
-        """The ids of stored trials by their places."""
+        """The ids of stored trials by point and replicate."""
         trials = self.study.trials
         points = [self.points[point] for point in trials["point"].tolist()]
         places = zip(points, trials["replicate"].tolist(), strict=True)
@@ -58,21 +62,22 @@ class TrialChoice:
 
     @cached_property
     def places(self) -> list[Place]:
-        """Where trials are stored, in their order."""
+        """The point and the replicate of each stored trial, in order."""
         return sorted(self.ids)
 
     def offered(self) -> Reply:
-        """The trials of the controls message."""
+        """Return the trials of the controls message."""
         points = len(self.points)
         return offered(self.study.name, self.columns, points, self.replicates)
 
     def place(self, job: Job) -> Place:
-        """Where a trial is among them."""
+        """Return the point and the replicate of a trial."""
         return self.points[job.point], job.replicate
 
     def placed(self, job: Job) -> Reply:
-        """The trial of the state message, with the stored ones before and after it."""
-        here, places = self.place(job), self.places
+        """Return the trial of the state message, with its stored neighbours."""
+        here = self.place(job)
+        places = self.places
         neighbours = (
             places[k] if 0 <= k < len(places) else None
             for k in (bisect_left(places, here) - 1, bisect_right(places, here))
@@ -81,16 +86,44 @@ class TrialChoice:
         return placed(here, values, *neighbours)
 
     def trial(self, point: int, replicate: int) -> str:
-        """The id of the trial at a place. Raises SpecError where none is stored."""
+        """Return the id of a stored trial.
+
+        Parameters
+        ----------
+        point : int
+            Index of the point.
+        replicate : int
+            Number of the replicate, from 0.
+
+        Raises
+        ------
+        SpecError
+            If no such trial is stored.
+        """
         if (point, replicate) not in self.ids:
             where = f"point {point:,}, replicate {replicate:,}"
             raise SpecError(f"no trial is stored of {where}")
         return self.ids[point, replicate]
 
     def having(self, job: Job, name: str, value: Value) -> str:
-        """The id of the trial of the same replicate at the point that has this value of
-        a setting, and the most values of `job` otherwise. Raises SpecError where there
-        is none.
+        """Return the id of the trial at the point with this value of a parameter.
+
+        It has the replicate of `job`. Among several points it is the one that shares
+        most values with the point of `job`.
+
+        Parameters
+        ----------
+        job : Job
+            The trial to start from.
+        name : str
+            Parameter that varies.
+        value : int, float, str or bool
+            Its value.
+
+        Raises
+        ------
+        SpecError
+            If no such trial is stored, or the parameter does not vary.
         """
         point = point_having(self.columns, self.place(job)[0], name, value)
         return self.trial(point, job.replicate)

@@ -1,5 +1,6 @@
-"""A run that was gone through once. It keeps the metrics, and states from which any
-step is reached quickly.
+"""A run that was gone through once.
+
+It keeps the metrics, and states from which any step is reached quickly.
 """
 
 from dataclasses import replace
@@ -17,24 +18,34 @@ from sweep.trial.state import State, joined
 from sweep.web.running import recorded, simulation_of
 
 BOID_STEPS_APART = 20_000
-"""Boids times steps between two kept states: they take some milliseconds, so that a
-page can go to any step without a visible wait.
+"""Boids times steps between two kept states.
+
+They take some milliseconds, so that a page can go to any step without a visible wait.
 """
 MOST_BYTES = 256 * 2**20
-"""The most memory that the kept states may take. If there are too many, they lie
-further apart, and reaching a step takes longer.
+"""The most memory, in bytes, that the kept states take.
+
+If there are too many, they are further apart, and reaching a step takes longer.
 """
 
 
 NOTHING = RecordSpec(())
-"""Records nothing, for frames that nobody looks at."""
+"""An empty record, for frames that nobody looks at."""
 
 
 class Track(NamedTuple):
-    """The run of `job`, which records metrics at every step.
+    """The run of a trial that records metrics at every step.
 
-    `steps` (F,) are 0 to the last finite one, `values` has (F,) of each metric, and
-    `states` has the kept states by their step.
+    Attributes
+    ----------
+    job : Job
+        The trial.
+    steps : array (F,)
+        Steps from 0 to the last finite one.
+    values : dict of str to array (F,)
+        Values of each metric.
+    states : dict of int to State
+        The kept states by step.
     """
 
     job: Job
@@ -49,13 +60,25 @@ class Track(NamedTuple):
 
 
 def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
-    """Run `job` from its start to its end, and keep the metrics and some states. An
-    exception of the run is raised as it is.
+    """Run a trial from its start to its end, and keep the metrics and some states.
+
+    An exception of the run is raised as it is.
+
+    Parameters
+    ----------
+    job : Job
+        The trial.
+    metrics : tuple of str
+        Names of the metrics.
+    report : callable
+        Called with the number of steps done and the number of all steps.
     """
     job = replace(job, record=recorded(job, metrics))
     simulation = simulation_of(job)
-    taken, states = [simulation.take_frames(job.record)], dict[int, State]()
-    apart, going = _steps_apart(simulation), True
+    taken = [simulation.take_frames(job.record)]
+    states: dict[int, State] = {}
+    apart = _steps_apart(simulation)
+    going = True
     while going and simulation.steps_left > 0:
         going = simulation.advance(steps_a_call(simulation))
         taken.append(simulation.take_frames(job.record))
@@ -66,15 +89,13 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
             and simulation.step >= max(states, default=0) + apart
         ):
             states[simulation.step] = simulation.state().copied()
-    whole = joined(taken)
-    values = measured(job.record, whole, job.settings)
-    return Track(job, whole.steps, {name: values[name] for name in metrics}, states)
+    run = joined(taken)
+    values = measured(job.record, run, job.settings)
+    return Track(job, run.steps, {name: values[name] for name in metrics}, states)
 
 
 def _steps_apart(simulation: Simulation) -> int:
-    """The number of steps between two kept states; at least those of one kernel
-    call.
-    """
+    """Return the number of steps between two kept states: at least one call's."""
     size = sum(array.nbytes for array in simulation.state().arrays.values())
     return max(
         steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES)
@@ -82,15 +103,24 @@ def _steps_apart(simulation: Simulation) -> int:
 
 
 def steps_a_call(simulation: Simulation) -> int:
-    """The number of steps that take some milliseconds."""
+    """Return the number of steps that take some milliseconds."""
     return max(1, BOID_STEPS_APART // simulation.schedule.n)
 
 
 def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
-    """A simulation of the track's job at `step`: `simulation`, moved there, or a new
-    one. It holds no frames.
+    """Return a simulation of the track's trial at a step, which holds no frames.
+
+    Parameters
+    ----------
+    track : Track
+        The run.
+    simulation : Simulation
+        A simulation of the trial at any step; it is moved there, or replaced by a new
+        one.
+    step : int
+        The step, at most the last one of the track.
     """
-    before = max((place for place in track.states if place <= step), default=0)
+    before = max((start for start in track.states if start <= step), default=0)
     if not before <= simulation.step <= step:
         if before:
             simulation.restore(track.states[before])
@@ -108,7 +138,7 @@ def run_to(simulation: Simulation, step: int) -> None:
 
 
 def quiet(job: Job) -> Simulation:
-    """A simulation that counts what the metrics of `job` need, and holds no frames."""
+    """Return a simulation that counts visits for the metrics, and holds no frames."""
     simulation = simulation_of(job)
     simulation.take_frames(NOTHING)
     return simulation

@@ -22,12 +22,14 @@ SHARED = (
     | messages.Speed
     | messages.Seek
 )
-"""What both runs do, whichever one is asked."""
+"""The messages that both runs obey, whichever one is named."""
 
 
 class Twin:
-    """A Show of two runs, live or stored ones. Both are at the same step whenever
-    somebody looks. So they stop where the first of them ends or diverges.
+    """A Show of two runs, live or stored ones.
+
+    Both are at the same step after each call. So they stop where the first of them ends
+    or diverges.
     """
 
     def __init__(self, first: RunShow, second: RunShow) -> None:
@@ -44,28 +46,35 @@ class Twin:
 
     @property
     def version(self) -> int:
+        """A number that grows with every change that may be visible."""
         return sum(side.version for side in self.sides)
 
     @property
     def going(self) -> bool:
+        """True while both are to take steps."""
         return all(side.going for side in self.sides)
 
     @property
     def running(self) -> bool:
+        """True while both run without a message for each step."""
         return all(side.running for side in self.sides)
 
     @property
     def speed(self) -> float:
+        """The speed of both in steps per second; 0 is as fast as possible."""
         return self.sides[0].speed
 
     def side(self, number: int) -> RunShow:
-        """The first or the second run. Raises SpecError for another number."""
+        """Return the first or the second run.
+
+        Raises SpecError for another number.
+        """
         if number >= len(self.sides):
             raise SpecError(f"there is no run {number}; there are runs 0 and 1")
         return self.sides[number]
 
     def greeting(self) -> list[Reply]:
-        """The messages of both for a page that has just come."""
+        """Return the messages of both for a page that has just come."""
         return [
             reply
             for number, side in enumerate(self.sides)
@@ -74,9 +83,9 @@ class Twin:
         ] + self.states()
 
     def states(self) -> list[Reply]:
-        """The state of each run, which ends where the first one does."""
+        """Return the state of each run, which ends where the first one does."""
         states = [side.status() for side in self.sides]
-        ends = [self._ended(*one) for one in enumerate(states)]
+        ends = [self._ended(number, state) for number, state in enumerate(states)]
         first, last = self._past
         clock = {
             "steps": min(state["steps"] for state in states),
@@ -89,7 +98,7 @@ class Twin:
         ]
 
     def _ended(self, number: int, state: Reply) -> str:
-        """Why a run goes no further than where both are; "" where it does."""
+        """Return why a run goes no further than where both are; "" where it does."""
         step, words = self.stopped
         if step == self.step and number in words:
             return words[number]
@@ -104,23 +113,26 @@ class Twin:
         return max(firsts), min(lasts)
 
     def waiting(self, message: Message) -> str:
-        """What the page is told while it waits for the run that is asked."""
+        """Return the text for a page while it waits for the run of the message."""
         return self.side(message.side).waiting(message)
 
     def restore(self, hello: Hello) -> None:
-        """Show what a page has kept, as the first run."""
+        """Show the run that a page has kept, as the first run."""
         self.sides[0].restore(hello)
         self._level(self.step)
 
     def export(self, kind: str) -> Make:
-        """A file of the first run."""
+        """Return a function that makes a file of the first run."""
         return self.sides[0].export(kind)
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks: both runs what is about their clock, one of them what
-        is about itself. If that brings one to another step, the other one follows.
+        """Do what the page asks: both runs, or the one that the message is about.
+
+        Both obey messages about their clock. If another message brings one run to
+        another step, the other run follows.
         """
-        step, going = self.step, self.running
+        step = self.step
+        running = self.running
         if isinstance(message, messages.Keep):
             replies = [self._kept()]
         elif isinstance(message, SHARED):
@@ -130,13 +142,13 @@ class Twin:
             replies = _of(message.side, side.handle(message))
             if side.step != step:
                 self._level(side.step)
-        if going and not isinstance(message, SHARED) and not self.running:
+        if running and not isinstance(message, SHARED) and not self.running:
             with suppress(SpecError):
                 self._both(messages.StartRun())
         return [reply for reply in replies if reply["type"] != "state"] + self.states()
 
     def _kept(self) -> Reply:
-        """What the page goes on with: that of the first run, and of the second."""
+        """Return the kept messages of both runs as one."""
         first, second = (side.kept() for side in self.sides)
         named = {f"{key}_beside": second[key] for key in second.keys() - {"type"}}
         return first | named
@@ -182,12 +194,12 @@ class Twin:
         return None
 
     def picture(self) -> bytes:
-        """Both frames: BSF2, u32 the bytes of the first, the first, the second."""
+        """Return both frames: BSF2, u32 the bytes of the first one, and both."""
         first, second = (side.picture() for side in self.sides)
         return HEAD.pack(MAGIC, len(first)) + first + second
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """What is new of both."""
+        """Return the news of both, and the next cursor."""
         replies: list[Reply] = []
         each = list[Cursor]()
         before = cursor.each or (Cursor(), Cursor())
@@ -199,7 +211,10 @@ class Twin:
 
 
 def _clipped(state: Reply, last: int) -> Reply:
-    """The state of a stored trial that is played up to a step; another as it is."""
+    """Return the state of a stored trial that is played up to a step.
+
+    The state of a live run is returned as it is.
+    """
     if not state["replay"]:
         return state
     first, _, every = state["replay"]["frames"]
@@ -207,5 +222,5 @@ def _clipped(state: Reply, last: int) -> Reply:
 
 
 def _of(number: int, replies: list[Reply]) -> list[Reply]:
-    """The messages of one of the runs."""
+    """Return the messages with the number of their run."""
     return [reply | {"side": number} for reply in replies]

@@ -1,5 +1,7 @@
-"""The live simulator in a notebook. The page is an anywidget; it reaches its session
-through the comm of the notebook's kernel.
+"""The live simulator in a notebook.
+
+The page is an anywidget; it reaches its session through the comm of the notebook's
+kernel.
 """
 
 import asyncio
@@ -36,10 +38,20 @@ R = TypeVar("R")
 
 
 class View(AnyWidget):
-    """A live run, or the replay of a stored trial, for a notebook to show.
+    """A live run, or the replay of a stored trial, as a widget of a notebook.
 
-    `show` is what it shows. Steps are taken in a thread of its own. The thread starts
-    with the first hello of a front end.
+    Steps are taken in a thread of its own. The thread starts with the first hello of a
+    front end.
+
+    Parameters
+    ----------
+    show : Live
+        The live run, or the replay.
+
+    Examples
+    --------
+    >>> view = sweep.view("nguyen2024")
+    >>> view.save("flock.png")
     """
 
     _esm = script("widget")
@@ -54,18 +66,32 @@ class View(AnyWidget):
 
     @property
     def spec(self) -> str:
-        """The YAML that launches what is shown, with the sweeps that the user has
-        marked.
-        """
+        """The YAML that launches the shown run, with the sweeps of the user."""
         return str(self._in_turn(lambda: self.show.handle(Spec()))[0]["yaml"])
 
     def save(self, path: str | Path, *, force: bool = False) -> None:
-        """Write what is shown to `path`: the frame as .png or .svg, the run as .gif,
-        .mp4 or .html.
+        """Write the shown frame or run to a file.
 
-        Of a live run that is the run up to this frame, of a stored trial the whole run.
-        Raises OutputError if the file cannot be written. Raises SpecError if settings
-        were changed on the way, because no spec gives such a run.
+        A frame is written as .png or .svg, a run as .gif, .mp4 or .html. A live run
+        ends at the shown frame; a stored trial is written from its start to its end.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; its ending names the format.
+        force : bool, default False
+            Replace a file that exists.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        SpecError
+            If parameters were changed on the way, because no spec gives such a run.
+
+        Examples
+        --------
+        >>> view.save("flock.gif", force=True)
         """
         place = Path(path)
         check_output(place, [f".{kind}" for kind in KINDS], force=force)
@@ -75,7 +101,7 @@ class View(AnyWidget):
             file.write(content)
 
     def close(self) -> None:
-        """Remove it from the screen, and end its thread."""
+        """Remove the widget from the screen, and end its thread."""
         if self._line:
             self._line.stop()
         super().close()
@@ -89,9 +115,7 @@ class View(AnyWidget):
         self._line.put(json.dumps(message))
 
     def _in_turn(self, work: Callable[[], R]) -> R:
-        """What `work` with the show returns. It runs while nobody else works with the
-        show.
-        """
+        """Return the result of `work`, run while nobody else works with the show."""
         if self._line and self._line.is_alive():
             return self._line.ask(work)
         return work()
@@ -99,27 +123,30 @@ class View(AnyWidget):
     def _repr_mimebundle_(
         self, **kwargs: Any
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
-        """The widget, and a picture of the frame for places without a front end."""
+        """Return the widget, and an image of the frame where there is no front end."""
         bundle = super()._repr_mimebundle_(**kwargs)
         if bundle is None:
             return None
-        data, about = bundle
+        data, metadata = bundle
         picture = self._in_turn(lambda: self.show.export("png"))
-        return data | {"image/png": picture(untold)["data"]}, about
+        return data | {"image/png": picture(untold)["data"]}, metadata
 
 
 class _Line(Thread):
-    """A thread that plays a view to its front ends. It is the line to all of them, see
-    sweep.web.playing.
+    """A thread that plays a view to its front ends.
+
+    It is the line to all of them, see sweep.web.playing.
     """
 
     def __init__(self, view: View) -> None:
         super().__init__(name="boidsweep view", daemon=True)
-        self.view, self.player = view, view._player
+        self.view = view
+        self.player = view._player
         self.loop = asyncio.new_event_loop()
         self.texts: asyncio.Queue[str | None] = asyncio.Queue()
 
     def run(self) -> None:
+        """Play until the last message."""
         with asyncio.Runner(loop_factory=lambda: self.loop) as runner:
             runner.run(self.player.play(self))
 
@@ -134,15 +161,16 @@ class _Line(Thread):
             self.join()
 
     def ask(self, work: Callable[[], R]) -> R:
-        """What `work` returns, run in the thread when nobody else works with
-        the show.
+        """Return the result of `work`, run in the thread.
+
+        It runs while nobody else works with the show.
         """
         return asyncio.run_coroutine_threadsafe(
             self.player.in_turn(work), self.loop
         ).result()
 
     async def hear(self) -> str:
-        """The next message."""
+        """Return the next message."""
         text = await self.texts.get()
         if text is None:
             raise ConnectionError("the view is closed")
@@ -164,15 +192,26 @@ def live(
     settings: Mapping[str, Value],
     known: Catalogue = BUILT_IN,
 ) -> View:
-    """The widget of a live run.
+    """Return the widget of a live run.
 
-        model     the first model for None
-        preset    as_run for None
-        seed      a whole number from 0
-        settings  values by name, in their units; others are those of the preset
-        known     what names stand for
+    Parameters
+    ----------
+    model : str or None
+        Name of the model; None for the first one.
+    preset : str or None
+        Name of the preset; None for the usual one of the model.
+    seed : int
+        Seed of the trial, from 0.
+    settings : mapping
+        Values of parameters by name, in their units. Others have the value of the
+        preset.
+    known : Catalogue, optional
+        Models, metrics and maps by name; by default the built-in ones.
 
-    Raises SpecError for what a spec would not accept.
+    Raises
+    ------
+    SpecError
+        If a spec would not accept one of these.
     """
     try:
         state = begin(model, preset, seed, known)
@@ -182,7 +221,8 @@ def live(
 
 
 def replay(study: StoredStudy, trial: str) -> View:
-    """The widget of a stored trial. Raises StoreError if the trial cannot be
-    run again.
+    """Return the widget of a stored trial.
+
+    Raises StoreError if the trial cannot be run again.
     """
     return View(Replay(study, trial))

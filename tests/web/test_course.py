@@ -64,11 +64,11 @@ def test_states_take_no_more_memory_than_they_may(
     monkeypatch.setattr(courses, "steps_a_call", lambda _: 1)
     one, seen = session(), Frames()
     go(one, 1, seen)
-    (state,) = one.course.parts[0].kept.values()
+    (state,) = one.course.parts[0].checkpoints.values()
     size = sum(array.nbytes for array in state.arrays.values())
     monkeypatch.setattr(courses, "MOST_BYTES", 5 * size)
     go(one, 59, seen)
-    assert 1 < len(one.course.parts[0].kept) <= 5
+    assert 1 < len(one.course.parts[0].checkpoints) <= 5
     for step in (59, 2, 33):
         one.seek(step)
         np.testing.assert_array_equal(one.bodies, seen[step])

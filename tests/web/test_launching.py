@@ -57,11 +57,11 @@ def test_a_proposal_says_what_sweep_diff_says(launcher: Launcher) -> None:
 def test_a_launch_writes_the_file_and_gives_the_bits_of_the_command(
     launcher: Launcher, folder: Path
 ) -> None:
-    state = launcher.launch(MORE, launcher.proposed(MORE).seen)
+    state = launcher.launch(MORE, launcher.proposed(MORE).digest)
     assert state["started"]["code"] is None
     assert launcher.file.read_text() == MORE
     with pytest.raises(ChoiceError, match="still running"):
-        launcher.launch(SMALL, launcher.proposed(SMALL).seen)
+        launcher.launch(SMALL, launcher.proposed(SMALL).digest)
     assert launcher.file.read_text() == MORE
     assert ended(launcher) == 0
     assert launcher.state()["started"] | {"process": 0} == {
@@ -79,7 +79,7 @@ def stored(launcher: Launcher) -> StoredStudy:
 
 def test_what_a_launch_says_of_its_failure_is_told(launcher: Launcher) -> None:
     impossible = IMPOSSIBLE.replace("seed: 5", "seed: 5\non_error: stop")
-    launcher.launch(impossible, launcher.proposed(impossible).seen)
+    launcher.launch(impossible, launcher.proposed(impossible).digest)
     assert ended(launcher) != 0
     assert "failed" in launcher.state()["started"]["said"]
 
@@ -89,7 +89,7 @@ def test_a_launch_goes_on_without_the_page_until_it_is_stopped(
 ) -> None:
     long = SMALL.replace("steps: 9", "steps: 20000000")
     assert launcher.stop()["started"] is None
-    launcher.launch(long, launcher.proposed(long).seen)
+    launcher.launch(long, launcher.proposed(long).digest)
     assert launcher.started
     process = launcher.started.process
     assert f"goes on, as process {process.pid};" in launcher.leave()
@@ -98,7 +98,7 @@ def test_a_launch_goes_on_without_the_page_until_it_is_stopped(
 
 
 def test_a_file_that_was_changed_meanwhile_stays(launcher: Launcher) -> None:
-    seen = launcher.proposed(MORE).seen
+    seen = launcher.proposed(MORE).digest
     launcher.file.write_text(edited := SMALL + "# a note\n")
     with pytest.raises(ChoiceError, match="has changed since this page has read it"):
         launcher.launch(MORE, seen)
@@ -112,7 +112,7 @@ def test_a_study_that_is_being_launched_is_not_launched(launcher: Launcher) -> N
         found = launcher.proposed(MORE)
         assert found.why_not.startswith("It is being launched, by ")
         with pytest.raises(ChoiceError, match="It is being launched"):
-            launcher.launch(MORE, found.seen)
+            launcher.launch(MORE, found.digest)
     assert launcher.file.read_text() == SMALL
 
 
@@ -121,11 +121,11 @@ def test_a_new_study_in_a_new_file(folder: Path) -> None:
     text = SMALL.replace("study: small", "study: view/new")
     found = launcher.proposed(text)
     assert found.difference == "new study  view/new, 6 trials to run"
-    assert (found.seen, found.to_run, found.why_not) == ("", 6, "")
+    assert (found.digest, found.to_run, found.why_not) == ("", 6, "")
     assert found.lines.count("\n+") == len(text.splitlines())
     (folder / "new.yaml").write_text("somebody has been faster")
     with pytest.raises(UserError):
-        launcher.launch(text, found.seen)
+        launcher.launch(text, found.digest)
     assert (folder / "new.yaml").read_text() == "somebody has been faster"
 
 
