@@ -325,7 +325,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 def _matters(study: Study, design: Design, name: str) -> bool:
     """Return whether a varied parameter changes the estimate.
 
-    Its smallest and its largest value are tried at a few points; of strings, all values.
+    Its smallest and its largest value, or all strings, are tried at a few points.
     """
     column = design.columns[name]
     tried = (
