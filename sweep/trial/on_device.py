@@ -135,7 +135,7 @@ def _refused(job: Job) -> str:
 
     try:
         kernel = kernel_of(job)
-    except Exception:  # it cannot begin anywhere: the trial itself says why
+    except Exception:  # it cannot begin anywhere: the trial reports the error
         return ""
     try:
         capability = gpu().capability

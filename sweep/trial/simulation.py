@@ -1,7 +1,7 @@
 """One trial, from a job to its result, kernel call by kernel call.
 
-A trial is pure: its result depends only on the job. It reads and writes no files, and
-it needs one process and one thread.
+A trial is pure: its result depends only on the job, and it reads and writes nothing. It
+needs one process and one thread.
 """
 
 import logging
@@ -408,8 +408,9 @@ def compiling_seconds(job: Job) -> float:
     It is 0 if the model is compiled already for the layers of the trial. It is also 0
     if no world can be drawn: then the trial reports the error.
     """
+    model = job.known.models[job.model]
     layers = layers_of(job)
-    if layers is None or is_compiled_for(job.known.models[job.model], layers):
+    if layers is None or is_compiled_for(model, layers):
         return 0.0
     return COMPILING_SECONDS
 
