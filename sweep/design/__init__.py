@@ -1,22 +1,22 @@
-"""From a Study to its points and jobs, and what they cost, without running any.
+"""The points and jobs of a Study, and their cost, without running a trial.
 
-order        from coarse to fine
-points       columns of settings while they grow
+order        the order of points, from coarse to fine
+points       columns of parameter values while a design is built
 design       the points of a study
-chains       which points begin where others end
-consistency  what settings fulfil together
-motors       what those of motors and breakdowns do
-senses       what those of sensing do
-medium       what those of the wind do
-goals        what several of them need
-published_steps  that a model publishes each step
-obstacles    what obstacles that move need
-spreads      what parameters that differ from robot to robot do
-robots       in what the boids of a point differ from ideal ones
-code         which code computes a study
-recording    what a trial records
-trial_ids    12 bytes a trial
-jobs         a trial's seed, id and settings
+chains       points that begin with the final flocks of other points
+consistency  requirements on combinations of parameters
+motors       requirements of motors and failures
+senses       requirements of sensing
+medium       requirements of the wind
+goals        requirements of several goals
+published_steps  the requirement that a model publishes each step
+obstacles    requirements of moving obstacles
+spreads      requirements of parameters that differ between robots
+robots       differences between the boids of a point and ideal boids
+code         the code that computes a study
+recording    the recorded values of a trial
+trial_ids    ids of trials, 12 bytes each
+jobs         seed, id and parameters of each trial
 cost         seconds and bytes of a trial
-plan         what a launch would run
+plan         the counts and estimates of a run
 """

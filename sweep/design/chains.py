@@ -1,5 +1,7 @@
-"""Chains of points: where an axis is continued, the trials of a point begin where those
-of another point have ended, replicate by replicate.
+"""Chains of points along a continued axis.
+
+A trial of a point begins with the final flock of the trial of the point before it, with
+the same replicate.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,16 +17,24 @@ from sweep.spec.settings import Values
 from sweep.spec.study import Study
 
 FIRST = -1
-"""In the place of the point before the first link."""
+"""Index of the point before the first link of a chain, which has none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """How the points of a design are linked, shape (n_points,) each.
+    """Links between the points of a design.
 
-    `direction` is up or down, `before` the point whose trials end where those of this
-    point begin, FIRST where there is none, and `first` that with which its chain
-    begins. `number` counts the links of a chain, from 0.
+    Attributes
+    ----------
+    direction : array of str, shape (n_points,)
+        "up" or "down".
+    before : array of int, shape (n_points,)
+        Index of the previous point of the chain, FIRST for the first one. Trials begin
+        with the final flocks of its trials.
+    first : array of int, shape (n_points,)
+        Index of the first point of the chain.
+    number : array of int, shape (n_points,)
+        Position in the chain, from 0.
     """
 
     direction: Values
@@ -36,38 +46,61 @@ class Links:
         return len(self.before)
 
     def by_number(self) -> Iterator[NDArray[np.int64]]:
-        """The points of all first links, then those of all second ones, and so on."""
+        """Yield the points of all first links, then of all second links, and so on."""
         for number in range(int(self.number.max()) + 1):
             yield np.flatnonzero(self.number == number)
 
     def columns(self) -> dict[str, Values]:
-        """The direction of each point, where chains go in both."""
+        """Return the direction of each point if chains have both directions."""
         both = len(set(self.direction.tolist())) > 1
         return {DIRECTION: self.direction} if both else {}
 
 
 def linked(study: Study, axis: Axis, points: Points) -> tuple[Points, Links]:
-    """The points of all directions of the continued `axis`, those of the second one
-    last, and how they are linked. Chains differ in the other axes.
+    """Return the points of all directions of a continued axis, and their links.
 
-    Raises SpecError where the number of boids or the world follows from that axis.
+    Points with equal values on all other axes are one chain per direction.
+
+    Parameters
+    ----------
+    study : Study
+    axis : Axis
+        The continued axis.
+    points : Points
+        The points of the study, without directions.
+
+    Returns
+    -------
+    points : Points
+        One copy of `points` per direction, one after the other.
+    links : Links
+
+    Raises
+    ------
+    SpecError
+        If the number of boids or the world is derived from the axis.
     """
     _check_same(study, axis)
     assert axis.continued
-    directions, count = axis.continued.directions, points.count
-    others = [name for one in study.axes if one is not axis for name in one.columns]
+    directions = axis.continued.directions
+    count = points.count
+    constant = [
+        name for other in study.axes if other is not axis for name in other.columns
+    ]
     chain = np.zeros(count, np.int64)
-    if others:
-        _, chain = distinct_rows([points.column(name) for name in others])
+    if constant:
+        _, chain = distinct_rows([points.column(name) for name in constant])
     every = points.times(len(directions))
     chain = np.tile(chain, len(directions))
     turn = np.repeat(np.arange(len(directions)), count)
     value = every.column(axis.name)
     names = np.array(directions, object)[turn]
     order, begins = _in_order(chain, turn, names, value)
-    first, number = (np.empty(every.count, np.int64) for _ in range(2))
     starts = np.maximum.accumulate(np.where(begins, np.arange(every.count), 0))
-    first[order], number[order] = order[starts], np.arange(every.count) - starts
+    first = np.empty(every.count, np.int64)
+    first[order] = order[starts]
+    number = np.empty(every.count, np.int64)
+    number[order] = np.arange(every.count) - starts
     return every, Links(names, _before(order, begins), first, number)
 
 
@@ -77,13 +110,23 @@ def before_each(
     direction: Values,
     value: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """The place of the link before each of n links in its chain, FIRST where there is
-    none, shape (n,).
+    """Return the index of the previous link in its chain, for each of n links.
 
-    chain      which chain it belongs to, from 0
-    turn       whether its direction is the first of the chain, the second, and so on
-    direction  that direction, up or down
-    value      its value of the continued axis
+    Parameters
+    ----------
+    chain : array of int, shape (n,)
+        Number of the chain, from 0.
+    turn : array of int, shape (n,)
+        Number of the direction within the chain, from 0.
+    direction : array of str, shape (n,)
+        "up" or "down".
+    value : array of float, shape (n,)
+        Value of the continued axis.
+
+    Returns
+    -------
+    array of int, shape (n,)
+        FIRST for the first link of a chain.
     """
     return _before(*_in_order(chain, turn, direction, value))
 
@@ -94,7 +137,10 @@ def _in_order(
     direction: Values,
     value: Values,
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """The places of links, chain after chain, and where chains begin in that order."""
+    """Return the indices of links, chain after chain, and a mask of chain beginnings.
+
+    The mask refers to the returned order.
+    """
     order = np.lexsort((np.where(direction == DOWN, -value, value), turn, chain))
     return order, np.diff(chain[order], prepend=-1) != 0
 
@@ -106,12 +152,11 @@ def _before(order: NDArray[np.int64], begins: NDArray[np.bool_]) -> NDArray[np.i
 
 
 SAME = ("n", "map", "width", "height")
+"""Parameters that must not change within a chain."""
 
 
 def _check_same(study: Study, axis: Axis) -> None:
-    """Raise SpecError where an expression derives from the continued axis what cannot
-    change while boids fly.
-    """
+    """Raise SpecError if a parameter in SAME is derived from the continued axis."""
     for name in SAME:
         expression = study.derive.get(name)
         if expression and axis.name in _needs(study, expression.names):
@@ -123,11 +168,12 @@ def _check_same(study: Study, axis: Axis) -> None:
 
 
 def _needs(study: Study, names: Iterable[str]) -> set[str]:
-    """All settings that these depend on, and they themselves."""
-    found, left = set[str](), [*names]
-    while left:
-        name = left.pop()
-        if name not in found:
-            found.add(name)
-            left += study.derive[name].names if name in study.derive else ()
-    return found
+    """Return the parameters `names` and all parameters from which they are derived."""
+    needs = set[str]()
+    pending = [*names]
+    while pending:
+        name = pending.pop()
+        if name not in needs:
+            needs.add(name)
+            pending += study.derive[name].names if name in study.derive else ()
+    return needs

@@ -9,21 +9,24 @@ from sweep.spec.study import Study
 
 
 def study_code(study: Study) -> Code:
-    """The stamps of the flight, the model, the metrics that are recorded, and those
-    maps with code and starts that points of the study may have.
+    """Return the code hashes of the code that computes the trials of a study.
+
+    They cover the simulation loop, the model with its preset and the recorded metrics.
+    They also cover all maps with code and all starts that points of the study may have.
     """
     return code_of(
         study.known,
         [(study.model, study.preset)],
-        study.record.metrics,
-        _values(study, "map") - study.maps.keys(),
-        _values(study, "start_draws"),
+        metrics=study.record.metrics,
+        maps=_values(study, "map") - study.maps.keys(),
+        starts=_values(study, "start_draws"),
     )
 
 
 def is_built_in(study: Study) -> bool:
-    """Whether the model, the metrics, and all maps and starts of a study come with this
-    package: they are known to run, and at what cost.
+    """Return whether a study uses only built-in models, metrics, maps and starts.
+
+    Built-in code is known to run, and its cost is known.
     """
     named = (
         (MODELS, {study.model}),
@@ -39,11 +42,11 @@ def is_built_in(study: Study) -> bool:
 
 
 def _values(study: Study, setting: str) -> set[str]:
-    """The values that a setting, which is a choice, may have at points."""
-    found = {study.fixed.get(setting, study.preset_settings[setting])}
-    axes, search = study.axes, study.search
-    for axis in (*axes, *search.over) if search else axes:
-        found.update(axis.columns.get(setting, ()))
+    """Return the values that a categorical parameter may have at points."""
+    values = {study.fixed.get(setting, study.preset_settings[setting])}
+    search = study.search
+    for axis in (*study.axes, *search.over) if search else study.axes:
+        values.update(axis.columns.get(setting, ()))
     for parameter in search.parameters if search else ():
-        found.update(parameter.arguments if parameter.name == setting else ())
-    return {str(name) for name in found}
+        values.update(parameter.arguments if parameter.name == setting else ())
+    return {str(value) for value in values}

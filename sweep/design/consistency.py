@@ -1,4 +1,4 @@
-"""What settings must fulfil together, in every study."""
+"""Requirements on combinations of parameters that hold in every study."""
 
 from collections.abc import Iterator
 
@@ -47,9 +47,9 @@ DEMANDS = (
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError where settings do not go together, boids cannot sense or differ
-    as wanted, or replicates have no flock. Of each thing that is wrong it names the
-    first point.
+    """Raise SpecError if the parameters of a point are not consistent.
+
+    The error covers all mistakes and names the first point of each one.
     """
     mistakes = Mistakes()
     for demand in dict.fromkeys(_demands(study)):
@@ -79,8 +79,9 @@ def _check_demand(study: Study, points: Points, demand: Demand) -> None:
 
 
 def _check_flocks(study: Study, points: Points) -> None:
-    """Raise SpecError where each replicate is to have a flock of its own, and some have
-    none.
+    """Raise SpecError if a start with one flock per replicate does not fit the study.
+
+    It needs a study with `replicates`, not `seeds` or a search, and enough flocks.
     """
     for name, start in study.known.starts.items():
         if not start.by_replicate:
@@ -89,20 +90,21 @@ def _check_flocks(study: Study, points: Points) -> None:
         condition = parse(f"start_draws != '{name}'", study.settings)
         if points.evaluate(study, condition, place).all():
             continue
-        found = f"{start.source} has the flocks of {len(start.by_replicate)} replicates"
+        count = len(start.by_replicate)
+        flocks = f"{start.source} has the flocks of {count} replicates"
         if study.seeds or study.search:
             raise study.document.error(
-                place, f"{found}: it is for a sweep with `replicates`, and no `seeds`"
+                place, f"{flocks}: it is for a sweep with `replicates`, and no `seeds`"
             )
-        if study.trials_per_point > len(start.by_replicate):
+        if study.trials_per_point > count:
             raise study.document.error(
                 ("replicates",),
-                f"{found}, and a point may have {study.trials_per_point}",
+                f"{flocks}, and a point may have {study.trials_per_point}",
             )
 
 
 def _demands(study: Study) -> Iterator[Demand]:
-    """The demands of starts, of every study, of what is recorded, and of the model."""
+    """Yield the requirements of starts, every study, recorded metrics and the model."""
     metrics = [study.known.metrics[name] for name in study.record.metrics]
     model = study.known.models[study.model]
     for name, start in study.known.starts.items():

@@ -1,9 +1,9 @@
-"""What a trial is expected to cost, in seconds and in bytes.
+"""The estimated cost of a trial, in seconds and in bytes.
 
 The constants were measured on a 2.3 GHz server core with the first two models. Another
-machine is faster or slower by a common factor, which the launch measures while it runs.
-So what counts is the ratio between trials. Code that is none of ours may be slower or
-faster by any factor: a probe measures it, for those who ask how long a study takes.
+machine is faster or slower by a common factor, which a run measures while it runs. So
+only the ratio between trials matters. Custom code may be slower or faster by any
+factor. A probe measures this factor where a user asks for the duration of a study.
 """
 
 import math
@@ -33,20 +33,27 @@ TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9
 CANDIDATE_SECONDS = 2e-9
 GATHERED = 2.0
-"""So many times as many boids are in range as if all were spread evenly: they flock."""
-ROBOT_SECONDS, HEARD_SECONDS = 20e-9, 3e-9
-"""Of a boid-step of robots, and of each boid that is in range and in view: is its
-packet heard? What follows was measured with them (`make bench ONLY=robots`).
+"""Boids in range, as a multiple of the number for evenly spread boids: they flock."""
+ROBOT_SECONDS = 20e-9
+"""Per boid-step of robots.
+
+The constants from here to BETWEEN_SECONDS were measured with it
+(`make bench ONLY=robots`).
 """
+HEARD_SECONDS = 3e-9
+"""Per boid in range and in view, to decide if its message is received."""
 NORMALS_SECONDS = 30e-9
-"""Of two normal numbers: of each axis of an error of measurement, of motors' noise."""
-LOST_SECONDS, BEHIND_OBSTACLE_SECONDS = 10e-9, 10e-9
-BODY_SECONDS, BETWEEN_SECONDS = 1.5e-9, 0.5e-9
-"""Of each body whose distance is looked at, and of each pair of one in range and one
-that may be hidden by it.
-"""
+"""Per two normal numbers: an axis of a measurement error, or motor noise."""
+LOST_SECONDS = 10e-9
+"""Per boid in range and in view, to decide if its message is lost."""
+BEHIND_OBSTACLE_SECONDS = 10e-9
+"""Per boid in range and in view, to decide if an obstacle hides it."""
+BODY_SECONDS = 1.5e-9
+"""Per boid whose distance is computed, where boids hide each other."""
+BETWEEN_SECONDS = 0.5e-9
+"""Per pair of a boid in range and a boid that it may hide."""
 OBSTACLE_SECONDS = 2.6e-6
-"""Of each obstacle that is drawn for the world of a trial."""
+"""Per obstacle that is drawn for the world of a trial."""
 METRIC_SECONDS = 15e-9
 INTEGRAL_SECONDS = 1.5e-9
 PAIR_METRIC_SECONDS = 250e-9
@@ -61,8 +68,9 @@ ENDS_TRIED_AT = 20
 
 
 class TrialPace(NamedTuple):
-    """How many times the estimated seconds trials take, as measured in a probe of so
-    many steps. Of code whose cost is known there is no probe, and `steps` is 0.
+    """Measured duration of trials as a multiple of the estimated one.
+
+    Code with a known cost needs no probe: `steps`, the length of the probe, is 0.
     """
 
     factor: float = 1.0
@@ -74,7 +82,7 @@ NOTHING = RecordSpec(())
 
 
 def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
-    """The estimated seconds of each trial, shape (number of jobs,)."""
+    """Return the estimated seconds of each trial, shape (number of jobs,)."""
     if isinstance(jobs, ContinuedJobs):
         left = 1.0 - jobs.begun / steps_of(jobs.jobs)
         return job_seconds(jobs.jobs) * left
@@ -84,8 +92,8 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
         seconds = job_seconds(jobs.left(chains))
         return np.add.reduceat(seconds, np.cumsum([0, *lengths[:-1]]))
     if isinstance(jobs, SomeJobs):  # millions of jobs may have few points
-        whole = jobs.jobs
-        return point_seconds(whole.study, whole.design)[jobs.points]
+        study_jobs = jobs.jobs
+        return point_seconds(study_jobs.study, study_jobs.design)[jobs.points]
     return np.array(
         [trial_seconds(job.model, job.known, job.settings, job.record) for job in jobs]
     )
@@ -97,10 +105,26 @@ def trial_seconds(
     settings: dict[str, Value],
     record: RecordSpec,
 ) -> float:
-    """The estimated seconds of a trial with these settings, from its boid-steps, their
-    neighbours, its frames and its metrics.
+    """Return the estimated seconds of a trial.
+
+    The estimate adds up boid-steps, their neighbours, frames, metrics and the drawing
+    of obstacles.
+
+    Parameters
+    ----------
+    model : str
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    settings : dict
+        All parameters of the trial.
+    record : RecordSpec
+
+    Returns
+    -------
+    float
     """
-    n, steps = float(settings["n"]), float(settings["steps"])
+    n = float(settings["n"])
+    steps = float(settings["steps"])
     share = searched_share(model, known, settings)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
     boid_step += robot_seconds(model, known, settings)
@@ -122,52 +146,100 @@ def trial_seconds(
 
 
 def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
-    """What a boid-step takes longer than that of an ideal boid, by what it measures and
-    hears, and by its motors.
+    """Return the extra seconds of a boid-step of a robot, compared to an ideal boid.
+
+    Sensing, communication and motors take this time.
+
+    Parameters
+    ----------
+    model : str
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    settings : dict
+        All parameters of the trial.
+
+    Returns
+    -------
+    float
+        0.0 for ideal boids.
     """
-    robots, dt = robots_at(model, known, settings), float(settings["dt"])
+    robots = robots_at(model, known, settings)
+    dt = float(settings["dt"])
     if is_ideal(robots, dt):
         return 0.0
-    about, described = known.models[model], settings_of(model, known)
     sensing = robots.sensing
     seconds: float = ROBOT_SECONDS + NORMALS_SECONDS * (
         robots.actuation.motor_noise > 0
     )
     if not may_sense(robots, dt):
         return seconds
-    n, errs = float(settings["n"]), sensing.position_noise + sensing.velocity_noise > 0
-    sight = about.sight(settings_tuple(about.params, settings, described))
+    n = float(settings["n"])
+    errs = sensing.position_noise + sensing.velocity_noise > 0
+    params = settings_tuple(
+        known.models[model].params, settings, settings_of(model, known)
+    )
+    sight = known.models[model].sight(params)
     area = float(settings["width"]) * float(settings["height"])
     circle = GATHERED * math.pi * sight.range * sight.range
     around = n * min(1.0, circle / area)
-    found = around * min(1.0, sight.fov / 360.0)
-    seconds += HEARD_SECONDS * found
+    in_view = around * min(1.0, sight.fov / 360.0)
+    seconds += HEARD_SECONDS * in_view
     measured = 1 + (sensing.own_noise == OWN_INDEPENDENT)
     seconds += 2 * NORMALS_SECONDS * errs * measured
-    seconds += LOST_SECONDS * found * (sensing.packet_loss > 0)
+    seconds += LOST_SECONDS * in_view * (sensing.packet_loss > 0)
     if sensing.occlusion in (HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOTH):
-        seconds += BEHIND_OBSTACLE_SECONDS * found
+        seconds += BEHIND_OBSTACLE_SECONDS * in_view
     if sensing.occlusion in (HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH):
-        seconds += BODY_SECONDS * n + BETWEEN_SECONDS * around * found
+        seconds += BODY_SECONDS * n + BETWEEN_SECONDS * around * in_view
     return seconds
 
 
 def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
-    """The part of the world that a search looks through: 3 x 3 cells of the grid."""
-    about, described = known.models[model], settings_of(model, known)
-    params = settings_tuple(about.params, settings, described)
+    """Return the fraction of the world that a neighbour search covers.
+
+    The search looks at 3 x 3 cells of the grid.
+
+    Parameters
+    ----------
+    model : str
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    settings : dict
+        All parameters of the trial.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
+    """
+    described = settings_of(model, known)
+    params = settings_tuple(known.models[model].params, settings, described)
     sensing = settings_tuple(Sensing, settings, described)
-    width, height = float(settings["width"]), float(settings["height"])
+    width = float(settings["width"])
+    height = float(settings["height"])
     around = look_around(sensing, int(settings["n"]), width * height)
-    side = 3.0 * min(about.sight(params).range, around)
+    side = 3.0 * min(known.models[model].sight(params).range, around)
     return min(1.0, side / width) * min(1.0, side / height)
 
 
 def trial_bytes(
     settings: dict[str, Value], record: RecordSpec, states: int = 0
 ) -> float:
-    """The estimated bytes that a trial adds to the store; `states` is the number of
-    rows of its model's state.
+    """Return the estimated bytes that a trial adds to the store.
+
+    The bytes of a last state are not included.
+
+    Parameters
+    ----------
+    settings : dict
+        All parameters of the trial.
+    record : RecordSpec
+    states : int, default 0
+        Number of state values per boid that the model has.
+
+    Returns
+    -------
+    float
     """
     frames = math.ceil(float(settings["steps"]) / record.every) + 1
     size = ROW_BYTES + 2 * NUMBER_BYTES * len(record.names)
@@ -191,14 +263,30 @@ def trial_bytes(
 def last_state_bytes(
     model: str, known: Catalogue, settings: dict[str, Value], record: RecordSpec
 ) -> float:
-    """The estimated bytes of the last state of a trial with these settings: those of
-    its boids, its pixels if visits are counted, and its frames. 0 where none is kept.
+    """Return the estimated bytes of the last state of a trial.
+
+    A last state has the boids, the frames so far, and pixels if visits are counted.
+
+    Parameters
+    ----------
+    model : str
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    settings : dict
+        All parameters of the trial.
+    record : RecordSpec
+
+    Returns
+    -------
+    float
+        0.0 if `record` has no last states.
     """
     if not record.last_states:
         return 0.0
-    states, n = len(known.models[model].state), float(settings["n"])
+    states = len(known.models[model].state)
+    n = float(settings["n"])
     visits = any(known.metrics[name].covers for name in record.metrics)
-    kept = RecordSpec(
+    frames_so_far = RecordSpec(
         record.metrics,
         record.metrics,
         record.every,
@@ -206,14 +294,15 @@ def last_state_bytes(
         trajectories=record.trajectories,
     )
     own = LAST_STATE_BYTES + n * (LAST_STATE_BOID_BYTES + 2 * NUMBER_BYTES * states)
-    return own + trial_bytes(settings, kept, states) - trial_bytes(settings, NOTHING)
+    own += trial_bytes(settings, frames_so_far, states)
+    return own - trial_bytes(settings, NOTHING)
 
 
 def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
-    """The estimated seconds of a trial at each point, shape (n_points,).
+    """Return the estimated seconds of a trial at each point, shape (n_points,).
 
-    Points that differ only in what does not change the estimate are estimated once,
-    since a design may have millions of points.
+    A design may have millions of points. So points are estimated once if they differ
+    only in parameters that do not change the estimate.
     """
 
     def estimate(point: int) -> float:
@@ -234,8 +323,9 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a varied setting changes the estimate: its least and its greatest value,
-    or of words each, are tried at a few points.
+    """Return whether a varied parameter changes the estimate.
+
+    Its smallest and its largest value, or all strings, are tried at a few points.
     """
     column = design.columns[name]
     tried = (
@@ -244,19 +334,29 @@ def _matters(study: Study, design: Design, name: str) -> bool:
         else (column.min().item(), column.max().item())
     )
     for point in evenly(design.n_points, ENDS_TRIED_AT):
-        one = design.settings(point)
-        seconds = {
-            trial_seconds(study.model, study.known, one | {name: value}, study.record)
+        settings = design.settings(point)
+        estimates = {
+            trial_seconds(
+                study.model, study.known, settings | {name: value}, study.record
+            )
             for value in tried
         }
-        if len(seconds) > 1:
+        if len(estimates) > 1:
             return True
     return False
 
 
 class StudyCost(NamedTuple):
-    """Estimated seconds of one core, bytes, and how many of these are last states, for
-    all trials of a study.
+    """Estimated cost of all trials of a study.
+
+    Attributes
+    ----------
+    seconds : float
+        Seconds of one core.
+    size_bytes : float
+        Bytes in the store, including last states.
+    last_state_bytes : float
+        Bytes of last states.
     """
 
     seconds: float
@@ -265,15 +365,31 @@ class StudyCost(NamedTuple):
 
 
 def study_cost(study: Study, design: Design, pace: TrialPace = KNOWN_PACE) -> StudyCost:
-    """What a study costs, from at most 500 points spread evenly."""
-    settings: list[dict[str, Any]] = [
+    """Return the estimated cost of a study, from at most 500 evenly spread points.
+
+    Parameters
+    ----------
+    study : Study
+    design : Design
+        Points of the study.
+    pace : TrialPace, default KNOWN_PACE
+        Measured duration of trials as a multiple of the estimated one.
+
+    Returns
+    -------
+    StudyCost
+        For the largest number of trials that the study may have.
+    """
+    points: list[dict[str, Any]] = [
         design.settings(point) for point in evenly(design.n_points, 500)
     ]
-    model, known, record = study.model, study.known, study.record
-    seconds = np.mean([trial_seconds(model, known, one, record) for one in settings])
+    model = study.model
+    known = study.known
+    record = study.record
+    seconds = np.mean([trial_seconds(model, known, point, record) for point in points])
     states = len(known.models[model].state)
-    size = np.mean([trial_bytes(one, record, states) for one in settings])
-    last = np.mean([last_state_bytes(model, known, one, record) for one in settings])
+    size = np.mean([trial_bytes(point, record, states) for point in points])
+    last = np.mean([last_state_bytes(model, known, point, record) for point in points])
     trials = study.most_trials(design.n_points)
     return StudyCost(
         float(seconds) * pace.factor * trials,

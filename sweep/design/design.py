@@ -24,8 +24,9 @@ from sweep.spec.study import Study, sections
 
 @dataclass(frozen=True)
 class Rejection:
-    """How many points a condition under `require` rejected; each counts for the first
-    that rejects it.
+    """Number of points that a condition under `require` rejected.
+
+    A point counts for the first condition that rejects it.
     """
 
     expression: str
@@ -34,13 +35,24 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The points of a study: `columns` has the settings that vary, shape (n_points,)
-    each, `base` the others.
+    """The points of a study.
 
-    `fineness` (n_points,) is that of `sweep.design.order`.
-    `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
-    repeated an earlier one, and the points of a design that an earlier one has: they
-    were merged with it. Where an axis is continued, `links` says how points are linked.
+    Attributes
+    ----------
+    base : dict
+        Parameters with one value at all points.
+    columns : dict of arrays, shape (n_points,)
+        Parameters that vary.
+    n_points : int
+    fineness : array of int, shape (n_points,)
+        See `sweep.design.order`.
+    rejected : tuple of Rejection
+        Points that conditions under `require` rejected.
+    duplicates : int
+        Number of merged duplicates. They are rows of axes that equal an earlier row,
+        and points that an earlier design has.
+    links : Links, optional
+        Links between points, if an axis is continued.
     """
 
     base: dict[str, Value]
@@ -53,47 +65,62 @@ class Design:
 
     @property
     def told_apart(self) -> dict[str, Values]:
-        """The columns that tell points apart: the settings that vary, and before them
-        the direction of links.
-        """
+        """Columns in which points differ: the direction of links, then `columns`."""
         return (self.links.columns() if self.links else {}) | self.columns
 
     def settings(self, point: int) -> dict[str, Value]:
-        """All settings of one point, as plain Python values."""
+        """Return all parameters of one point, as plain Python values."""
         return self.base | {
             name: column.item(point) for name, column in self.columns.items()
         }
 
     def values_of(self, name: str) -> list[Value]:
-        """The values that a setting has at some point, each once, in their order."""
+        """Return the distinct values of a parameter, in the order of points."""
         if name in self.columns:
             return [*dict.fromkeys(self.columns[name].tolist())]
         return [self.base[name]]
 
     def with_value(self, name: str, value: Value) -> "Design":
-        """The design with one value of a setting at all points, in the same order."""
-        columns = {key: one for key, one in self.columns.items() if key != name}
+        """Return the design with one value of a parameter at all points.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter.
+        value : bool, int, float or str
+
+        Returns
+        -------
+        Design
+            Points keep their number and order, even if some are equal now.
+        """
+        columns = {key: column for key, column in self.columns.items() if key != name}
         return replace(self, base=self.base | {name: value}, columns=columns)
 
     def only(self, points: list[int]) -> "Design":
-        """The design of these points alone."""
+        """Return the design of some points, given by their indices."""
         columns = {name: column[points] for name, column in self.columns.items()}
         return Design(self.base, columns, len(points), self.fineness[points])
 
 
 def evenly(count: int, most: int) -> list[int]:
-    """At most so many of the places 0 to `count` - 1, with the first and the last."""
+    """Return at most `most` evenly spread indices of `count` values.
+
+    The first and the last index are among them.
+    """
     places = np.linspace(0, count - 1, min(count, most)).astype(int)
     chosen: list[int] = np.unique(places).tolist()
     return chosen
 
 
 def expand(study: Study) -> Design:
-    """The points of `study`: the product of the axes of each design, the last one
-    fastest, without those that an earlier design has, or that are rejected.
+    """Return the points of a study.
 
-    Raises SpecError where there are none or too many of them, and where a value
-    computed from others is not allowed.
+    They are the product of the axes of each design, in which the last axis varies
+    fastest. Rejected points, and points of an earlier design, are left out.
+
+    Raises SpecError if there are no points or too many, or if a derived value is not
+    allowed.
     """
     designs = by_design(study.axes)
     _check_size(study, sum(map(_least_points, designs)))
@@ -114,9 +141,9 @@ def expand(study: Study) -> Design:
         points.columns,
         points.count,
         points.fineness,
-        rejected,
-        duplicates,
-        links,
+        rejected=rejected,
+        duplicates=duplicates,
+        links=links,
     )
 
 
@@ -134,13 +161,13 @@ def _product(study: Study, base: dict[str, Value]) -> Points:
 
 
 def _check_size(study: Study, n_points: int) -> None:
-    """Raise SpecError for a design of too many points, cells or computations."""
+    """Raise SpecError for a design with too many points, cells or computations."""
     settings = len(
         {*(name for axis in study.axes for name in axis.columns), *study.derive}
     )
     parts = sum(expression.operations for expression in study.expressions)
     points = f"the study has {n_points:,} points"
-    for count, most, asked in (
+    for count, most, size in (
         (n_points, MOST_POINTS, points),
         (
             n_points * settings,
@@ -158,26 +185,29 @@ def _check_size(study: Study, n_points: int) -> None:
         ),
     ):
         if count > most:
-            raise study.document.error(("sweep",), beyond(asked, most))
+            raise study.document.error(("sweep",), beyond(size, most))
 
 
 def _check_trials(study: Study, points: Points) -> None:
-    """Raise SpecError for a plan of too many trials or cells."""
-    trials, settings = study.most_trials(points.count), len(points.columns)
-    asked = f"the study has {trials:,} trials"
+    """Raise SpecError for a plan with too many trials or cells."""
+    trials = study.most_trials(points.count)
+    settings = len(points.columns)
+    size = f"the study has {trials:,} trials"
     place = ("replicates",) if study.seeds is None else ("seeds",)
     if trials > MOST_TRIALS:
-        raise study.document.error(place, beyond(asked, MOST_TRIALS))
+        raise study.document.error(place, beyond(size, MOST_TRIALS))
     if trials * settings > MOST_CELLS:
-        asked += f" with {settings} settings that vary, {trials * settings:,} cells"
-        raise study.document.error(place, beyond(asked, MOST_CELLS))
+        size += f" with {settings} settings that vary, {trials * settings:,} cells"
+        raise study.document.error(place, beyond(size, MOST_CELLS))
     for key, value in study.sections.items():
         sections()[key].check_points(study, value, points.count)
 
 
 def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
-    """Every point with every row of the axis. A point where the condition of the axis
-    is false stays one point, with the base value.
+    """Return every point with every row of the axis.
+
+    A point where the condition of the axis is false remains one point, with the base
+    value.
     """
     applies = np.ones(points.count, dtype=np.bool_)
     if axis.when:
@@ -190,15 +220,18 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
     }
     row = np.arange(count) - np.repeat(np.cumsum(repeats) - repeats, repeats)
     outside = np.repeat(~applies, repeats)
-    whole, base = points.count == 1 and bool(applies[0]), points.base
+    is_first = points.count == 1 and bool(applies[0])
+    base = points.base
     varied = axis.columns
-    if axis.named or not axis.ablated:  # from preset to preset it is as these say
-        brought = across(study, varied).items()
-        varied = varied | {name: one for name, one in brought if any(one != base[name])}
+    if axis.named or not axis.ablated:  # else the presets define minimum_image
+        implied = across(study, varied).items()
+        varied = varied | {
+            name: values for name, values in implied if any(values != base[name])
+        }
     for name, values in varied.items():
         # The columns of the first axis are used as they are: a copy would double a
         # large sample.
-        columns[name] = values if whole else values[row]
+        columns[name] = values if is_first else values[row]
         columns[name][outside] = base[name]
     fineness = np.maximum(
         np.repeat(points.fineness, repeats),
@@ -208,14 +241,14 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
 
 
 def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
-    """The points with their derived settings, less the rejected ones.
+    """Return the points that no condition rejects, with their derived parameters.
 
-    A condition is applied as soon as what it needs is known, so that nothing is derived
-    for a rejected point.
+    A condition is applied as soon as all its parameters are known, so that nothing is
+    derived for a rejected point.
     """
     rejected = [0] * len(study.require)
-    pending, unknown = list(range(len(study.require))), set(study.derive)
-    unknown |= {*across(study, study.derive)}
+    pending = list(range(len(study.require)))
+    unknown = {*study.derive, *across(study, study.derive)}
     for name in (None, *study.derive):
         if name is not None:
             points = _with_derived(study, points, name)

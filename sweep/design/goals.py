@@ -1,4 +1,4 @@
-"""What several goals need: places in the world, and a model that knows them."""
+"""Requirements of several goals: positions in the world, and a model that has them."""
 
 from kernels.robots.publishers import goes_in_turn
 from sweep.design.points import Points
@@ -9,13 +9,16 @@ SETTING = "next_goals"
 
 
 def check_goals(study: Study, points: Points) -> None:
-    """Raise SpecError where a goal lies outside the world, and for a model that does
-    not take the goal of each boid from `goal_of`, where there are several.
+    """Raise SpecError if several goals do not fit the model or the world.
+
+    The model must take the goal of each boid from `goal_of`. All goals must be inside
+    the world.
     """
     texts = points.column(SETTING)
     if not any(texts):
         return
-    model, place = study.known.models[study.model], study.place_of(SETTING)
+    model = study.known.models[study.model]
+    place = study.place_of(SETTING)
     if not goes_in_turn(model.advance):
         raise study.document.error(
             place or ("model",),
@@ -24,7 +27,8 @@ def check_goals(study: Study, points: Points) -> None:
             " `goal_x, goal_y = goal_of(world, work.goals, i)` for world.goal_x and"
             " world.goal_y, and see docs/own-models.md",
         )
-    width, height = points.column("width"), points.column("height")
+    width = points.column("width")
+    height = points.column("height")
     for point, text in enumerate(texts):
         for number, (x, y) in enumerate(places_of(text) or (), start=2):
             if not (0.0 <= x <= width[point] and 0.0 <= y <= height[point]):

@@ -1,9 +1,9 @@
-"""From a design to its trials, each with an id that is a hash of its content.
+"""The trials of a design, each with an id that is a hash of its content.
 
-The id of a point covers the model, the preset and the settings that differ from the
-preset's. So a new axis leaves the points with its preset value what they were. The id
-of a trial adds the code that computes it, the seed, the streams and what is recorded:
-trials that could differ in a single number are different trials.
+The id of a point covers the model, the preset and the parameters that differ from the
+preset. So points with the preset value of a new axis keep their ids. The id of a trial
+adds the code that computes it, the seed, the streams and the recorded values. Trials
+that could differ in a single number have different ids.
 """
 
 import hashlib
@@ -39,21 +39,25 @@ if TYPE_CHECKING:
 
 Purpose = Literal["start", "world", "noise", "made", "flown"]
 KIND = {"made": "start", "flown": "noise"}
-"""Who is made how is as common as the start, what happens to robots as the noise."""
+"""Streams of the spec for purposes without a key.
+
+The variability of robots uses the stream of the start, and their failures use the
+stream of the noise.
+"""
 Counts = NDArray[np.int64]
 
 SCENE = ("map", "start_draws")
-"""Settings whose values have code of their own."""
+"""Parameters whose values are names of code."""
 Scene = tuple[Value, ...]
 STEPS = "steps"
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
-"""Points, or trials, whose ids are made at once: a million would take a gigabyte."""
+"""Points, or trials, whose ids are computed at once: a million would take 1 GB."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastState:
-    """All with which the trial `trial_id` ended, in bytes that are sealed."""
+    """Complete state at the end of a trial, as bytes with a seal."""
 
     trial_id: str
     content: bytes = field(repr=False)
@@ -61,9 +65,16 @@ class LastState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastFlock:
-    """Where the N boids of a trial are at its end: `bodies` (4, N) are x, y, vx and vy,
-    `headings` (2, N) the last velocity of each that was not zero, and `state` (S, N)
-    the rows of the model's state.
+    """Final flock of a trial with N boids.
+
+    Attributes
+    ----------
+    bodies : array of float, shape (4, N)
+        x, y, vx and vy.
+    headings : array of float, shape (2, N)
+        Last velocity of each boid that was not zero.
+    state : array of float, shape (S, N)
+        The S state values per boid that the model has.
     """
 
     bodies: NDArray[np.float64]
@@ -73,19 +84,44 @@ class LastFlock:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One trial and all that is needed to run it, anywhere and at any time, to the same
-    bits.
+    """One trial, with everything that is needed to run it with identical results.
 
-    With `literal`, `seed` is one of the listed seeds and `replicate` only its place in
-    the list. Otherwise `seed` is that of the study, and `replicate` tells apart the
-    trials of a point. `obstacles` are those of a map that the spec brings, None for a
-    built-in one. `known` has what names of models, metrics, maps and starts stand for.
-    `earlier` is what the same trial with fewer steps has left, None to begin at step 0.
-    With `all_pairs` neighbours are found without a grid, which changes no bit.
-
-    A link of a chain has a `direction`, up or down. It begins with the flock `begins`,
-    with which the trial `parent` has ended; the first link has no parent, and begins as
-    its settings say.
+    Attributes
+    ----------
+    trial_id : str
+        24 hexadecimal digits.
+    point : str
+        Id of the point, 16 hexadecimal digits.
+    replicate : int
+        Number of the trial within its point, from 0. With `literal` it is only the
+        index in the list of seeds.
+    seed : int
+        Seed of the study; with `literal` one of the listed seeds.
+    literal : bool
+        Whether the spec lists seeds.
+    model, preset : str
+    settings : dict
+        All parameters.
+    record : RecordSpec
+    streams : Streams
+    time_limit : float, optional
+        Seconds.
+    obstacles : Obstacles, optional
+        Obstacles of a map that the spec contains.
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    earlier : LastState, optional
+        Last state of the same trial with fewer steps. By default the trial begins at
+        step 0.
+    direction : str
+        Direction of a link of a chain, "up" or "down"; "" for other trials.
+    parent : str
+        Id of the trial with whose final flock a link begins. "" for the first link of
+        a chain, which begins as its parameters define.
+    begins : LastFlock, optional
+        Final flock of `parent`.
+    all_pairs : bool
+        Whether neighbours are found without a grid; the results are bitwise identical.
     """
 
     trial_id: str
@@ -109,8 +145,10 @@ class Job:
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
-    """The seed sequence of one kind of randomness in a trial; a common one is the same
-    at all points, a lasting one at all that differ in `steps` alone.
+    """Return the seed sequence of one kind of randomness in a trial.
+
+    A common stream is equal at all points. A lasting stream is equal at all points
+    that differ only in `steps`.
     """
     replicate = 0 if job.literal else job.replicate
     kind: Stream = getattr(job.streams, KIND.get(purpose, purpose))
@@ -123,15 +161,16 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
 
 
 def _point_of_any_steps(job: Job) -> str:
-    """The id that the point of a job would have with the steps of its preset."""
+    """Return the id that the point of a job would have with the steps of its preset."""
     usual = usual_settings(job.model, job.preset, job.known)
     settings = job.settings | {STEPS: usual[STEPS]}
     return directed(point_id(job.model, job.preset, settings, usual), job.direction)
 
 
 def literal_seed(job: Job, purpose: Purpose) -> int:
-    """A seed for Python's `random.Random`: the listed seed where the stream is common,
-    else 64 bits.
+    """Return a seed for Python's `random.Random`.
+
+    It is the listed seed if the stream is common, otherwise 64 random bits.
     """
     if job.literal and getattr(job.streams, purpose) == "common":
         return job.seed
@@ -145,10 +184,22 @@ def point_id(
     defaults: Mapping[str, Value],
     maps: Mapping[str, OwnMap] = NO_MAPS,
 ) -> str:
-    """16 hexadecimal digits that stand for a point: a hash of the settings that differ
-    from those of the preset, `defaults`.
+    """Return the id of a point, a hash of the parameters that differ from the preset.
 
-    Of a map that the spec brings it covers the obstacles too.
+    Parameters
+    ----------
+    model, preset : str
+    settings : mapping
+        All parameters of the point.
+    defaults : mapping
+        All parameters of the preset.
+    maps : mapping of OwnMap, default NO_MAPS
+        Maps that the spec contains. The id covers their obstacles.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
     """
     values = {**settings, "map": _identity("map", settings["map"], maps)}
     different = {
@@ -160,14 +211,15 @@ def point_id(
 
 
 def directed(point: str, direction: str) -> str:
-    """The id of a point for links of a direction: on the way down it has random numbers
-    of its own.
+    """Return the id of a point for links of a direction.
+
+    The ids differ, so that the decreasing branch has its own random numbers.
     """
     return _point_hash(f"{point} {DOWN}") if direction == DOWN else point
 
 
 def _identity(name: str, value: Value, maps: Mapping[str, OwnMap]) -> Value:
-    """What stands for a value in the hash: for an own map, its name and content."""
+    """Return the value that the hash covers: a custom map's name and content hash."""
     return (
         f"{value} {maps[str(value)].digest}"
         if name == "map" and value in maps
@@ -180,7 +232,7 @@ def _point_hash(canonical: str) -> str:
 
 
 class LazyJobs(Sequence[Job], ABC):
-    """Jobs of which each is made when it is asked for."""
+    """Sequence of jobs that creates each job on access."""
 
     @overload
     def __getitem__(self, index: int) -> Job: ...
@@ -194,15 +246,21 @@ class LazyJobs(Sequence[Job], ABC):
 
     @abstractmethod
     def at(self, place: int) -> Job:
-        """The job at a place from 0 on, which there is."""
+        """Return the job at an index, which is from 0 to len(self) - 1."""
 
 
 class Jobs(LazyJobs):
-    """All trials of a study, point after point. Each is made when it is asked for.
+    """All trials of a study, point after point, created on access.
 
-    `trials` (n_points,) says how many each point has, at least one; by default the
-    study's number of trials a point. Replicate k of a point is the same trial whatever
-    that number.
+    Replicate k of a point is the same trial for any number of trials.
+
+    Parameters
+    ----------
+    study : Study
+    design : Design
+        Points of the study.
+    trials : array of int, shape (n_points,), optional
+        Trials per point, at least one; by default `study.trials_per_point` each.
     """
 
     def __init__(
@@ -225,20 +283,36 @@ class Jobs(LazyJobs):
         return int(self._ends[-1])
 
     def at(self, place: int) -> Job:
-        """The job at a place in the order of the study."""
+        """Return the job at an index in the order of the study."""
         point = int(self.points_at(place))
         return self._job(point, place - int(self._ends[point] - self.trials[point]))
 
     def ids(self) -> Ids:
-        """The ids of all jobs, in their order."""
+        """Return the ids of all jobs, in their order."""
         return self.ids_at(np.arange(len(self)))
 
     def table(self) -> "pa.Table":
-        """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
+        """Return a table of all jobs, in their order.
+
+        The columns are `trial_id`, `point`, `replicate` and `seed`, and `parent` for
+        links of chains.
+        """
         return self.rows(np.arange(len(self)), self.ids())
 
     def rows(self, places: Counts, ids: Ids) -> "pa.Table":
-        """The rows of `table` at some places, whose jobs have these ids."""
+        """Return some rows of `table`.
+
+        Parameters
+        ----------
+        places : array of int, shape (n,)
+            Indices of the jobs.
+        ids : array of bytes, shape (n,)
+            Ids of these jobs.
+
+        Returns
+        -------
+        pyarrow.Table
+        """
         import pyarrow as pa  # workers need no tables
 
         point, replicate = self._points_and_replicates(places)
@@ -257,7 +331,7 @@ class Jobs(LazyJobs):
         )
 
     def _parents(self, places: Counts) -> "pa.Array":
-        """The ids of the trials where links begin, null for first links."""
+        """Return the ids of the parents of links, null for first links."""
         import pyarrow as pa
         import pyarrow.compute as pc
 
@@ -267,8 +341,18 @@ class Jobs(LazyJobs):
         return pc.if_else(pa.array(before != FIRST), texts, nulls)
 
     def ids_at(self, places: Counts, recording: Recording | None = None) -> Ids:
-        """The ids of the trials at some places, or those that they would have if they
-        recorded something else.
+        """Return the ids of some trials.
+
+        Parameters
+        ----------
+        places : array of int, shape (n,)
+            Indices of the trials.
+        recording : Recording, optional
+            Recorded values, if other than those of the study.
+
+        Returns
+        -------
+        array of bytes, shape (n,)
         """
         if self.links:
             return (
@@ -278,25 +362,23 @@ class Jobs(LazyJobs):
         return self._unlinked(places, ids)
 
     def _unlinked(self, places: Counts, ids: "_TrialIds") -> Ids:
-        found = np.empty(len(places), BYTES)
+        packed = np.empty(len(places), BYTES)
         for first in range(0, len(places), BLOCK):
-            some = slice(first, first + BLOCK)
-            found[some] = self._trial_ids(places[some], ids)
-        return found
+            block = slice(first, first + BLOCK)
+            packed[block] = self._trial_ids(places[block], ids)
+        return packed
 
     @property
     def links(self) -> Links | None:
-        """How its points are linked; None where trials are no links of chains."""
+        """Links between points; None if trials are not links of chains."""
         return self.design.links
 
     def before(self, places: Counts) -> Counts:
-        """The places of the trials where those at some places begin, FIRST for first
-        links.
-        """
+        """Return the indices of the parents of trials, FIRST for first links."""
         return self._at_point(places, "before")
 
     def first(self, places: Counts) -> Counts:
-        """The places of the first links of the chains of those at some places."""
+        """Return the indices of the first trials in the chains of trials."""
         return self._at_point(places, "first")
 
     def _at_point(self, places: Counts, which: Literal["before", "first"]) -> Counts:
@@ -304,39 +386,40 @@ class Jobs(LazyJobs):
         point, replicate = self._points_and_replicates(places)
         other = getattr(self.links, which)[point]
         begins = (self._ends - self.trials)[other]
-        found: Counts = np.where(other == FIRST, FIRST, begins + replicate)
-        return found
+        linked: Counts = np.where(other == FIRST, FIRST, begins + replicate)
+        return linked
 
     @cached_property
     def _linked_ids(self) -> Ids:
         return self._chained(Recording.of(self.study))
 
     def _chained(self, recording: Recording) -> Ids:
-        """The ids of all links, each of which covers that of the one before."""
+        """Return the ids of all links, each of which covers the id of its parent."""
         assert self.links
-        ids, found = _TrialIds(self.study, recording), np.zeros(len(self), BYTES)
+        ids = _TrialIds(self.study, recording)
+        packed = np.zeros(len(self), BYTES)
         first = self._ends - self.trials
         for points in self.links.by_number():
             places = np.concatenate(
-                [np.arange(first[one], self._ends[one]) for one in points]
+                [np.arange(first[point], self._ends[point]) for point in points]
             )
-            before = self.before(places)
             parents = [
-                _text(found, one) if one != FIRST else "" for one in before.tolist()
+                _text(packed, parent) if parent != FIRST else ""
+                for parent in self.before(places).tolist()
             ]
-            found[places] = self._trial_ids(places, ids, parents)
-        return found
+            packed[places] = self._trial_ids(places, ids, parents)
+        return packed
 
     def _points_and_replicates(self, places: Counts) -> tuple[Counts, Counts]:
         point = self.points_at(places)
         return point, places - (self._ends - self.trials)[point]
 
     def points_at(self, indices: int | Counts) -> Any:
-        """The place in the design of the point of a job, or of each of several."""
+        """Return the index of the point of a job in the design, or of several jobs."""
         return np.searchsorted(self._ends, indices, side="right")
 
     def to_run(self, places: Counts) -> "SomeJobs":
-        """The jobs at some places, in the order in which the study has them run."""
+        """Return the jobs at some indices, in the order in which they are to run."""
         if self.study.order == "coarse":
             point, replicate = self._points_and_replicates(places)
             first = coarse_first(self.design.fineness[point], replicate)
@@ -345,46 +428,48 @@ class Jobs(LazyJobs):
 
     @property
     def points(self) -> list[str]:
-        """The ids of all points, in their order."""
+        """Ids of all points, in their order."""
         return [point.decode() for point in self._points.tolist()]
 
     @cached_property
     def _points(self) -> NDArray[np.bytes_]:
-        # Python's texts would take four times the memory.
+        # Python's strings would take four times the memory.
         points = _point_ids(self.study, self.design)
         if self.links:
-            ways = zip(points.tolist(), self.links.direction.tolist(), strict=True)
-            points = np.array([directed(one.decode(), way) for one, way in ways], "S16")
+            links = zip(points.tolist(), self.links.direction.tolist(), strict=True)
+            points = np.array(
+                [directed(point.decode(), direction) for point, direction in links],
+                "S16",
+            )
         return points
 
     def _trial_ids(
         self, places: Counts, ids: "_TrialIds", parents: Sequence[str] = ()
     ) -> Ids:
-        """The ids of the trials at some places, of links with those of their
-        `parents`.
-        """
+        """Return the ids of some trials; links need the ids of their `parents`."""
         point, replicate = self._points_and_replicates(places)
         names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
         scenes = zip(*(self._values(name, point) for name in SCENE), strict=False)
         literal = self.study.seeds is not None
         after = map(_after, parents) if self.links else repeat("")
-        made = [
+        digests = [
             ids.of(
                 name.decode(), _ending(self._seed(number), number, literal) + end, scene
             )
             for (name, number), scene, end in zip(names, scenes, after, strict=False)
         ]
-        return np.array(made, BYTES)
+        return np.array(digests, BYTES)
 
     def _job(self, point: int, replicate: int) -> Job:
-        study, settings, name = (
-            self.study,
-            self.design.settings(point),
-            self._points[point].decode(),
-        )
+        study = self.study
+        settings = self.design.settings(point)
+        name = self._points[point].decode()
         own = study.maps.get(str(settings["map"]))
-        seed, literal = self._seed(replicate), study.seeds is not None
-        direction, parent, ending = "", "", _ending(seed, replicate, literal)
+        seed = self._seed(replicate)
+        literal = study.seeds is not None
+        ending = _ending(seed, replicate, literal)
+        direction = ""
+        parent = ""
         if self.links:
             direction = str(self.links.direction[point])
             parent = self._parent(point, replicate)
@@ -409,7 +494,7 @@ class Jobs(LazyJobs):
         )
 
     def _parent(self, point: int, replicate: int) -> str:
-        """The id of the trial where a link begins; "" for a first link."""
+        """Return the id of the parent of a link; "" for a first link."""
         assert self.links
         before = int(self.links.before[point])
         if before == FIRST:
@@ -423,7 +508,7 @@ class Jobs(LazyJobs):
         )
 
     def _values(self, name: str, point: Counts) -> Iterable[Value]:
-        """The values of a setting at some points."""
+        """Return the values of a parameter at some points."""
         column = self.design.columns.get(name)
         if column is None:
             return repeat(self.design.base[name], len(point))
@@ -432,22 +517,39 @@ class Jobs(LazyJobs):
 
 
 class _TrialIds:
-    """Makes the ids of trials of a study which record something."""
+    """Ids of the trials of a study with a recording."""
 
     def __init__(self, study: Study, recording: Recording) -> None:
-        self.study, self.recording, self.code = study, recording, study_code(study)
+        self.study = study
+        self.recording = recording
+        self.code = study_code(study)
         self._begun: dict[Scene, hashlib._Hash] = {}
 
     def of(self, point: str, ending: str, scene: Scene) -> bytes:
-        """The id of a trial; the id of its point has the content of a map that the spec
-        brings.
+        """Return the id of a trial.
+
+        The id of its point covers the content of a map that the spec contains.
+
+        Parameters
+        ----------
+        point : str
+            Id of the point.
+        ending : str
+            Seed and replicate, and the parent of a link.
+        scene : tuple
+            Values of the parameters in SCENE.
+
+        Returns
+        -------
+        bytes
+            12 bytes.
         """
         digest = self._common(scene).copy()
         digest.update(f" {point} {ending}".encode())
         return digest.digest()[:12]
 
     def _common(self, scene: Scene) -> "hashlib._Hash":
-        """The hash of what all trials in a scene have in common."""
+        """Return the hash of the content that all trials in a scene share."""
         if scene not in self._begun:
             content = common_content(
                 self.study, self.code, self.recording, *map(str, scene)
@@ -460,7 +562,24 @@ class _TrialIds:
 def common_content(
     study: Study, code: Code, recording: Recording, drawn: str, start: str
 ) -> list[Any]:
-    """What the ids of all trials with a map and a start cover, ready for JSON."""
+    """Return the content that the ids of all trials with a map and a start cover.
+
+    Parameters
+    ----------
+    study : Study
+    code : Code
+        Code hashes of the study.
+    recording : Recording
+    drawn : str
+        Name of the map.
+    start : str
+        Name of the start.
+
+    Returns
+    -------
+    list
+        Ready for JSON.
+    """
     scene = [code.maps.get(drawn, ""), code.starts[start]]
     stamps = [code.flight, code.models, recording.stamps, *scene]
     return [*stamps, asdict(study.streams), recording.content]
@@ -471,56 +590,78 @@ def _scene(settings: Mapping[str, Value]) -> Scene:
 
 
 def _ending(seed: int, replicate: int, literal: bool) -> str:
-    # The place of a listed seed is left out, so that the list may be reordered.
+    # The index of a listed seed is left out, so that the list may be reordered.
     return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
 
 
 def _after(parent: str) -> str:
-    """What the id of a link covers beside what that of any trial does."""
+    """Return the text that only the id of a link covers."""
     return f" after {parent}"
 
 
 def _text(ids: Ids, place: int) -> str:
-    """The text of one of some ids."""
+    """Return the hexadecimal digits of an id."""
     return ids[place : place + 1].tobytes().hex()
 
 
 class SomeJobs(LazyJobs):
-    """The jobs of `jobs` at some indices; each is made when it is asked for."""
+    """Some of the trials of a study, created on access.
+
+    Parameters
+    ----------
+    jobs : Jobs
+        All trials.
+    indices : array of int, shape (n,)
+        Indices of the trials in `jobs`.
+    """
 
     def __init__(self, jobs: Jobs, indices: Counts) -> None:
-        self.jobs, self.indices = jobs, indices
+        self.jobs = jobs
+        self.indices = indices
 
     def __len__(self) -> int:
         return len(self.indices)
 
     def at(self, place: int) -> Job:
-        """The job of one of the indices."""
+        """Return the job of one of the indices."""
         return self.jobs.at(int(self.indices[place]))
 
     @property
     def points(self) -> Counts:
-        """The place of each job's point in the design."""
+        """Index of each job's point in the design, shape (n,)."""
         points: Counts = self.jobs.points_at(self.indices)
         return points
 
 
 def blocks_of(jobs: Sequence[Job], size: int) -> Iterator[Sequence[Job]]:
-    """Some jobs after the other, at most `size` at once; none is made for it."""
+    """Yield blocks of at most `size` jobs; a block of SomeJobs creates no job."""
     for first in range(0, len(jobs), size):
-        some = slice(first, first + size)
+        block = slice(first, first + size)
         if isinstance(jobs, SomeJobs):
-            yield SomeJobs(jobs.jobs, jobs.indices[some])
+            yield SomeJobs(jobs.jobs, jobs.indices[block])
         else:
-            yield jobs[some]
+            yield jobs[block]
 
 
 def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Ids:
-    """The ids that some jobs of a study would have if they recorded something else."""
+    """Return the ids that jobs would have with another recording.
+
+    Parameters
+    ----------
+    study : Study
+    jobs : sequence of Job, length n
+        Trials of the study.
+    recording : Recording
+        Recorded values that the ids cover.
+
+    Returns
+    -------
+    array of bytes, shape (n,)
+    """
     if isinstance(jobs, SomeJobs):  # there may be millions
         return jobs.jobs.ids_at(jobs.indices, recording)
     ids = _TrialIds(study, recording)
-    made = [
+    digests = [
         ids.of(
             job.point,
             _ending(job.seed, job.replicate, job.literal)
@@ -529,15 +670,26 @@ def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Id
         )
         for job in jobs
     ]
-    return np.array(made, BYTES)
+    return np.array(digests, BYTES)
 
 
 def ids_of_steps(study: Study, jobs: Sequence[Job], steps: int) -> Ids:
-    """The ids that some jobs of a study would have with so many steps."""
+    """Return the ids that jobs would have with another number of steps.
+
+    Parameters
+    ----------
+    study : Study
+    jobs : sequence of Job, length n
+        Trials of the study.
+    steps : int
+
+    Returns
+    -------
+    array of bytes, shape (n,)
+    """
     if isinstance(jobs, SomeJobs):  # there may be millions
-        whole = jobs.jobs
-        design = whole.design.with_value(STEPS, steps)
-        return Jobs(study, design, whole.trials).ids_at(jobs.indices)
+        design = jobs.jobs.design.with_value(STEPS, steps)
+        return Jobs(study, design, jobs.jobs.trials).ids_at(jobs.indices)
     shorter = [
         replace(
             job,
@@ -546,7 +698,7 @@ def ids_of_steps(study: Study, jobs: Sequence[Job], steps: int) -> Ids:
                 job.preset,
                 job.settings | {STEPS: steps},
                 study.preset_settings,
-                study.maps,
+                maps=study.maps,
             ),
         )
         for job in jobs
@@ -555,9 +707,10 @@ def ids_of_steps(study: Study, jobs: Sequence[Job], steps: int) -> Ids:
 
 
 def steps_of(jobs: Sequence[Job]) -> Counts:
-    """The steps of each job, shape (n,)."""
+    """Return the number of steps of each job, shape (n,)."""
     if isinstance(jobs, SomeJobs):
-        design, points = jobs.jobs.design, jobs.points
+        design = jobs.jobs.design
+        points = jobs.points
         if STEPS in design.columns:
             return np.asarray(design.columns[STEPS][points], np.int64)
         return np.full(len(points), design.base[STEPS], np.int64)
@@ -565,10 +718,15 @@ def steps_of(jobs: Sequence[Job]) -> Counts:
 
 
 class ContinuedJobs(LazyJobs):
-    """`jobs`, some of which go on from the last states of earlier trials.
+    """Jobs, some of which resume from the last states of earlier trials.
 
-    `begun` (n,) are the steps that those have done, 0 where there is none; `earlier`
-    gives the last state of the trial for the job at a place.
+    Parameters
+    ----------
+    jobs : sequence of Job, length n
+    begun : array of int, shape (n,)
+        Steps of the earlier trials, 0 for a job that begins at step 0.
+    earlier : callable
+        Returns the last state for the job at an index.
     """
 
     def __init__(
@@ -577,24 +735,32 @@ class ContinuedJobs(LazyJobs):
         begun: Counts,
         earlier: Callable[[int], LastState],
     ) -> None:
-        self.jobs, self.begun, self._earlier = jobs, begun, earlier
+        self.jobs = jobs
+        self.begun = begun
+        self._earlier = earlier
 
     def __len__(self) -> int:
         return len(self.jobs)
 
     def at(self, place: int) -> Job:
-        """The job at a place, with the last state from which it goes on."""
+        """Return the job at an index, with the last state from which it resumes."""
         if not self.begun[place]:
             return self.jobs[place]
         return replace(self.jobs[place], earlier=self._earlier(place))
 
 
 class LinkedJobs(LazyJobs):
-    """Chains of jobs that run: of each the link that runs next.
+    """The next link of each of several chains of jobs.
 
-    `links` are the places of the jobs of each chain among those of `jobs`, in their
-    order; `begins` (len(links),) has the flock with which the first of them begins,
-    None where its settings say how.
+    Parameters
+    ----------
+    jobs : Jobs
+        All trials of the study.
+    links : sequence of sequences of int
+        Indices in `jobs` of the links of each chain, in the order in which they run.
+    begins : sequence of LastFlock or None
+        Flock with which the first of these links begins, per chain. None if the
+        parameters define the start.
     """
 
     def __init__(
@@ -603,20 +769,33 @@ class LinkedJobs(LazyJobs):
         links: Sequence[Sequence[int]],
         begins: Sequence[LastFlock | None],
     ) -> None:
-        self.jobs, self.links, self._done = jobs, links, [0] * len(links)
+        self.jobs = jobs
+        self.links = links
+        self._done = [0] * len(links)
         self._begins = list(begins)
 
     def __len__(self) -> int:
         return len(self.links)
 
     def at(self, place: int) -> Job:
-        """The link of a chain that runs next."""
+        """Return the next link of a chain."""
         job = self.jobs.at(self.links[place][self._done[place]])
         return replace(job, begins=self._begins[place])
 
     def go_on(self, place: int, flock: LastFlock | None) -> bool:
-        """Learn with which flock the link of a chain has ended, None if it has not come
-        to its end. Whether another link runs next.
+        """Take the final flock of the current link, and move on to the next link.
+
+        Parameters
+        ----------
+        place : int
+            Index of the chain.
+        flock : LastFlock or None
+            None if the trial did not reach its end; then the chain ends too.
+
+        Returns
+        -------
+        bool
+            Whether another link runs next.
         """
         if flock is None:
             return False
@@ -625,15 +804,15 @@ class LinkedJobs(LazyJobs):
         return self._done[place] < len(self.links[place])
 
     def left(self, places: Sequence[int]) -> "SomeJobs":
-        """All links of some chains that have not run."""
-        found = [one for place in places for one in self._left(place)]
-        return SomeJobs(self.jobs, np.array(found, np.int64))
+        """Return all links of some chains that have not run."""
+        indices = [index for place in places for index in self._left(place)]
+        return SomeJobs(self.jobs, np.array(indices, np.int64))
 
     def _left(self, place: int) -> Sequence[int]:
         return self.links[place][self._done[place] :]
 
     def from_links(self, jobs: Sequence[Job]) -> "LinkedJobs":
-        """The chains of these jobs, from them on."""
+        """Return the chains of the given next links, from these links on."""
         chains = {self.at(place).trial_id: place for place in self._unfinished()}
         places = [chains[job.trial_id] for job in jobs]
         begins = [job.begins for job in jobs]
@@ -644,8 +823,9 @@ class LinkedJobs(LazyJobs):
 
 
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:
-    """`point_id` of every point, from the same text put together column by column,
-    which is much faster.
+    """Return `point_id` of every point.
+
+    The hashed text is put together column by column, which is much faster.
     """
     blocks = range(0, design.n_points, BLOCK)
     ids = [
@@ -658,7 +838,8 @@ def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:
 def _point_ids_between(
     study: Study, design: Design, first: int, last: int
 ) -> list[str]:
-    preset, columns = study.preset_settings, design.columns
+    preset = study.preset_settings
+    columns = design.columns
     members: list[Iterable[str]] = [repeat("", last - first)]
     for name in sorted(preset):
         if name in columns:
@@ -681,7 +862,7 @@ def _point_ids_between(
 def _members(
     name: str, values: list[Value], default: Value, maps: Mapping[str, OwnMap]
 ) -> list[str]:
-    """`,"name":value` in JSON for each value, "" for a default; see `_identity`."""
+    """Return `,"name":value` as JSON for each value, "" for the default."""
     distinct = list(dict.fromkeys(values))
     texts = json.dumps(
         [_identity(name, value, maps) for value in distinct], separators=("\n", ":")

@@ -1,6 +1,4 @@
-"""What the settings of the medium must fulfil together, and the model whose boids it
-carries.
-"""
+"""Requirements of the wind on parameters, and on the model whose boids it carries."""
 
 from kernels.settings import Demand, Medium
 from sweep.design.points import Points
@@ -8,8 +6,9 @@ from sweep.design.published_steps import check_published
 from sweep.spec.study import Study
 
 MOST_GUSTS = 10
-"""No gust is stronger than so many standard deviations: a normal number is with a
-probability below 1e-22.
+"""Bound of a gust in standard deviations.
+
+A normal number is beyond it with a probability below 1e-22.
 """
 MOST_WIND = 1e15
 MEDIUM_DEMANDS = (
@@ -28,9 +27,7 @@ MEDIUM_DEMANDS = (
 
 
 def check_medium(study: Study, points: Points) -> None:
-    """Raise SpecError for a model that does not let a wind carry its boids, where there
-    is one.
-    """
+    """Raise SpecError if there is wind, and the model does not let it carry boids."""
     for name in Medium._fields:
         if name != "gust_time" and (points.column(name) != 0.0).any():
             check_published(study, name, "that lets the medium carry its boids")

@@ -1,6 +1,4 @@
-"""What the settings of motors and breakdowns must fulfil together, and the model that
-has them.
-"""
+"""Requirements of motors and failures on parameters, and on the model."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,16 +25,18 @@ Mask = NDArray[np.bool_]
 
 
 def check_motors(study: Study, points: Points) -> None:
-    """Raise SpecError for a model that does not drive its boids where these have
-    motors, or some stop or drift.
+    """Raise SpecError if boids have motors or fail, and the model does not support it.
+
+    A model with motors, or with boids that stop or drift, must call `drive`.
     """
     fails = points.column("failing_share") > 0.0
     _check_model(study, _acting(points), fails)
 
 
 def _acting(points: Points) -> dict[str, Mask]:
-    """For each setting the points at which it lets boids move otherwise than their
-    model wants.
+    """Return for each parameter at which points it changes the commanded velocity.
+
+    The masks have the shape (n_points,).
     """
     above = {
         name: points.column(name) > 0.0
@@ -50,7 +50,7 @@ def _acting(points: Points) -> dict[str, Mask]:
 
 
 def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
-    """Refuse motors and breakdowns of which the model's kernel knows nothing."""
+    """Raise SpecError for motors and failures that the model's kernel ignores."""
     model = study.known.models[study.model]
     needed = {name: on.any() for name, on in act.items()}
     if any(needed.values()) and not drives(model.advance):

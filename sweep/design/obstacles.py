@@ -1,4 +1,4 @@
-"""What obstacles that move need of a model and of what is recorded."""
+"""Requirements of moving obstacles on a model and on the recorded metrics."""
 
 import numpy as np
 
@@ -11,22 +11,22 @@ from sweep.spec.study import Study
 
 
 def check_obstacles(study: Study, points: Points) -> None:
-    """Raise SpecError where obstacles move, and the model does not let them, or what is
-    recorded would mean nothing, or one goes round the world within a step.
+    """Raise SpecError if obstacles move, and the study does not support it.
+
+    The model must publish its steps and look at obstacles itself. Visits cannot be
+    counted by pixels, and no obstacle may cross the world within one step.
     """
     if place := _moving(study, points):
         mistakes = Mistakes()
-        what = "that begins its steps with `publish`"
-        mistakes.read(check_published, study, "a moving obstacle", what, place)
+        ability = "that begins its steps with `publish`"
+        mistakes.read(check_published, study, "a moving obstacle", ability, place=place)
         mistakes.read(_check_looks, study, place)
         mistakes.read(_check_way, study, points)
         mistakes.check()
 
 
 def _check_looks(study: Study, place: Place) -> None:
-    """Raise SpecError for a model that looks at a grid of the start, and for what is
-    counted by pixels.
-    """
+    """Raise SpecError for a model with an occupancy grid, and for counts by pixels."""
     model = study.known.models[study.model]
     if model.occupancy:
         raise study.document.error(
@@ -48,17 +48,20 @@ def _check_looks(study: Study, place: Place) -> None:
 
 
 def _check_way(study: Study, points: Points) -> None:
-    """Raise SpecError where an obstacle goes round the world within one step: it acts
-    where it is then, and what it has passed meets nobody.
+    """Raise SpecError if an obstacle crosses the world within one step.
+
+    An obstacle acts only at its position after the step, not on the way to it.
     """
-    dt, maps = points.column("dt"), points.column("map")
-    width, height = points.column("width"), points.column("height")
+    dt = points.column("dt")
+    maps = points.column("map")
+    width = points.column("width")
+    height = points.column("height")
     speed = points.column("obstacle_speed")
     with np.errstate(over="ignore"):
         way = speed * dt
     ways = [("obstacle_speed", way > np.minimum(width, height))]
     for name, own in study.maps.items():
-        velocities = [velocity_of(one) or (0.0, 0.0) for one in own.obstacles]
+        velocities = [velocity_of(shape) or (0.0, 0.0) for shape in own.obstacles]
         vx, vy = np.abs(np.array(velocities).reshape(-1, 2)).max(axis=0, initial=0.0)
         ways.append((name, (maps == name) & ((vx * dt > width) | (vy * dt > height))))
     for name, far in ways:
@@ -72,11 +75,11 @@ def _check_way(study: Study, points: Points) -> None:
 
 
 def _moving(study: Study, points: Points) -> Place:
-    """Where the spec says that obstacles move; () where none does."""
+    """Return the key of the spec that lets obstacles move; () if none moves."""
     if (points.column("obstacle_speed") > 0.0).any():
         return study.place_of("obstacle_speed") or ("model",)
     for name in dict.fromkeys(points.column("map").tolist()):
         own = study.maps.get(str(name))
-        if own and any(any(velocity_of(one) or ()) for one in own.obstacles):
+        if own and any(any(velocity_of(shape) or ()) for shape in own.obstacles):
             return "maps", str(name)
     return ()

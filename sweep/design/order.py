@@ -1,10 +1,11 @@
-"""The order in which trials run, if it is not the longest first: from coarse to fine.
+"""The order of trials from coarse to fine, an alternative to the longest trial first.
 
-Each value of an axis has a fineness. The first and the last value have 0 and 1, that in
-the middle 2, those between 3 and 4, and so on: the sequence of van der Corput, with the
-ends before it. A sample has its own order, as each beginning of a Sobol or Halton
-sequence is spread evenly. The fineness of a point is the greatest of its values. So the
-points up to a fineness are a whole grid, which each further fineness makes denser.
+Each value of an axis has a fineness. The first and the last value have 0 and 1, the
+middle one 2, the values between them 3 and 4, and so on. This is the sequence of van
+der Corput, with the ends before it. A sample keeps its own order, because each
+beginning of a Sobol or Halton sequence is spread evenly. The fineness of a point is the
+largest fineness of its values. So the points up to a fineness are a complete grid,
+which each further fineness makes denser.
 
 Source: J. G. van der Corput, Verteilungsfunktionen, Proc. Akad. Wet. Amsterdam 38
 (1935), 813-821.
@@ -19,7 +20,7 @@ Fineness = NDArray[np.int32]
 
 
 def fineness_of(axis: Axis) -> Fineness:
-    """The fineness of each row of an axis, shape (len(axis),)."""
+    """Return the fineness of each row of an axis, shape (len(axis),)."""
     count = len(axis)
     if axis.sampler is not None:
         return np.arange(count, dtype=np.int32)
@@ -29,21 +30,24 @@ def fineness_of(axis: Axis) -> Fineness:
 
 
 def ends_then_middles(count: int) -> NDArray[np.int64]:
-    """The places 0 to `count` - 1: the first, the last, the middle, the quarters ...
+    """Return the indices 0 to `count` - 1: first, last, middle, quarters and so on.
 
+    Examples
+    --------
     >>> ends_then_middles(5).tolist()
     [0, 4, 2, 1, 3]
     """
-    places = np.concatenate([[0, count - 1], _inner(count)])
-    _, first = np.unique(places, return_index=True)
-    found: NDArray[np.int64] = places[np.sort(first)]
-    return found
+    repeated = np.concatenate([[0, count - 1], _inner(count)])
+    _, first = np.unique(repeated, return_index=True)
+    indices: NDArray[np.int64] = repeated[np.sort(first)]
+    return indices
 
 
 def _inner(count: int) -> NDArray[np.int64]:
-    """All places, some of them several times, by the sequence of van der Corput."""
+    """Return all indices in the order of van der Corput; some are repeated."""
     bits = count.bit_length()
-    numbers, reversed_ = np.arange(2**bits), np.zeros(2**bits, np.int64)
+    numbers = np.arange(2**bits)
+    reversed_ = np.zeros(2**bits, np.int64)
     for bit in range(bits):
         reversed_ |= (numbers >> bit & 1) << (bits - 1 - bit)
     places: NDArray[np.int64] = reversed_ * (count - 1) // 2**bits
@@ -53,11 +57,20 @@ def _inner(count: int) -> NDArray[np.int64]:
 def coarse_first(
     fineness: NDArray[np.int32], replicate: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """The places of trials in the order in which they run: the first replicate of all
-    points, from coarse to fine, then the next one.
+    """Return the indices of trials in the order in which they run.
 
-    fineness   (trials,) of the point of each
-    replicate  (trials,)
+    The first replicate of all points runs first, from coarse to fine, then the second
+    replicate, and so on.
+
+    Parameters
+    ----------
+    fineness : array of int, shape (trials,)
+        Fineness of the point of each trial.
+    replicate : array of int, shape (trials,)
+
+    Returns
+    -------
+    array of int, shape (trials,)
     """
     order: NDArray[np.int64] = np.lexsort((fineness, replicate))
     return order

@@ -1,4 +1,4 @@
-"""What a spec would run, without running it."""
+"""The plan of a study: its counts and estimates, without running a trial."""
 
 import json
 import math
@@ -18,22 +18,52 @@ from sweep.spec.study import Study, sections
 from sweep.text import so_many
 
 LEAST_SAID = 0.1
-"""Seconds: the digits of a shorter estimate mean nothing."""
+"""Shortest estimate that is printed with digits, in seconds."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Counts and estimates of a study; `notes` says what a user might not expect, and
-    `code` are the files of the user's own that it runs.
+    """Counts and estimates of a study.
 
-    Where a rule adds trials until an interval is narrow enough, numbers and estimates
-    are for the most of them. So they are where a rule adds points; `points` are those
-    at first.
-    `probe_steps` is how many steps were run to estimate the seconds, 0 where the cost
-    of all code is known. `compiling_seconds` come on top of the wall time, once: 0
-    where the model is compiled already. Of the `result_bytes` so many are
-    `last_state_bytes`. `continued` trials go on from last states that are stored, whose
-    steps are `steps_saved` together.
+    If a rule adds trials or points, the numbers of trials, the seconds and the bytes
+    are those of the largest study that the rule allows.
+
+    Attributes
+    ----------
+    study, model, preset : str
+    code : tuple of str
+        Files with custom code that the study runs.
+    points : int
+        Number of points at first.
+    trials_per_point, trials : int
+    fewest_trials : int
+        Number of trials before a rule adds any.
+    varied : list of str
+        Names of the columns in which points differ.
+    rejected : tuple of Rejection
+        Points that conditions under `require` rejected.
+    merged : int
+        Number of merged duplicates.
+    cpu_seconds, wall_seconds : float
+    workers : int
+    result_bytes : float
+        Bytes in the store, including last states.
+    notes : tuple of str
+        Sentences about effects that a user might not expect.
+    rule : GrowthRule, optional
+        Rule that adds trials or points.
+    on_error : str
+        Failure policy in words.
+    probe_steps : int
+        Steps of the probe that estimated the seconds; 0 if the cost of all code is
+        known.
+    compiling_seconds : float
+        Additional wall time, once; 0 if the model is compiled already.
+    last_state_bytes : float
+    continued : int
+        Number of trials that resume from stored last states.
+    steps_saved : int
+        Sum of the steps of these last states.
     """
 
     study: str
@@ -61,18 +91,18 @@ class Plan:
     steps_saved: int = 0
 
     def as_json(self) -> str:
-        """The plan as a JSON object."""
-        about = asdict(replace(self, rule=None))
-        del about["rule"]
-        growing = [key for key, one in sections().items() if one.strategy]
-        about |= {**dict.fromkeys(growing), "boundary": ""}
+        """Return the plan as a JSON object."""
+        members = asdict(replace(self, rule=None))
+        del members["rule"]
+        growing = [key for key, section in sections().items() if section.strategy]
+        members |= {**dict.fromkeys(growing), "boundary": ""}
         if rule := self.rule:
-            about["boundary"] = rule.where
-            about[str(rule.place[-1])] = rule.as_json()
-        return json.dumps(about, indent=2)
+            members["boundary"] = rule.where
+            members[str(rule.place[-1])] = rule.as_json()
+        return json.dumps(members, indent=2)
 
     def as_text(self) -> str:
-        """The plan for a reader."""
+        """Return the plan as aligned lines."""
         most = "at most " if self.rule else ""
         at_first = "at first " if self.rule and self.rule.adds_points else ""
         lines = [
@@ -84,8 +114,8 @@ class Plan:
             f"trials     {self._trials()}",
         ]
         lines += [
-            f'rejected   {one.count:,} points by "{one.expression}"'
-            for one in self.rejected
+            f'rejected   {rejection.count:,} points by "{rejection.expression}"'
+            for rejection in self.rejected
         ]
         lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
         lines += [f"on error   {self.on_error}"] if self.on_error else []
@@ -99,13 +129,14 @@ class Plan:
             f"results    {most}about {size(self.result_bytes)}{self._last_states()}",
         ]
         if self.continued:
-            trials, steps = f"{self.continued:,} trials", f"{self.steps_saved:,} steps"
+            trials = f"{self.continued:,} trials"
+            steps = f"{self.steps_saved:,} steps"
             lines.append(f"goes on    {trials} from last states, {steps} less to run")
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
     def _last_states(self) -> str:
-        kept = self.last_state_bytes
-        return f", {size(kept)} of them last states" if kept else ""
+        states = self.last_state_bytes
+        return f", {size(states)} of them last states" if states else ""
 
     def _trials(self) -> str:
         if self.rule is None:
@@ -117,7 +148,25 @@ class Plan:
 
 
 def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
-    """The plan of `study`. Raises SpecError for a design that cannot be."""
+    """Return the plan of a study.
+
+    Parameters
+    ----------
+    study : Study
+    workers : int
+        Number of worker processes.
+    pace : TrialPace, default KNOWN_PACE
+        Measured duration of trials as a multiple of the estimated one.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    SpecError
+        If the points of the study are not valid.
+    """
     design = expand(study)
     cost = study_cost(study, design, pace)
     notes = [note for axis in study.axes for note in axis.notes]
@@ -147,15 +196,28 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
 
 
 def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterator[str]:
-    """What of that which the spec gives changes nothing, and why, in words; and what of
-    its world a user might not expect. A search chooses the values of settings that are
-    `free`.
+    """Yield sentences about effects of a spec that a user might not expect.
+
+    They name parameters without an effect, a torus that is not periodic, and ranges of
+    metrics beyond half of the world.
+
+    Parameters
+    ----------
+    study : Study
+    design : Design
+        Points of the study.
+    free : collection of str, default ()
+        Parameters whose values a search chooses.
+
+    Yields
+    ------
+    str
     """
     unknown = {*study.derive, *free} if free else set()
     points = Points(design.base, design.columns, design.n_points, design.fineness)
     for name, setting in study.settings.items():
-        only, given = setting.only_where, study.place_of(name) or name in free
-        if only is None or not given:
+        only = setting.only_where
+        if only is None or not (study.place_of(name) or name in free):
             continue
         condition = parse(only.condition, study.settings)
         if condition.names.isdisjoint(unknown) and not (
@@ -167,7 +229,7 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
 
 
 def _of_torus(study: Study, points: Points) -> Iterator[str]:
-    """That a torus wraps positions only, where the spec does not say so."""
+    """Yield a note on a torus that wraps only positions, if the spec does not ask."""
     only_wraps = (points.column("borders") == TORUS) & ~points.column("minimum_image")
     if only_wraps.any() and not study.place_of("minimum_image"):
         torus = f"the torus of preset {study.preset} {WRAPS_ONLY}"
@@ -175,45 +237,49 @@ def _of_torus(study: Study, points: Points) -> Iterator[str]:
 
 
 def _too_long(study: Study, points: Points) -> Iterator[str]:
-    """Which ranges of recorded metrics are beyond half of the world. In an open one
-    that counts only of those that the preset has from COMMON.
+    """Yield a note on each range of a recorded metric beyond half of the world.
+
+    In an unbounded world only a default range from COMMON counts.
     """
     half = np.minimum(points.column("width"), points.column("height")) / 2
     is_closed = points.column("borders") != "open"
-    read = {one: study.known.metrics[one].within for one in study.record.metrics}
-    for name in dict.fromkeys(filter(None, read.values())):
-        values, usual = points.column(name), COMMON[name]
-        taken = values == usual if not study.place_of(name) else False
-        beyond = (values > half) & (values < math.inf) & (is_closed | taken)
-        told = [one for one, within in read.items() if within == name]
-        if told and beyond.any():
-            first, unit = int(np.argmax(beyond)), study.settings[name].unit
+    ranges = {
+        metric: study.known.metrics[metric].within for metric in study.record.metrics
+    }
+    for name in dict.fromkeys(filter(None, ranges.values())):
+        values = points.column(name)
+        is_default = values == COMMON[name] if not study.place_of(name) else False
+        beyond = (values > half) & (values < math.inf) & (is_closed | is_default)
+        if beyond.any():
+            metrics = [metric for metric, within in ranges.items() if within == name]
+            first = int(np.argmax(beyond))
+            unit = study.settings[name].unit
             yield (
                 f"{name} is {values[first]:g} {unit}, more than half of the world,"
                 f" {half[first]:g} {unit}: what boids do hardly changes"
-                f" {', '.join(told)}"
+                f" {', '.join(metrics)}"
             )
 
 
 def compiled(seconds: float) -> str:
-    """What compiling adds to the time of a plan, in words."""
+    """Return the time that compiling adds to a plan, in words."""
     return f", and once {about(seconds)} to compile the model" if seconds else ""
 
 
 def probed(steps: int) -> str:
-    """What follows estimated seconds that come from a probe of so many steps."""
+    """Return a clause on the steps of the probe that estimated the seconds."""
     return f", estimated from a probe of {steps:,} steps" if steps else ""
 
 
 def about(seconds: float, most: str = "") -> str:
-    """An estimate of seconds in words; `most` is "at most " where it is a bound."""
+    """Return an estimate of seconds in words; `most` is "at most " for a bound."""
     if seconds < LEAST_SAID:
         return f"less than {LEAST_SAID} s"
     return f"{most}about {duration(seconds)}"
 
 
 def duration(seconds: float) -> str:
-    """Seconds in words, to two figures or so."""
+    """Return seconds in words, to about two digits."""
     for length, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 1.5 * length:
             return f"{seconds / length:.1f} {unit}"
@@ -221,7 +287,7 @@ def duration(seconds: float) -> str:
 
 
 def size(count: float) -> str:
-    """Bytes in words."""
+    """Return a number of bytes in words."""
     for length, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
         if count >= length:
             return f"{count / length:.1f} {unit}"

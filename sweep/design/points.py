@@ -1,5 +1,7 @@
-"""Points while a design is being built, and what follows from their maps and borders: a
-size of the world, a unit of length, and whether a torus is periodic.
+"""Points while a design is built.
+
+Maps and borders determine further parameters: the size of the world, the unit of
+length, and `minimum_image` of a torus.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,9 +24,18 @@ SIDES = ("width", "height")
 
 @dataclass(frozen=True)
 class Points:
-    """Points while a design is being built. `columns` has the settings that vary, shape
-    (count,) each, `base` the values of the others. `fineness` (count,) is that of
-    `sweep.design.order`.
+    """Points while a design is built.
+
+    Attributes
+    ----------
+    base : dict
+        Parameters with one value at all points.
+    columns : dict of arrays, shape (count,)
+        Parameters that vary.
+    count : int
+        Number of points.
+    fineness : array of int, shape (count,)
+        See `sweep.design.order`.
     """
 
     base: dict[str, Value]
@@ -33,16 +44,30 @@ class Points:
     fineness: Fineness
 
     def column(self, name: str) -> Values:
-        """The values of any setting, shape (count,)."""
+        """Return the values of any parameter, shape (count,)."""
         if name in self.columns:
             return self.columns[name]
         value = self.base[name]
         return np.full(self.count, value, object if isinstance(value, str) else None)
 
     def evaluate(self, study: Study, expression: Expression, place: Place) -> Values:
-        """The expression at every point.
+        """Return the values of an expression at every point.
 
-        Raises SpecError, which names the first point where it has no value.
+        Parameters
+        ----------
+        study : Study
+        expression : Expression
+        place : Place
+            Key of the spec that an error names.
+
+        Returns
+        -------
+        array, shape (count,)
+
+        Raises
+        ------
+        SpecError
+            If the expression has no value at a point. The error names the first one.
         """
         try:
             return expression.evaluate({**self.base, **self.columns}, self.count)
@@ -51,8 +76,19 @@ class Points:
             raise study.document.error(place, f"{error}{where}") from None
 
     def describe(self, point: int, names: Iterable[str]) -> str:
-        """The values of the named settings at a point, as ` where n = 50, map =
-        empty`.
+        """Return the values of parameters at a point as a clause for an error.
+
+        Parameters
+        ----------
+        point : int
+            Index of the point.
+        names : iterable of str
+            Names of the parameters.
+
+        Returns
+        -------
+        str
+            For example " where map = empty, n = 50"; "" without names.
         """
         values = {
             name: (
@@ -69,14 +105,14 @@ class Points:
         )
 
     def kept(self, keep: NDArray[np.bool_]) -> "Points":
-        """The points where `keep` is true."""
+        """Return the points where the mask `keep` is true."""
         if keep.all():
             return self
         columns = {name: column[keep] for name, column in self.columns.items()}
         return Points(self.base, columns, int(keep.sum()), self.fineness[keep])
 
     def times(self, count: int) -> "Points":
-        """So many copies of all points, one after the other."""
+        """Return `count` copies of all points, one after the other."""
         if count == 1:
             return self
         columns = {
@@ -87,31 +123,33 @@ class Points:
 
 
 def united(designs: Sequence[Points]) -> tuple[Points, int]:
-    """The points of several designs, each once, and how many were there already."""
+    """Return the distinct points of several designs, and the number of duplicates."""
     first = designs[0]
     if len(designs) == 1:
         return first, 0
-    names = [
-        *dict.fromkeys(name for one in designs for name in one.columns),
-        *(name for name in first.base if len({one.base[name] for one in designs}) > 1),
-    ]
+    names = [name for design in designs for name in design.columns]
+    for name in first.base:
+        if len({design.base[name] for design in designs}) > 1:
+            names.append(name)
     columns = {
-        name: np.concatenate([one.column(name) for one in designs])
+        name: np.concatenate([design.column(name) for design in designs])
         for name in dict.fromkeys(names)
     }
-    fineness = np.concatenate([one.fineness for one in designs])
+    fineness = np.concatenate([design.fineness for design in designs])
     every = Points(first.base, columns, len(fineness), fineness)
-    once, _ = distinct_rows([*columns.values()])
+    distinct, _ = distinct_rows([*columns.values()])
     keep = np.zeros(every.count, np.bool_)
-    keep[once] = True
-    return every.kept(keep), every.count - len(once)
+    keep[distinct] = True
+    return every.kept(keep), every.count - len(distinct)
 
 
 def fitted_to_map(study: Study, points: Points) -> Points:
-    """The points with width and height of the map where it has its own and the study
-    leaves them out.
+    """Return the points with the width and height of their maps.
+
+    A map without a size, and a width or height of the study, change nothing.
     """
-    base, columns = dict(points.base), dict(points.columns)
+    base = dict(points.base)
+    columns = dict(points.columns)
     for side, name in enumerate(SIDES):
         if study.place_of(name):
             continue
@@ -128,8 +166,10 @@ def fitted_to_map(study: Study, points: Points) -> Points:
 
 
 def across(study: Study, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The `minimum_image` that goes with the borders among some values of settings, of
-    one point or of many, where the study leaves it out: a torus is periodic.
+    """Return the `minimum_image` that the borders among parameter values imply.
+
+    A torus is periodic, unless the study defines `minimum_image`: then nothing is
+    implied. The values are those of one point, or arrays of values of many points.
     """
     if "borders" not in values or study.place_of("minimum_image"):
         return {}
@@ -137,10 +177,13 @@ def across(study: Study, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_maps(study: Study, points: Points) -> None:
-    """Raise SpecError for a map in another unit than the model's, and for a width or
-    height that is not the map's.
+    """Raise SpecError if a map does not fit the model, or its size the study.
+
+    The map must have the model's unit of length. A width and a height of the study must
+    be those of the map.
     """
-    length, maps = study.known.models[study.model].length, study.known.maps
+    length = study.known.models[study.model].length
+    maps = study.known.maps
     for name in _maps(points):
         if name in maps and maps[name].unit not in ("", length):
             fitting = ", ".join(
@@ -175,6 +218,6 @@ def _maps(points: Points) -> list[str]:
 
 
 def _sizes(study: Study, points: Points) -> dict[str, tuple[float, float]]:
-    """Width and height of those maps of the points that have their own."""
+    """Return width and height of the maps of points that have their own size."""
     sizes = {name: study.map_size(name) for name in _maps(points)}
     return {name: size for name, size in sizes.items() if size is not None}

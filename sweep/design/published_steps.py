@@ -1,4 +1,4 @@
-"""That a model calls `publish`, where settings need it."""
+"""The requirement that a model calls `publish`."""
 
 from kernels.robots.publishers import publishes, to_publish
 from sweep.spec.document import Place
@@ -6,10 +6,24 @@ from sweep.spec.study import Study
 
 
 def check_published(
-    study: Study, name: str, what: str, place: Place | None = None
+    study: Study, name: str, ability: str, place: Place | None = None
 ) -> None:
-    """Raise SpecError for a model that calls no `publish`: the setting `name`, or what
-    else stands at `place`, needs one that does `what`.
+    """Raise SpecError if the model of a study calls no `publish`.
+
+    Parameters
+    ----------
+    study : Study
+    name : str
+        Name of the parameter that needs the call, or a noun phrase for the error.
+    ability : str
+        Relative clause for the error: what the model must do.
+    place : Place, optional
+        Key of the spec that the error names; by default that of the parameter.
+
+    Raises
+    ------
+    SpecError
+        If the model calls no `publish`.
     """
     model = study.known.models[study.model]
     if publishes(model.advance):
@@ -17,6 +31,6 @@ def check_published(
     change = to_publish(model.advance)
     raise study.document.error(
         place or study.place_of(name) or ("model",),
-        f"{name} needs a model {what}, and {model.name} calls no `publish`:"
+        f"{name} needs a model {ability}, and {model.name} calls no `publish`:"
         f" {change + ', and ' if change else ''}see docs/own-models.md",
     )

@@ -1,5 +1,7 @@
-"""What trials record, as their ids cover it. Two trials that differ in nothing else are
-the same flight: what both record is equal, to the last bit.
+"""The recorded values of trials, as ids of trials cover them.
+
+Two trials that differ only in their recording are the same simulation run. Values that
+both record are bitwise identical.
 """
 
 from collections.abc import Mapping
@@ -10,12 +12,18 @@ from sweep.design.code import study_code
 from sweep.spec.study import LAST_FLOCKS, LAST_STATES, RecordSpec, Study
 
 LATER = (LAST_STATES, LAST_FLOCKS)
-"""Keys that came later; ids cover them only where they are true."""
+"""Keys of later versions; ids cover them only if they are true."""
 
 
 class Recording(NamedTuple):
-    """The `stamps` of the metrics that are measured, by name, and the `content` of
-    `record` that ids cover, ready for JSON.
+    """Recorded values of trials.
+
+    Attributes
+    ----------
+    stamps : mapping of str
+        Code hashes of the measured metrics, by name.
+    content : mapping
+        Content of `record` that ids cover, ready for JSON.
     """
 
     stamps: Mapping[str, str]
@@ -23,16 +31,17 @@ class Recording(NamedTuple):
 
     @classmethod
     def of(cls, study: Study) -> "Recording":
-        """What the trials of a study record."""
+        """Return the recording of the trials of a study."""
         return cls(study_code(study).metrics, recorded_content(study.record))
 
-    def covers(self, asked: "Recording") -> bool:
-        """Whether it has all that is asked for, from the same code."""
-        mine, theirs = self.content, asked.content
+    def covers(self, other: "Recording") -> bool:
+        """Return whether it has all values of another recording, by the same code."""
+        mine = self.content
+        theirs = other.content
         derived = mine.get("derive", {})
         return (
             mine["every"] == theirs["every"]
-            and set(self.shared(asked)) >= set(theirs["metrics"])
+            and set(self.shared(other)) >= set(theirs["metrics"])
             and set(mine["series"]) >= set(theirs["series"])
             and mine["heatmaps"] >= theirs["heatmaps"]
             and mine["trajectories"] >= theirs["trajectories"]
@@ -41,7 +50,7 @@ class Recording(NamedTuple):
         )
 
     def shared(self, other: "Recording") -> list[str]:
-        """The measured metrics that both have, from the same code and frames."""
+        """Return the measured metrics that both have, by the same code and frames."""
         if self.content["every"] != other.content["every"]:
             return []
         return [
@@ -53,13 +62,16 @@ class Recording(NamedTuple):
 
 
 def recorded_content(record: RecordSpec) -> dict[str, Any]:
-    """What ids cover of `record`; the order of metrics is none of it."""
+    """Return the content of `record` that ids cover.
+
+    The order of metrics makes no difference.
+    """
     content = asdict(replace(record, derive=())) | {
         "metrics": sorted(record.metrics),
         "series": sorted(record.series),
-        "derive": {one.name: one.expression.text for one in record.derive},
+        "derive": {metric.name: metric.expression.text for metric in record.derive},
     }
-    # Trials without what came later keep the ids they had.
+    # Trials without keys of later versions keep the ids that they had.
     if not record.derive:
         del content["derive"]
     for key in LATER:

@@ -1,4 +1,4 @@
-"""In what the boids of a point differ from ideal ones, and their medium."""
+"""Differences between the boids of a point and ideal boids, and their medium."""
 
 from collections.abc import Iterator, Mapping
 
@@ -10,17 +10,32 @@ from sweep.spec.settings import Settings, Value, settings_of, settings_tuple
 def robots_at(
     model: str, known: Catalogue, settings: Mapping[str, Value]
 ) -> RobotSettings:
-    """In what the boids of a trial with these settings differ from ideal ones."""
-    described, given = settings_of(model, known), dict(settings)
+    """Return the differences between the boids of a trial and ideal boids.
+
+    Parameters
+    ----------
+    model : str
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    settings : mapping
+        All parameters of the trial.
+
+    Returns
+    -------
+    RobotSettings
+        Sensing, actuation, failures, medium and variability.
+    """
+    described = settings_of(model, known)
+    values = dict(settings)
     sensing, actuation, breakdowns, medium = (
-        settings_tuple(group, given, described) for group in ROBOT_GROUPS
+        settings_tuple(group, values, described) for group in ROBOT_GROUPS
     )
-    spreads = tuple(_spreads(given, described))
-    return RobotSettings(sensing, actuation, breakdowns, medium, spreads)
+    spreads = tuple(_spreads(values, described))
+    return RobotSettings(sensing, actuation, breakdowns, medium, spreads=spreads)
 
 
 def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:
-    """By how much parameters of the model differ from robot to robot."""
+    """Yield the variability of model parameters between robots."""
     for name in sorted(settings.keys() - known):
         parameter = known[known.spreads[name].spread_of]
         deviation = float(settings[name])

@@ -1,4 +1,4 @@
-"""What the settings of sensing must fulfil together, and the model that has them."""
+"""Requirements of sensing on parameters, and on the model."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,26 +13,26 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.study import Study
 
 MOST_BYTES = 2**28
-"""Of the messages that are under way in one trial."""
+"""Bound of the messages that are under way in one trial."""
 MOST_STEPS = 2.0**53
-"""Of a time: a double beyond does not tell one step from the next."""
+"""Bound of a time in steps: beyond it a double cannot represent each integer."""
 NEARLY = 1e-9
-"""So much of a step may a time be off a whole number of steps, and of this number."""
+"""Tolerance of an integer number of steps: in steps, and relative to this number."""
 NOISES = "position_noise", "velocity_noise"
 Mask = NDArray[np.bool_]
 
 
 def check_senses(study: Study, points: Points) -> None:
-    """Raise SpecError where boids cannot sense as wanted, and for a model that does not
-    let its boids measure and hear. Of each thing that is wrong it names the first
-    point.
+    """Raise SpecError if sensing is not consistent, or the model does not support it.
+
+    The error covers all mistakes and names the first point of each one.
     """
     mistakes = Mistakes()
 
     def refuse(names: Sequence[str], wrong: Mask, say: Callable[..., str]) -> None:
-        mistakes.read(_refuse, study, points, names, wrong, say)
+        mistakes.read(_refuse, study, points, names, wrong=wrong, say=say)
 
-    times = [name for name, one in study.settings.items() if one.whole_steps]
+    times = [name for name, setting in study.settings.items() if setting.whole_steps]
     for name in (*NOISES, *times):
         refuse((name,), np.isinf(points.column(name)), _infinite)
     for name in times:
@@ -48,12 +48,13 @@ def check_senses(study: Study, points: Points) -> None:
         size > MOST_BYTES,
         _too_large,
     )
-    noisy = _above(points, "position_noise"), _above(points, "velocity_noise")
+    noisy_position = _above(points, "position_noise")
+    noisy_velocity = _above(points, "velocity_noise")
     coupled = points.column("noise_form") == "coupled"
-    incomplete = ~(noisy[0] & noisy[1] & _above(points, "noise_time"))
+    incomplete = ~(noisy_position & noisy_velocity & _above(points, "noise_time"))
     needed = ("noise_form", "position_noise", "velocity_noise", "noise_time")
-    some = noisy[0] | noisy[1]
-    refuse(needed, coupled & some & incomplete, _half_coupled)
+    noisy = noisy_position | noisy_velocity
+    refuse(needed, coupled & noisy & incomplete, _half_coupled)
     hides = np.isin(points.column("occlusion"), ("boids", "both"))
     bodiless = hides & ~_above(points, "body_radius")
     refuse(("occlusion", "body_radius"), bodiless, _bodiless)
@@ -62,22 +63,22 @@ def check_senses(study: Study, points: Points) -> None:
 
 
 def _above(points: Points, name: str) -> Mask:
-    """Where a setting is above 0."""
-    found: Mask = points.column(name) > 0.0
-    return found
+    """Return a mask of the points where a parameter is above 0."""
+    above: Mask = points.column(name) > 0.0
+    return above
 
 
 def _steps(points: Points, name: str) -> NDArray[np.float64]:
-    """How many steps a time is at each point; infinitely many beyond MOST_STEPS."""
+    """Return a time in steps at each point; infinity beyond MOST_STEPS."""
     with np.errstate(over="ignore"):
-        found: NDArray[np.float64] = points.column(name) / points.column("dt")
-    return np.where(found <= MOST_STEPS, found, np.inf)
+        steps: NDArray[np.float64] = points.column(name) / points.column("dt")
+    return np.where(steps <= MOST_STEPS, steps, np.inf)
 
 
 def _few_steps(points: Points, name: str) -> NDArray[np.float64]:
-    """The same, with none where they are infinitely many: that is refused by itself."""
-    found = _steps(points, name)
-    return np.where(np.isfinite(found), found, 0.0)
+    """Return a time in steps at each point; 0 for infinity, which has its own error."""
+    steps = _steps(points, name)
+    return np.where(np.isfinite(steps), steps, 0.0)
 
 
 def _refuse(
@@ -87,18 +88,19 @@ def _refuse(
     wrong: Mask,
     say: Callable[..., str],
 ) -> None:
-    """Raise SpecError for the first point that is wrong, with what to say of its
-    values of the named settings.
+    """Raise SpecError for the first point where the mask `wrong` is true.
+
+    `say` gets the first name and the values of the named parameters at this point.
     """
     if wrong.any():
         first = int(np.argmax(wrong))
         values = [points.column(name)[first] for name in names]
-        said = f"{say(names[0], *values)}{points.describe(first, names)}"
-        raise study.document.error(_place(study, names), said)
+        message = f"{say(names[0], *values)}{points.describe(first, names)}"
+        raise study.document.error(_place(study, names), message)
 
 
 def _place(study: Study, names: Sequence[str]) -> Place:
-    """Where the first of these settings stands that the spec has."""
+    """Return the key of the first of these parameters that the spec contains."""
     return next(filter(None, map(study.place_of, names)), None) or ("model",)
 
 
@@ -139,7 +141,7 @@ def _bodiless(*_values: Any) -> str:
 
 
 def _check_model(study: Study, points: Points) -> None:
-    """Refuse boids that are to measure and hear, of a model that does not let them."""
+    """Raise SpecError if boids sense, and the model does not let them."""
     for name, on in (
         ("position_noise", _above(points, "position_noise")),
         ("velocity_noise", _above(points, "velocity_noise")),

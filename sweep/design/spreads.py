@@ -1,4 +1,4 @@
-"""What goes with parameters that differ from robot to robot."""
+"""Requirements of parameters that differ between robots."""
 
 from kernels.robots.readers import potential_of
 from sweep.design.points import Points
@@ -6,8 +6,9 @@ from sweep.spec.study import Study
 
 
 def check_spreads(study: Study, points: Points) -> None:
-    """Raise SpecError where a pair potential is recorded which is another for each
-    robot: its energy would be that of no flock.
+    """Raise SpecError if a metric needs a pair potential that differs between robots.
+
+    The energy would then belong to no flock.
     """
     model = study.known.models[study.model]
     metrics = [

@@ -1,8 +1,8 @@
 """Ids of trials in memory: 12 bytes each, in arrays that are sorted and searched.
 
-In tables an id is a text of 24 hexadecimal digits, which takes more than twice as much,
-and as an object of Python six times. So a launch of millions of trials has texts of one
-block at a time.
+In tables an id is a string of 24 hexadecimal digits, which takes more than twice the
+memory. As a Python object it takes six times the memory. So a run of millions of trials
+has the strings of one block at a time.
 """
 
 import re
@@ -18,22 +18,25 @@ if TYPE_CHECKING:  # workers need no tables
 DIGITS = 24
 TRIAL_ID = re.compile(f"[0-9a-f]{{{DIGITS}}}")
 Ids = NDArray[np.bytes_]
-"""(n,), of 12 bytes each."""
+"""Array of shape (n,), 12 bytes each."""
 BYTES = "S12"
 NO_IDS = np.empty(0, BYTES)
 BLOCK = 100_000
-"""So many ids are looked up, or are texts, at once."""
+"""Number of ids that are looked up, or are strings, at once."""
 
 
 def packed(texts: Iterable[str]) -> Ids:
-    """The ids that are written as these texts. Raises ValueError where one is no id."""
+    """Return the ids that strings represent. Raises ValueError if one is not an id."""
     import pyarrow as pa
 
     return packed_array(pa.array(texts, pa.string()))
 
 
 def packed_array(texts: "pa.Array") -> Ids:
-    """The same of an array of them, without a text of Python's for each."""
+    """Return the ids that an array of strings represents.
+
+    No Python string is created for each id. Raises ValueError if one is not an id.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -44,21 +47,21 @@ def packed_array(texts: "pa.Array") -> Ids:
 
 
 def are_ids(texts: "pa.Array") -> "pa.Array":
-    """Which of some texts are ids."""
+    """Return a mask of the strings that are ids."""
     import pyarrow.compute as pc
 
     return pc.match_substring_regex(texts, f"^{TRIAL_ID.pattern}$").fill_null(False)
 
 
 def as_texts(ids: Ids) -> "pa.ChunkedArray":
-    """The texts of ids."""
+    """Return the strings of ids."""
     import pyarrow as pa
 
     return pa.chunked_array([_texts(block) for block in blocks(ids)], pa.string())
 
 
 def blocks(ids: Ids) -> Iterator[Ids]:
-    """Some ids after the other, at most BLOCK at once."""
+    """Yield blocks of at most BLOCK ids."""
     for first in range(0, len(ids), BLOCK):
         yield ids[first : first + BLOCK]
 
@@ -74,16 +77,22 @@ def _texts(ids: Ids) -> "pa.Array":
 
 
 def _sound(texts: "pa.ChunkedArray") -> Iterator[tuple[NDArray[np.int64], Ids]]:
-    """The ids among some texts and where they stand, some after the other."""
+    """Yield the rows of strings that are ids, and these ids, block after block."""
     for first in range(0, len(texts), BLOCK):
-        some = texts.slice(first, BLOCK).combine_chunks()
-        sound = are_ids(some)
-        yield first + np.flatnonzero(sound), packed_array(some.filter(sound))
+        block = texts.slice(first, BLOCK).combine_chunks()
+        sound = are_ids(block)
+        yield first + np.flatnonzero(sound), packed_array(block.filter(sound))
 
 
 class KnownIds(NamedTuple):
-    """Distinct ids that others are looked up among: `ids` (n,) in ascending order, and
-    the `rows` (n,) in which they stood.
+    """Index of distinct ids, to look up the row of an id.
+
+    Attributes
+    ----------
+    ids : array of bytes, shape (n,)
+        Ids in ascending order.
+    rows : array of int, shape (n,)
+        Row of each id in the indexed array or column.
     """
 
     ids: Ids
@@ -91,42 +100,47 @@ class KnownIds(NamedTuple):
 
     @classmethod
     def of(cls, ids: Ids) -> "KnownIds":
-        """Those in an array, by their places in it."""
+        """Return the index of an array of ids."""
         order = np.argsort(ids).astype(np.int32)
         return cls(ids[order], order)
 
     @classmethod
     def of_column(cls, texts: "pa.ChunkedArray") -> "KnownIds":
-        """Those in a column of a stored table, by its rows. What is no id, as a file
-        from anyone may have, is left out: nobody asks for it.
+        """Return the index of a column of a stored table.
+
+        Strings that are not ids are left out: an untrusted file may contain them.
         """
-        ids, rows = np.empty(len(texts), BYTES), np.empty(len(texts), np.int32)
-        found = 0
-        for there, some in _sound(texts):
-            new = slice(found, found + len(some))
-            ids[new], rows[new], found = some, there, new.stop
-        known = cls.of(ids[:found])
+        ids = np.empty(len(texts), BYTES)
+        rows = np.empty(len(texts), np.int32)
+        count = 0
+        for sound_rows, sound_ids in _sound(texts):
+            new = slice(count, count + len(sound_ids))
+            ids[new] = sound_ids
+            rows[new] = sound_rows
+            count = new.stop
+        known = cls.of(ids[:count])
         return cls(known.ids, rows[known.rows])
 
-    def places(self, asked: Ids) -> NDArray[np.int64]:
-        """The row of each of the ids `asked`, -1 where it is none of them."""
-        found = np.full(len(asked), -1, np.int64)
-        for first in range(0, len(asked) if len(self.ids) else 0, BLOCK):
-            some = asked[first : first + BLOCK]
-            nearest = self.ids.searchsorted(some).clip(max=len(self.ids) - 1)
-            there = self.ids[nearest] == some
-            found[first : first + BLOCK][there] = self.rows[nearest[there]]
-        return found
+    def places(self, ids: Ids) -> NDArray[np.int64]:
+        """Return the row of each id, -1 for an unknown id."""
+        rows = np.full(len(ids), -1, np.int64)
+        for first in range(0, len(ids) if len(self.ids) else 0, BLOCK):
+            block = ids[first : first + BLOCK]
+            nearest = self.ids.searchsorted(block).clip(max=len(self.ids) - 1)
+            known = self.ids[nearest] == block
+            rows[first : first + BLOCK][known] = self.rows[nearest[known]]
+        return rows
 
     def places_of_column(self, texts: "pa.ChunkedArray") -> NDArray[np.int64]:
-        """The same of the ids in a column of a stored table; -1 too for what is no id,
-        as `of_column`.
+        """Return the row of each id in a column of a stored table.
+
+        It is -1 for an unknown id, and for a string that is not an id.
         """
-        found = np.full(len(texts), -1, np.int64)
-        for there, some in _sound(texts):
-            found[there] = self.places(some)
-        return found
+        rows = np.full(len(texts), -1, np.int64)
+        for sound_rows, sound_ids in _sound(texts):
+            rows[sound_rows] = self.places(sound_ids)
+        return rows
 
     def where(self, chosen: NDArray[np.bool_]) -> Ids:
-        """The ids of the rows that are `chosen` (rows,)."""
+        """Return the ids of the rows where the mask `chosen` is true."""
         return self.ids[chosen[self.rows]]

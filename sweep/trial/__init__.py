@@ -1,22 +1,22 @@
-"""From a job to its Result: the one door to the kernels.
+"""The Result of a job: the only package that calls the kernels to run trials.
 
-simulation  a flight of the kernels, call by call
-lanes       trials that fly together, one in each lane
-on_device   trials that fly together on a GPU
-robots      whether boids are ideal ones, and which of them fail
+simulation  one trial, kernel call by kernel call
+lanes       batches of trials, one in each lane of a vector
+on_device   batches of trials on a GPU
+robots      ideal boids, robots, and failures
 scenery     the world and its obstacles, drawn from the job
 derived     metrics that a spec computes from others
-remeasuring metrics of a trial that has been flown, from its trajectory
-last_flocks where boids are at the end, and begin again
-state       what is between two calls
-result      what a trial gave
+remeasuring metrics of a stored trial, from its trajectory
+last_flocks final flocks, and trials that begin with them
+state       the state between two kernel calls
+result      the result of a trial
 generators  random numbers for kernels
-kinds       how many boids are of which kind
-world       the same world, to be shown
+kinds       numbers of boids by type
+world       the world of a trial, for display
 followed    flocks from frame to frame
-looking     what boids see and rules do, to be shown
-compiled    where kernels are kept
-probe       a few short trials, of code whose cost is not known
-numba_errors  why a kernel cannot be compiled, as a sentence
-interrupts  how a run is told to stop
+looking     perceived neighbours and effects of rules, for display
+compiled    the folder of compiled kernels
+probe       a few short trials of code whose cost is not known
+numba_errors  compiler errors of kernels, as a sentence
+interrupts  signals that ask a run to stop
 """

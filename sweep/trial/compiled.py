@@ -1,20 +1,19 @@
-"""Which package `kernels` is ours, and where what it compiles is kept: in a folder that
-nobody else can write.
+"""The built-in package `kernels`, and the private folder of its compiled code.
 
-Another distribution has a package of that name. So ours is found at its own place: in a
-checkout beside `sweep`, in a wheel within it, where no other distribution writes.
+Another distribution has a package of the same name. So the finder looks only at one
+path: next to `sweep` in a checkout, and inside it in a wheel.
 
-numba's cache is pickles: whoever can write there, or rename a folder on the way there,
-runs code as the user. So the folder, and every folder and link on the way, belongs to
-the user or to root, and nobody else can write it. ssh asks that of a home folder. As
-Debian's ssh does, we allow a group that is the user's private one: with such groups a
-umask of 002 is common. A folder on the way may also be sticky, as /tmp is: there only
-its owner can change an entry. Root is whoever owns `/`; in a container that may be
-another user.
+The cache of numba consists of pickles. A user who can write there, or rename a parent
+folder, can run code as the owner. So the folder and all its parents and links must
+belong to the owner or to root, and no other user may write them. ssh has the same
+requirement for a home folder. A private group of the user may write, as in Debian's
+ssh, because a umask of 002 is common with such groups. A parent may also be sticky,
+such as /tmp: there only its owner can change an entry. Root is the owner of `/`, which
+may be another user in a container.
 
-If that does not hold, or nothing can be written, kernels are compiled into a temporary
-folder. Worker processes share it, as they have the environment of the process that
-started them. It is deleted when that process ends.
+If a requirement does not hold, or nothing can be written, kernels are compiled into a
+temporary folder. Worker processes share it, because they inherit the environment. It is
+deleted when the process ends that created it.
 """
 
 import atexit
@@ -39,30 +38,30 @@ NAME = "boidsweep"
 VARIABLE = "NUMBA_CACHE_DIR"
 WAY_OUT = f"Set {VARIABLE} to a folder that you alone can write."
 NOTHING_IS_KEPT = "BOIDSWEEP_KEEPS_NO_KERNELS"
-"""A variable that says that the folder cannot be written any more, and that it was
-said. Worker processes inherit it.
+"""Environment variable, set after the warning that the folder cannot be written.
+
+Worker processes inherit it, so that the warning is printed once.
 """
 LOG = logging.getLogger("sweep")
 
 
 class OurKernels:
-    """Finds our `kernels`, and calls `settle` just before, as it reads NUMBA_CACHE_DIR
-    when it is imported. It imports numba, which then obeys no settings in the current
-    folder; where a program has imported numba before, the program's rules hold.
+    """Finder for `sys.meta_path` that finds only the built-in `kernels`.
 
-    It is a finder for `sys.meta_path` that finds no other module. So the folder is
-    looked at only when kernels are needed, and `sweep --help` looks at none.
+    It calls `settle` first, because `kernels` reads NUMBA_CACHE_DIR on import. Then
+    numba ignores its configuration in the current folder, unless it was imported
+    before. The folder is checked only when kernels are needed, not for `sweep --help`.
     """
 
     def find_spec(self, name: str, *_: Any) -> ModuleSpec | None:
-        """Python asks this for each module that it imports for the first time.
+        """Return the spec of `kernels`, None for any other module.
 
-        Raises ImportError where the package is not at its place.
+        Raises ImportError if the package is not in its folder.
         """
         if name != "kernels":
             return None
-        found = PathFinder.find_spec(name, [str(beside_kernels())])
-        if found is None or found.origin is None:
+        spec = PathFinder.find_spec(name, [str(beside_kernels())])
+        if spec is None or spec.origin is None:
             raise ImportError(
                 f"boidsweep lacks its package `kernels` in {beside_kernels()};"
                 f" {REINSTALL}"
@@ -71,17 +70,17 @@ class OurKernels:
             ignore_settings(OF_NUMBA)
         if hasattr(os, "geteuid"):  # other systems have no modes to look at
             settle()
-        return found
+        return spec
 
 
 def beside_kernels() -> Path:
-    """The folder that holds our `kernels`."""
+    """Return the folder that contains the built-in `kernels`."""
     within = PACKAGE / "bundled"
     return within if within.is_dir() else PACKAGE.parent
 
 
 def check_kernels(imported: ModuleType | None) -> None:
-    """Raise ImportError if a package `kernels` that is imported already is not ours."""
+    """Raise ImportError if an imported package `kernels` is not the built-in one."""
     file = getattr(imported, "__file__", None)
     if imported and (file is None or Path(file).parent.parent != beside_kernels()):
         raise ImportError(
@@ -92,10 +91,9 @@ def check_kernels(imported: ModuleType | None) -> None:
 
 
 def settle() -> None:
-    """Make the usual folder private; if that fails, set NUMBA_CACHE_DIR to a temporary
-    one.
+    """Make the usual folder private, or set NUMBA_CACHE_DIR to a temporary one.
 
-    Raises CacheError where no temporary folder can be made either.
+    Raises CacheError if no temporary folder can be created either.
     """
     try:
         make_private(usual())
@@ -106,9 +104,9 @@ def settle() -> None:
 
 
 def usual() -> Path:
-    """Where `kernels` keeps what it compiles, by its own rules.
+    """Return the folder where `kernels` stores compiled code, by its own rules.
 
-    Raises CacheError for a relative path: it would lead into a stranger's folder, too.
+    Raises CacheError for a relative path, because the current folder may be untrusted.
     """
     cache = os.environ.get(VARIABLE) or os.environ.get("XDG_CACHE_HOME")
     try:
@@ -121,9 +119,10 @@ def usual() -> Path:
 
 
 def make_private(folder: Path) -> None:
-    """Make `folder` unless it exists, and take away others' permission to write it.
+    """Create a folder if it does not exist, with permissions only for the user.
 
-    Raises CacheError if others can write it, or could until now, and if nobody can.
+    Raises CacheError if other users can write it or could until now, or if the user
+    cannot write it.
     """
     import tempfile
 
@@ -148,7 +147,7 @@ def make_private(folder: Path) -> None:
 
 
 def _way(folder: Path) -> Iterator[Path]:
-    """Every folder and link that leads to `folder`, from the root on, and itself."""
+    """Yield every folder and link that leads to a folder, from the root, and itself."""
     for place in (*reversed(folder.parents), folder):
         if place.is_symlink():
             with suppress(FileNotFoundError):
@@ -158,35 +157,39 @@ def _way(folder: Path) -> Iterator[Path]:
 
 
 def _check(place: Path, *, sticky: bool = False) -> None:
-    """Raise CacheError where others can change what is at `place`, or in it.
+    """Raise CacheError if other users can change a file or folder, or its content.
 
-    With `sticky`, others may have entries of their own in it.
+    With `sticky`, other users may have their own entries in it.
     """
-    about = place.lstat()
-    if about.st_uid not in (os.geteuid(), Path("/").stat().st_uid):
-        raise CacheError(f"{place} belongs to user {about.st_uid}")
-    if sticky and (stat.S_ISLNK(about.st_mode) or about.st_mode & stat.S_ISVTX):
+    status = place.lstat()
+    if status.st_uid not in (os.geteuid(), Path("/").stat().st_uid):
+        raise CacheError(f"{place} belongs to user {status.st_uid}")
+    if sticky and (stat.S_ISLNK(status.st_mode) or status.st_mode & stat.S_ISVTX):
         return
-    by_group = about.st_mode & stat.S_IWGRP and not _is_private(about.st_gid)
-    if by_group or about.st_mode & stat.S_IWOTH:
-        mode = f"mode {stat.S_IMODE(about.st_mode):o}"
+    by_group = status.st_mode & stat.S_IWGRP and not _is_private(status.st_gid)
+    if by_group or status.st_mode & stat.S_IWOTH:
+        mode = f"mode {stat.S_IMODE(status.st_mode):o}"
         raise CacheError(f"{place} can be written by others ({mode})")
 
 
 def _is_private(number: int) -> bool:
-    """Whether a group is the user's own, of the same name and without other members."""
+    """Return whether a group has the user's name and no other members."""
     import grp
     import pwd
 
     try:
-        group, user = grp.getgrgid(number), pwd.getpwuid(os.geteuid())
+        group = grp.getgrgid(number)
+        user = pwd.getpwuid(os.geteuid())
     except KeyError:
         return False
     return group.gr_name == user.pw_name and {*group.gr_mem} <= {user.pw_name}
 
 
 def _temporary(why: CacheError) -> Path:
-    """A new private folder, gone at the end. Raises CacheError, with both reasons."""
+    """Return a new private folder, which is deleted when the process ends.
+
+    Raises CacheError, with both reasons, if none can be created.
+    """
     import tempfile
 
     try:

@@ -1,6 +1,4 @@
-"""The values of metrics of a trial: those that are derived from others, and the two
-that are kept of each.
-"""
+"""Derived metrics of a trial, and the two stored values of each metric."""
 
 from collections.abc import Mapping
 
@@ -19,8 +17,20 @@ Floats = NDArray[np.float64]
 def measured(
     record: RecordSpec, taken: Taken, settings: Mapping[str, Value]
 ) -> dict[str, Floats]:
-    """The values of all metrics of a record by name, each (F,): those that were `taken`
-    for it, and what it derives from them.
+    """Return the values of all metrics of a record, measured and derived ones.
+
+    Parameters
+    ----------
+    record : RecordSpec
+    taken : Taken
+        Frames with the values of the measured metrics.
+    settings : mapping
+        All parameters of the trial.
+
+    Returns
+    -------
+    dict of arrays, shape (F,)
+        One value per frame, by name of the metric.
     """
     values = dict(zip(record.metrics, taken.values, strict=True))
     return with_derived(record.derive, values, settings)
@@ -31,31 +41,54 @@ def with_derived(
     values: Mapping[str, Floats],
     settings: Mapping[str, Value],
 ) -> dict[str, Floats]:
-    """The `values` of metrics by name, each (F,) over frames, with those of `derived`
-    ones, each of which stands after those that it needs.
+    """Return the values of metrics, together with the values of derived metrics.
 
-    A part of an expression that has no finite value in a frame, as the quotient of
-    zeros, is NaN there, like a metric that has no value. What is computed from NaN is
-    NaN, and no comparison with it holds.
+    A part of an expression without a finite value in a frame, such as 0 / 0, is NaN
+    there, like a metric without a value. Results computed from NaN are NaN, and no
+    comparison with NaN holds.
+
+    Parameters
+    ----------
+    derived : tuple of DerivedMetric
+        Each one comes after the derived metrics that it needs.
+    values : mapping of arrays, shape (F,)
+        One value per frame, by name of the metric.
+    settings : mapping
+        All parameters of the trial.
+
+    Returns
+    -------
+    dict of arrays, shape (F,)
     """
-    found = dict(values)
-    for one in derived:
-        frames = len(next(iter(found.values())))
-        found[one.name] = one.expression.evaluate(
-            {**settings, **found}, frames, left_open
+    every = dict(values)
+    for metric in derived:
+        frames = len(next(iter(every.values())))
+        every[metric.name] = metric.expression.evaluate(
+            {**settings, **every}, frames, left_open
         )
-    return found
+    return every
 
 
 def summaries(
     values: Mapping[str, Floats], frames: NDArray[np.int64], steps: int
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """What is kept of each metric of a trial of so many steps: its value at the last
-    frame, and its mean over the frames of the last half.
+    """Return the stored values of the metrics of a trial.
 
-    values  of each metric, (F,)
-    frames  the steps of the frames, (F,)
-    steps   those of the trial
+    Parameters
+    ----------
+    values : mapping of arrays, shape (F,)
+        One value per frame, by name of the metric.
+    frames : array of int, shape (F,)
+        Steps of the frames.
+    steps : int
+        Steps of the trial.
+
+    Returns
+    -------
+    last : dict of float
+        Value at the last frame, by metric.
+    mean : dict of float
+        Mean over the frames of the second half, by metric.
     """
     late = 2 * frames > steps
     return (

@@ -1,9 +1,9 @@
-"""Random numbers for kernels, from a few generators a thread.
+"""Random numbers for kernels, from a few generators per thread.
 
-A kernel is compiled without reference counts (`kernels/jit.py`), so a generator that
-was given to it is never freed: a new one for every trial would leave 6 kB a trial in
-memory for ever. So a trial has only a state. For a call a generator of the thread
-gets this state and is lent to the kernel. This leaves 50 bytes a call.
+A kernel is compiled without reference counts (`kernels/jit.py`). So a generator that is
+passed to it is never freed, and a new one for every trial would leak 6 kB per trial.
+Instead a trial has only a state. For each call, a generator of the thread gets this
+state and is lent to the kernel. This leaks 50 bytes per call.
 """
 
 import threading
@@ -28,17 +28,18 @@ _OWN = _Own()
 
 
 class Randomness:
-    """One stream of random numbers: those of `np.random.default_rng(seed)`.
-
-    `state` is that of the bit generator; setting one that is none raises what NumPy
-    does, a ValueError, TypeError or KeyError.
-    """
+    """One stream of random numbers, equal to `np.random.default_rng(seed)`."""
 
     def __init__(self, seed: SeedSequence) -> None:
         self._state: Mapping[str, Any] = PCG64(seed).state
 
     @property
     def state(self) -> Mapping[str, Any]:
+        """State of the bit generator.
+
+        Setting a value that is not a state raises the error of NumPy: ValueError,
+        TypeError or KeyError.
+        """
         return self._state
 
     @state.setter
@@ -49,8 +50,9 @@ class Randomness:
 
     @contextmanager
     def lent(self, place: int = 0) -> Iterator[Generator]:
-        """A generator of the thread, set to go on with this stream. Use it only inside,
-        and each `place` for one stream at a time.
+        """Lend a generator of the thread that continues this stream.
+
+        Use it only inside the block, and each `place` for one stream at a time.
         """
         generator = _OWN.get(place)
         generator.bit_generator.state = cast(Any, self._state)
@@ -62,9 +64,7 @@ class Randomness:
 
 @contextmanager
 def lent_to_all(streams: Sequence[Randomness], count: int) -> Iterator[list[Generator]]:
-    """A generator for each of several streams, and more to make up `count`, of which
-    nobody needs the numbers.
-    """
+    """Lend a generator for each of several streams, and idle ones up to `count`."""
     with ExitStack() as stack:
         lent = [
             stack.enter_context(stream.lent(place))

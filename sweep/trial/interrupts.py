@@ -1,5 +1,7 @@
-"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP, on Windows by Ctrl-Break
-in place of the last. All have the same effect, and none stops it immediately.
+"""Signals that ask a run to stop: Ctrl-C, SIGTERM and SIGHUP.
+
+Windows has Ctrl-Break instead of SIGHUP. All signals have the same effect, and none
+stops a run immediately.
 """
 
 import signal
@@ -13,15 +15,15 @@ SIGNALS = [
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
     if hasattr(signal, name)
 ]
-"""The signals that ask a launch to stop, as far as the system has them."""
+"""Signals that ask a run to stop, as far as the system has them."""
 
 
 @contextmanager
 def deaf() -> Iterator[bool]:
-    """Inside, this thread hears none of SIGNALS, nor do processes that it starts, from
-    their first instruction on.
+    """Block SIGNALS in this thread, and in processes that it starts.
 
-    Says whether that is so: Windows cannot hold signals back.
+    A new process has them blocked from its first instruction. Yields whether they are
+    blocked: Windows cannot block signals.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield False
@@ -34,11 +36,10 @@ def deaf() -> Iterator[bool]:
 
 
 class HeldInterrupt:
-    """Remembers a first Ctrl-C in `asked` instead of raising it; a second one is
-    raised.
+    """Block in which a first Ctrl-C only sets `asked`; a second one is raised.
 
-    The same holds for each of SIGNALS that is handled like Ctrl-C. Does nothing outside
-    the main thread, or where they are ignored or handled by someone else.
+    The same holds for each of SIGNALS that is handled like Ctrl-C. Outside the main
+    thread nothing changes, nor for signals that are ignored or have another handler.
     """
 
     def __init__(self) -> None:
@@ -74,10 +75,10 @@ class HeldInterrupt:
 
 @contextmanager
 def ended_by_ctrl_c() -> Iterator[None]:
-    """Inside, Ctrl-C ends the process at once instead of raising KeyboardInterrupt.
+    """Let Ctrl-C end the process at once instead of raising KeyboardInterrupt.
 
-    Python sees a signal only between two kernel calls, and a single call may take for
-    ever.
+    Python handles a signal only between two kernel calls, and a single call may never
+    end.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     changes = (
@@ -94,10 +95,9 @@ def ended_by_ctrl_c() -> Iterator[None]:
 
 @contextmanager
 def ended_like_ctrl_c() -> Iterator[None]:
-    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt; without this they would end
-    the process silently.
+    """Let SIGTERM and SIGHUP raise KeyboardInterrupt instead of ending the process.
 
-    If they are ignored, as under nohup, or handled by someone else, this does not
+    Signals that are ignored, such as under nohup, or that have another handler, do not
     change.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()

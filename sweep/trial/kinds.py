@@ -1,4 +1,4 @@
-"""The kinds of the boids of a trial, for whoever stores or shows them."""
+"""The types of the boids of a trial, to store or display them."""
 
 from kernels.model import kind_counts
 from sweep.design.jobs import Job
@@ -6,10 +6,12 @@ from sweep.spec.settings import settings_of, settings_tuple
 
 
 def kinds_of(job: Job) -> dict[str, int]:
-    """How many boids of the trial of `job` are of each kind, in the order of their
-    indices: the first boids are of the first kind. Empty for a model without kinds.
+    """Return the number of boids of each type; {} for a model without types.
+
+    Types are in the order of indices: the first boids have the first type.
     """
-    model, known = job.known.models[job.model], settings_of(job.model, job.known)
-    params = settings_tuple(model.params, job.settings, known)
+    model = job.known.models[job.model]
+    described = settings_of(job.model, job.known)
+    params = settings_tuple(model.params, job.settings, described)
     counts = kind_counts(model, params, int(job.settings["n"]))
     return dict(zip(model.kinds, counts, strict=True)) if model.kinds else {}

@@ -1,9 +1,9 @@
-"""Trials that fly together, one in each lane of the processor's vectors. Each has the
-bits that it has alone.
+"""Vectorised batches of trials, one in each lane of the processor's vectors.
 
-Trials may fly together if they differ in their seed, their replicate and the weights of
-rules at most, and if their model can be written for lanes, see kernels.lanes. Others,
-and those that are left over, are run one after the other.
+The results are bitwise identical to those of single trials. Trials of a batch differ
+only in seed, replicate and the weights of rules. Their model must have a form for
+lanes, see kernels.lanes. Other trials, and those that are left over, run one after the
+other.
 """
 
 import os
@@ -40,36 +40,43 @@ from sweep.trial.simulation import (
 )
 
 AT_ONCE = WIDTH
-"""So many trials fly together at most."""
+"""Largest number of trials in a batch."""
 LEAST = 8
-"""So many trials are faster together than one after the other: with fewer the lanes of
-the others compute what nobody needs. Of the built-in models four took 0.7 to 1.0 times
-as long alone.
+"""Smallest number of trials in a batch; the other lanes compute unused values.
+
+Single trials were faster with fewer: four trials of a built-in model took 0.7 to 1.0
+times as long one after the other.
 """
 COMPILING_TIMES = 8.0
-"""A kernel for lanes is compiled where the workers need so many times as long for all
-trials: so it saves an eighth of that time at least about as long as it takes.
+"""Least time of all trials, as a multiple of the compile time of a kernel for lanes.
+
+A batch that saves an eighth of this time then pays for compiling.
 """
-STRETCHES, STRETCH = 10, 100
-"""Of how many jobs in a row, so many times, is asked whether any fly together."""
+STRETCHES = 10
+"""Number of places where `first_group` looks for a batch."""
+STRETCH = 100
+"""Number of consecutive jobs that it looks at in each place."""
 
 Between = Callable[[float, Callable[[], None]], None]
-"""Gets the seconds of each trial so far, and a function that brings all simulations to
-where their flights are, so that their states can be kept.
+"""Function that is called between two kernel calls.
+
+It gets the seconds of each trial so far, and a function that updates all simulations
+from the batch, so that their states can be stored.
 """
 
 
 @dataclass(frozen=True)
 class Trials:
-    """Runs trials; `together` says that they may fly together."""
+    """Function that runs trials, in batches if `together` is true."""
 
     together: bool = False
 
     def __call__(self, job: Job) -> Result:
+        """Return the result of a job."""
         return run(job)
 
     def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """The results of `jobs`, in their order."""
+        """Return the results of jobs, in their order."""
         return in_groups(jobs, run, _together if self.together else None)
 
 
@@ -79,8 +86,10 @@ def _together(jobs: Sequence[Job]) -> list[Result]:
 
 
 def worth_flying_together(jobs: Sequence[Job], seconds: float) -> bool:
-    """Whether trials are to fly together, for which the workers need so many seconds
-    one after the other. It compiles what they need, so that not every worker does that.
+    """Return whether trials are to run in batches, and compile the kernel for it.
+
+    It is compiled here so that not every worker compiles it. The workers need `seconds`
+    to run the trials one after the other.
     """
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return False
@@ -94,8 +103,9 @@ def worth_flying_together(jobs: Sequence[Job], seconds: float) -> bool:
 
 
 def warm_together(jobs: Sequence[Job]) -> bool:
-    """Compile what jobs of one kind need together, or load it from the cache: they take
-    one step. False where it cannot be compiled.
+    """Compile the kernel for a batch of jobs, or load it from the cache.
+
+    The batch takes one step. Returns False if the kernel cannot be compiled.
     """
     model = jobs[0].known.models[jobs[0].model]
     if not is_kept_for_lanes(model):
@@ -104,16 +114,19 @@ def warm_together(jobs: Sequence[Job]) -> bool:
             *(model.name, AT_ONCE, COMPILING_SECONDS),
         )
     steps = [one_step(job) for job in jobs]
-    found = _attempt(_together, steps)
+    outcome = _attempt(_together, steps)
     say_not_kept()
-    if isinstance(found, Exception):
-        _tell(found, [run(one) for one in steps])
+    if isinstance(outcome, Exception):
+        _tell(outcome, [run(step) for step in steps])
         return False
     return True
 
 
 def first_group(jobs: Sequence[Job]) -> list[Job]:
-    """The first jobs that fly together, among some: there may be millions."""
+    """Return the first batch of the jobs, [] if there is none.
+
+    Only a few stretches are searched, because there may be millions of jobs.
+    """
     for start in evenly(max(len(jobs) - STRETCH, 0) + 1, STRETCHES):
         looked = jobs[start : start + STRETCH]
         for group in groups(looked):
@@ -127,24 +140,38 @@ def in_groups(
     alone: Callable[[Job], Result],
     together: Callable[[Sequence[Job]], list[Result]] | None,
 ) -> list[Result]:
-    """The results of `jobs`, in their order: those of groups by `together`, others by
-    `alone`. A group that fails is run `alone`, which says why; where it does not fail
-    then, a warning does.
+    """Return the results of jobs, in their order, with batches where possible.
+
+    If a batch fails, its jobs run alone and report their errors. If none of them fails
+    alone, a warning reports the error of the batch.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    alone : callable
+        Returns the result of one job.
+    together : callable or None
+        Returns the results of a batch; None to run each job alone.
+
+    Returns
+    -------
+    list of Result
     """
     if together is None:
         return [alone(job) for job in jobs]
     results: dict[int, Result] = {}
     for group in groups(jobs):
         members = [jobs[place] for place in group]
-        made = (
+        outcome = (
             _attempt(together, members)
             if len(members) > 1
             else list(map(alone, members))
         )
-        if isinstance(made, Exception):
-            error, made = made, [alone(job) for job in members]
-            _tell(error, made)
-        results |= zip(group, made, strict=True)
+        if isinstance(outcome, Exception):
+            error = outcome
+            outcome = [alone(job) for job in members]
+            _tell(error, outcome)
+        results |= zip(group, outcome, strict=True)
     return [results[place] for place in range(len(jobs))]
 
 
@@ -158,10 +185,12 @@ def _attempt(
 
 
 def _tell(error: Exception, alone: Sequence[Result]) -> None:
-    """Say that trials failed together by an error which none of them has `alone`.
-    Nothing is said of a model that cannot be written for lanes.
+    """Warn that a batch failed, if none of its trials fails alone.
+
+    A model that has no form for lanes gets no warning.
     """
-    if not isinstance(error, REFUSALS) and not any(one.has_failed for one in alone):
+    failed = any(result.has_failed for result in alone)
+    if not failed and not isinstance(error, REFUSALS):
         _say_once(alone[0].job.model, "".join(traceback.format_exception(error)))
 
 
@@ -176,7 +205,7 @@ def _say_once(model: str, error: str) -> None:
 
 
 def groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
-    """The places of jobs that are run together, and of single ones."""
+    """Yield the indices of the jobs of each batch, and of each single job."""
     alike = defaultdict[Any, list[int]](list)
     for place, job in enumerate(jobs):
         alike[_kind(job) or place].append(place)
@@ -190,13 +219,15 @@ def groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
 
 
 def _kind(job: Job) -> Any:
-    """What trials have in common that fly together; None for one that flies alone, as
-    one does that may be ended by the clock, that keeps its last state, that finds
-    neighbours without a grid, or whose boids do not interact with all in sight or do
-    not know all that they see.
+    """Return a key that the trials of a batch share; None for a trial that runs alone.
+
+    A trial runs alone if it has a time limit, stores its last state, or finds
+    neighbours without a grid. It also runs alone if its boids do not interact with all
+    perceived neighbours, or are not ideal.
     """
     model = job.known.models[job.model]
-    n, steps = int(job.settings["n"]), int(job.settings["steps"])
+    n = int(job.settings["n"])
+    steps = int(job.settings["steps"])
     if job.time_limit is not None or job.record.last_states or steps == 0:
         return None
     if job.all_pairs:
@@ -218,12 +249,23 @@ def fly(
     began: float,
     between: Between = lambda _seconds, _settle: None,
 ) -> list[Result]:
-    """The results of simulations at their start. The seconds of each are its share of
-    those since `began`.
+    """Run a batch of simulations to their end and return their results.
 
-    `between` is called between two calls of the kernels.
+    Parameters
+    ----------
+    simulations : sequence of Simulation
+        At their start, with `together=True`.
+    began : float
+        `time.perf_counter()` when the batch began. The seconds of each result are its
+        share of the time since then.
+    between : Between
+        Is called between two kernel calls; by default it does nothing.
+
+    Returns
+    -------
+    list of Result
     """
-    flights = Formation([one.flight for one in simulations])
+    flights = Formation([simulation.flight for simulation in simulations])
     left = simulations[0].steps_left
 
     def settle() -> None:
@@ -236,7 +278,8 @@ def fly(
         if steps == 0:
             _take(simulations)
             continue
-        with lent_to_all([one.noise for one in simulations], AT_ONCE) as generators:
+        streams = [simulation.noise for simulation in simulations]
+        with lent_to_all(streams, AT_ONCE) as generators:
             flights.advance(generators, steps)
         left -= steps
         if left > 0:
@@ -246,14 +289,14 @@ def fly(
         flights.land()
     seconds = _share(simulations, began)
     return [
-        one.summary("done" if going else "diverged", seconds)
-        for one, going in zip(simulations, flights.going, strict=True)
+        simulation.summary("done" if going else "diverged", seconds)
+        for simulation, going in zip(simulations, flights.going, strict=True)
     ]
 
 
 def _take(simulations: Sequence[Simulation]) -> None:
-    for one in simulations:
-        one.taken.append(one.take_frames())
+    for simulation in simulations:
+        simulation.taken.append(simulation.take_frames())
 
 
 def _share(simulations: Sequence[Simulation], began: float) -> float:

@@ -1,7 +1,7 @@
-"""Where boids are at the end of a trial, and trials that begin there.
+"""Final flocks of trials, and trials that begin with them.
 
-A trial that begins so has another first frame; all else of it is as of any other: its
-steps count from 0, its random numbers are its own, and nothing has been visited.
+Such a trial has another first frame; nothing else differs. Its steps count from 0, it
+has its own random numbers, and no pixel has been visited.
 """
 
 from functools import partial
@@ -17,52 +17,53 @@ from sweep.design.jobs import Job, LastFlock
 
 
 def last_flock(flight: Flight) -> LastFlock:
-    """Where the boids of a flight are, in arrays of their own."""
-    flock, work = flight.flock, flight.work
+    """Return a copy of the flock of a flight."""
+    work = flight.work
     return LastFlock(
-        np.stack(flock[:4]),
+        np.stack(flight.flock[:4]),
         np.stack([work.heading_x, work.heading_y]),
         work.state.copy(),
     )
 
 
 def flock_of(job: Job, begins: LastFlock) -> Flock:
-    """The flock with which a job begins, in arrays of its own.
+    """Return a copy of the flock with which a job begins.
 
-    Raises RuntimeError where it is of another number of boids than those of the job, or
-    of another model.
+    Raises RuntimeError if its number of boids or of state values is not that of the
+    job.
     """
-    n, rows = int(job.settings["n"]), len(job.known.models[job.model].state)
+    n = int(job.settings["n"])
+    rows = len(job.known.models[job.model].state)
     shapes = (begins.bodies.shape, begins.headings.shape, begins.state.shape)
     if shapes != ((4, n), (2, n), (rows, n)):
-        found = begins.bodies.shape[-1]
+        boids = begins.bodies.shape[-1]
         raise RuntimeError(
-            f"trial {job.parent} has left {found} boids with {len(begins.state)} rows"
+            f"trial {job.parent} has left {boids} boids with {len(begins.state)} rows"
             f" of state, and this one has {n} with {rows}"
         )
     x, y, vx, vy = begins.bodies.copy()
-    return Flock(x, y, vx, vy, np.zeros(n), np.zeros(n))
+    return Flock(x, y, vx, vy, previous_vx=np.zeros(n), previous_vy=np.zeros(n))
 
 
 def starting(model: Model, begins: LastFlock | None) -> Model:
-    """The model, whose boids begin with the state that those of another trial had."""
+    """Return the model, with the state values of a final flock as its initial ones."""
     if begins is None or not model.state:
         return model
-    return model._replace(begin_state=partial(_given, begins.state))
+    return model._replace(begin_state=partial(_copy_state, begins.state))
 
 
-def _given(
-    given: Floats,
+def _copy_state(
+    final: Floats,
     _params: Any,
     _flock: Flock,
     _kind: Kinds,
     _rng: Generator,
     state: Floats,
 ) -> None:
-    state[:] = given
+    state[:] = final
 
 
 def place(flight: Flight, begins: LastFlock | None) -> None:
-    """Let boids at rest look where they did."""
+    """Give the boids of a flight the headings that they had, which matter at rest."""
     if begins is not None:
         flight.work.heading_x[:], flight.work.heading_y[:] = begins.headings

@@ -1,4 +1,4 @@
-"""What can be seen of a simulation besides its frames, without changing it."""
+"""Views of a simulation in addition to its frames; none changes it."""
 
 import copy
 from typing import NamedTuple, cast
@@ -15,10 +15,17 @@ from sweep.trial.simulation import Simulation
 
 
 class Pixels(NamedTuple):
-    """The pixels of a world that are visited, `per_length` of them a length.
+    """Pixels of a world in which visits are counted.
 
-    A visit counts those within `radius` pixels of a boid, or, where places are
-    `truncated`, of the pixel that it lies in.
+    Attributes
+    ----------
+    rows, columns : int
+    per_length : float
+        Pixels per unit of length.
+    radius : float
+        Radius of a visit around a boid, in pixels.
+    truncated : bool
+        Whether the radius is around the pixel that contains the boid.
     """
 
     rows: int
@@ -29,49 +36,55 @@ class Pixels(NamedTuple):
 
 
 def sight(simulation: Simulation) -> Sight:
-    """Whom boids see, with the settings as they are."""
+    """Return the field of view of boids, with the current parameters."""
     flight = simulation.flight
     return flight.model.sight(flight.params)
 
 
 def faces_heading(simulation: Simulation) -> bool:
-    """Whether a boid at rest looks where it last flew; else it sees all round."""
+    """Return whether a boid at rest keeps its heading; otherwise it sees all around."""
     return simulation.flight.model.faces_heading
 
 
 def is_measured(simulation: Simulation) -> bool:
-    """Whether boids know what they measured and heard, and not all that they see."""
+    """Return whether boids use measurements and messages instead of exact values."""
     return simulation.flight.work.near.senses is not None
 
 
 def pixels(simulation: Simulation) -> Pixels:
-    """The pixels whose visits are counted."""
-    of = simulation.flight.record.coverage
-    return Pixels(of.rows, of.columns, of.per_length, of.radius, of.stamp.size > 0)
+    """Return the pixels in which visits are counted."""
+    coverage = simulation.flight.record.coverage
+    return Pixels(
+        rows=coverage.rows,
+        columns=coverage.columns,
+        per_length=coverage.per_length,
+        radius=coverage.radius,
+        truncated=coverage.stamp.size > 0,
+    )
 
 
 def seen_by(simulation: Simulation, boid: int) -> Seen:
-    """What `boid` sees of the flock as it is, see kernels.inspection."""
+    """Return the neighbours that a boid perceives now, see kernels.inspection."""
     return inspection.seen_by(simulation.flight, boid)
 
 
 def flocks(simulation: Simulation) -> NDArray[np.int64]:
-    """For every boid the label of its flock; shape (N,)."""
+    """Return the label of the flock of every boid, shape (N,)."""
     return inspection.flocks(simulation.flight)
 
 
 def counts_visits(simulation: Simulation) -> bool:
-    """Whether visits are counted."""
+    """Return whether visits are counted."""
     return simulation.flight.record.covering
 
 
 def visits(simulation: Simulation) -> NDArray[np.int32]:
-    """Visits by pixel, shape (rows, columns), -1 in obstacles."""
+    """Return the visits of each pixel, shape (rows, columns), -1 in obstacles."""
     return heatmap(simulation.flight.record.coverage)
 
 
 def rules(simulation: Simulation) -> list[str]:
-    """The rules of the model that have a weight above zero."""
+    """Return the rules of the model that have a weight above zero."""
     return [rule.name for rule in _acting(simulation)]
 
 
@@ -83,11 +96,11 @@ def _acting(simulation: Simulation) -> list[Rule]:
 
 
 def accelerations(simulation: Simulation) -> Floats:
-    """What each rule does alone: the change of velocity over dt in one step, less that
-    of no rule; (rules, 2, N).
+    """Return the acceleration of each rule alone, shape (rules, 2, N).
 
-    That is not its share of the sum where a model limits forces together, or serves one
-    before another.
+    It is the change of velocity in one step, divided by dt, minus that without rules.
+    It is not the rule's fraction of the sum if a model limits the sum of forces, or
+    prioritises rules.
     """
     params = simulation.flight.params
     none = {rule.weight: 0.0 for rule in simulation.flight.model.rules}
@@ -103,7 +116,7 @@ def accelerations(simulation: Simulation) -> Floats:
 
 
 def _tried(simulation: Simulation, weights: dict[str, float]) -> Floats:
-    """The velocities (2, N) that one step with these weights would give."""
+    """Return the velocities (2, N) after one step with these weights."""
     flight = simulation.flight
     with copy.copy(simulation.noise).lent() as rng:
         return velocities_after(flight, flight.params._replace(**weights), rng)

@@ -1,12 +1,13 @@
-"""Trials that fly on a device, thousands at once. Each has the bits that it has on a
-processor.
+"""Batches of trials on a device, thousands at once.
 
-Trials fly together if they have the same model, boids, steps, record and world but for
-obstacles that are drawn. Whatever else they differ in, each has numbers of its own, as
-parameters of the model. What cannot begin, and what a model does
-wrong, is flown once more on the processor, which says why. Where the device fails, that
-is raised as DeviceError: this process can use it no more, and whoever has sent the
-trials sends them to another one. So what a store says of a device has flown there.
+The results are bitwise identical to those of a processor.
+
+Trials of a batch have the same model, number of boids, steps, record and world; drawn
+obstacles may differ. All other values, such as parameters of the model, may differ. A
+trial that cannot begin, or that a model handles wrongly, runs again on the processor,
+which reports the error. If the device fails, DeviceError is raised: this process cannot
+use the device any more, and the caller sends the trials to another process. So all
+trials that a store attributes to a device ran there.
 """
 
 import time
@@ -47,29 +48,36 @@ if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
 
 AT_ONCE = 8192
-"""So many trials fly together at most. An H100 has room for some 33,000 of such
-threads, and workers take turns on it; what is best, no GPU has said yet.
+"""Largest number of trials in a batch.
+
+An H100 has room for about 33,000 of these threads, and workers take turns on it. The
+best number has not been measured on a GPU.
 """
-SHARE, SHARE_HERE = 0.4, 1 / 32
-"""Of the memory that is free there, and of that of this machine, which all workers
-share: a trial needs about as much here while it is prepared.
+SHARE = 0.4
+"""Fraction of the free memory of the device that a batch may use."""
+SHARE_HERE = 1 / 32
+"""Fraction of the free memory of this machine, which all workers share.
+
+A trial needs about as much here, while it is prepared, as on the device.
 """
 
 
 @dataclass(frozen=True)
 class DeviceTrials:
-    """Runs trials on the GPU of this machine; if they are `simulated`, on a device that
-    is its processor.
+    """Function that runs trials on the GPU of this machine.
+
+    If it is `simulated`, the processor takes the part of the GPU.
     """
 
     simulated: bool = False
 
     def __call__(self, job: Job) -> Result:
+        """Return the result of a job."""
         [result] = self.several([job])
         return result
 
     def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """The results of `jobs`, in their order."""
+        """Return the results of jobs, in their order."""
         device = _host() if self.simulated else gpu()
         results = dict[int, Result]()
         for places in _groups(jobs):
@@ -84,8 +92,10 @@ def _host() -> Device:
 
 @cache
 def gpu() -> "Gpu":
-    """The GPU of this process. Raises DeviceError where there is none, and
-    ModuleNotFoundError without the extra `gpu`.
+    """Return the GPU of this process.
+
+    Raises DeviceError if there is none, and ModuleNotFoundError without the extra
+    `gpu`.
     """
     from kernels.device.gpu import Gpu
 
@@ -93,7 +103,7 @@ def gpu() -> "Gpu":
 
 
 def problem() -> str:
-    """Why trials cannot fly on a GPU here; "" where they can."""
+    """Return the reason why trials cannot run on a GPU here; "" if they can."""
     try:
         gpu()
     except ModuleNotFoundError as error:
@@ -104,19 +114,20 @@ def problem() -> str:
 
 
 def refusal_of(job: Job) -> str:
-    """Why a trial cannot fly on a GPU; "" where it can."""
-    asked = {
-        "a time limit: the clock is not looked at there": job.time_limit is not None,
-        "last states of trials: they are not kept there": job.record.last_states,
-    }
-    reasons = [words for words, there in asked.items() if there]
-    if not reasons and (found := _refused(job)):
-        reasons.append(found)
-    return "; ".join(reasons)
+    """Return the reason why a trial cannot run on a GPU; "" if it can."""
+    reasons = []
+    if job.time_limit is not None:
+        reasons.append("a time limit: the clock is not looked at there")
+    if job.record.last_states:
+        reasons.append("last states of trials: they are not kept there")
+    return "; ".join(reasons) or _refused(job)
 
 
 def _refused(job: Job) -> str:
-    """Why what a trial is compiled to would have other bits there."""
+    """Return the reason why compiled code would have other results on a GPU.
+
+    It is "" if the results are bitwise identical, or if nothing can be compiled here.
+    """
     if find_spec("numba_cuda") is None:
         return ""
     from kernels.device.assembly import assembled
@@ -124,7 +135,7 @@ def _refused(job: Job) -> str:
 
     try:
         kernel = kernel_of(job)
-    except Exception:  # it cannot begin anywhere: the trial itself says why
+    except Exception:  # it cannot begin anywhere: the trial reports the error
         return ""
     try:
         capability = gpu().capability
@@ -140,25 +151,33 @@ def _refused(job: Job) -> str:
 
 
 def kernel_of(job: Job) -> Kernel:
-    """The kernel with which a device flies a trial like this one; an error where it
-    cannot begin is raised.
+    """Return the kernel that runs a trial like this one on a device.
+
+    Raises the error of a trial that cannot begin.
     """
     return _batch([_begun(job)]).kernel
 
 
 def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
-    """The places of jobs that may fly together."""
+    """Yield the indices of jobs that may run together."""
     alike = defaultdict[Any, list[int]](list)
     for place, job in enumerate(jobs):
-        n, steps = job.settings["n"], job.settings["steps"]
-        alike[id(job.known), job.model, job.record, n, steps].append(place)
+        size = (job.settings["n"], job.settings["steps"])
+        alike[id(job.known), job.model, job.record, size].append(place)
     yield from alike.values()
 
 
 @dataclass
 class _Prepared:
-    """A simulation whose first frame is taken, its random numbers, and what its model
-    had called.
+    """Simulation whose first frame is taken.
+
+    Attributes
+    ----------
+    simulation : Simulation
+    stream : Stream
+        Its random numbers.
+    called : Calls
+        Counts of the calls of its model so far.
     """
 
     simulation: Simulation
@@ -167,37 +186,40 @@ class _Prepared:
 
     @property
     def shared(self) -> bool:
-        """Whether others have the same scenery: whether nothing of it is random."""
-        job, flight = self.simulation.job, self.simulation.flight
+        """True if nothing of the scenery is random, so that other trials share it."""
+        flight = self.simulation.flight
         moves = flight.scenery.velocities is not None
-        return not (is_drawn(job) or moves or flight.work.robots.rows)
+        return not (is_drawn(self.simulation.job) or moves or flight.work.robots.rows)
 
     @property
     def kind(self) -> Hashable:
-        """What trials have in common that fly together."""
+        """Key that the trials of a batch share."""
         flight = self.simulation.flight
         scenery = id(flight.scenery) if self.shared else None
         return form(flight, self.stream), scenery
 
 
 def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
-    """The results of jobs that have the same model, boids, steps and record."""
+    """Return the results of jobs with the same model, boids, steps and record."""
     results: list[Result] = []
     while len(results) < len(jobs):
         left = jobs[len(results) :]
-        some = left[: _fitting(left[0], device)]
+        batch = left[: _fitting(left[0], device)]
         began = time.perf_counter()
-        landed = _landed([_prepared(job) for job in some], device)
-        seconds = (time.perf_counter() - began) / len(some)
+        landed = _landed([_prepared(job) for job in batch], device)
+        seconds = (time.perf_counter() - began) / len(batch)
         results += [
-            _result(job, one, seconds) for job, one in zip(some, landed, strict=True)
+            _result(job, outcome, seconds)
+            for job, outcome in zip(batch, landed, strict=True)
         ]
     return results
 
 
 Landed = tuple[Simulation, int] | Result | None
-"""A simulation after its last step on a device, and the state of its flight; what has
-become of a trial that did not fly; None for one that is to be flown alone.
+"""Outcome of a trial on a device.
+
+A pair is a simulation after its last step, and the state of its flight. A Result
+belongs to a trial that did not run. None means that the trial must run alone.
 """
 
 
@@ -206,14 +228,15 @@ def _result(job: Job, landed: Landed, seconds: float) -> Result:
         return landed
     if landed is not None:
         simulation, state = landed
-        with suppress(Exception):  # flown alone, the trial says why
+        with suppress(Exception):  # the trial runs alone, which reports the error
             return simulation.summary("diverged" if state == LOST else "done", seconds)
     return _alone(job)
 
 
 def _alone(job: Job) -> Result:
-    """The result of a trial that fails on a processor, too. Raises DeviceError for one
-    that does not: then it was the device that did wrong.
+    """Return the result of a trial that fails on a processor too.
+
+    Raises DeviceError if it does not fail: then the device is wrong.
     """
     result = run(job)
     if not result.has_failed:
@@ -222,20 +245,21 @@ def _alone(job: Job) -> Result:
 
 
 def _fitting(job: Job, device: Device) -> int:
-    """How many trials like this one the memory of a device has room for."""
+    """Return the number of trials like this one that fit into memory, at least 1."""
     prepared = _prepared(job)
     if prepared is None:
         return 1
-    there, here = device.free_bytes(), virtual_memory().available
-    room = int(min(SHARE * there, SHARE_HERE * here))
+    room = int(
+        min(SHARE * device.free_bytes(), SHARE_HERE * virtual_memory().available)
+    )
     return max(1, min(AT_ONCE, room // _batch([prepared]).bytes))
 
 
 def _prepared(job: Job) -> _Prepared | None:
-    """A job at its start; None where it cannot begin."""
+    """Return a job at its start; None if it cannot begin."""
     try:
         return _begun(job)
-    except Exception:  # the trial is flown alone, and says why
+    except Exception:  # the trial runs alone, which reports the error
         return None
 
 
@@ -248,22 +272,23 @@ def _begun(job: Job) -> _Prepared:
 
 
 def _landed(prepared: Sequence[_Prepared | None], device: Device) -> list[Landed]:
-    """What has flown, in order."""
+    """Return the outcomes of trials, in their order."""
     landed: list[Landed] = [None] * len(prepared)
     alike = defaultdict[Any, list[int]](list)
-    for place, one in enumerate(prepared):
-        if one is not None:
-            alike[one.kind].append(place)
+    for place, trial in enumerate(prepared):
+        if trial is not None:
+            alike[trial.kind].append(place)
     for places in alike.values():
-        together = [one for place in places if (one := prepared[place])]
-        for place, flown in zip(places, _flown(together, device), strict=True):
-            landed[place] = flown
+        together = [trial for place in places if (trial := prepared[place])]
+        for place, outcome in zip(places, _flown(together, device), strict=True):
+            landed[place] = outcome
     return landed
 
 
 def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
-    """What has flown of simulations that are of one form; by halves, where the device
-    has too little memory.
+    """Return the outcomes of trials of one form.
+
+    They run in halves if the device has too little memory.
     """
     try:
         return _fly(prepared, device)
@@ -277,40 +302,42 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
 
 
 def _fly(prepared: Sequence[_Prepared], device: Device) -> list[Landed]:
-    batch, record = _batch(prepared), prepared[0].simulation.job.record
+    batch = _batch(prepared)
+    record = prepared[0].simulation.job.record
     lost = set[int]()
-    for kept in batch.fly(device, maps=record.heatmaps):
-        for place, one in enumerate(prepared):
+    for frames in batch.fly(device, maps=record.heatmaps):
+        for place, trial in enumerate(prepared):
             try:
                 taken = (
-                    _taken(kept[place], one.simulation)
-                    if kept
-                    else one.simulation.take_frames()
+                    _taken(frames[place], trial.simulation)
+                    if frames
+                    else trial.simulation.take_frames()
                 )
-            except Exception:  # flown alone, the trial says why
+            except Exception:  # the trial runs alone, which reports the error
                 lost.add(place)
             else:
-                one.simulation.taken.append(taken)
+                trial.simulation.taken.append(taken)
     return [
-        None if place in lost else _ended(one, int(state))
-        for place, (one, state) in enumerate(zip(prepared, batch.states, strict=True))
+        None if place in lost else _ended(trial, int(state))
+        for place, (trial, state) in enumerate(zip(prepared, batch.states, strict=True))
     ]
 
 
 def _taken(frames: KeptFrames, simulation: Simulation) -> Taken:
-    """Frames that were measured on a device, of which no boid is wanted."""
-    count, states = len(frames.steps), len(simulation.flight.work.state)
-    bodies, state = np.zeros((count, 4, 0)), np.zeros((count, states, 0))
+    """Return frames that were measured on a device, without boids."""
+    count = len(frames.steps)
+    bodies = np.zeros((count, 4, 0))
+    state = np.zeros((count, len(simulation.flight.work.state), 0))
     return Taken(frames.steps, frames.values, bodies, state)
 
 
-def _ended(one: _Prepared, state: int) -> Landed:
-    """None where the model has not done what it must in each step."""
-    simulation = one.simulation
+def _ended(trial: _Prepared, state: int) -> Landed:
+    """Return the outcome of a trial; None if its model missed a call in some step."""
+    simulation = trial.simulation
     with simulation.noise.lent() as rng:
-        go_on(rng, one.stream)
+        go_on(rng, trial.stream)
     try:
-        check_calls(simulation.flight, one.called)
+        check_calls(simulation.flight, trial.called)
     except RuntimeError:
         return None
     return None if state == ASTRAY else (simulation, state)
@@ -318,15 +345,17 @@ def _ended(one: _Prepared, state: int) -> Landed:
 
 def _batch(prepared: Sequence[_Prepared]) -> Batch:
     job = prepared[0].simulation.job
-    flights = [one.simulation.flight for one in prepared]
+    flights = [trial.simulation.flight for trial in prepared]
     metrics = metrics_of(job, job.record.metrics)
-    there = not job.record.trajectories and all(map(is_there, metrics))
-    streams = [one.stream for one in prepared]
-    return Batch(flights, streams, metrics if there else None, prepared[0].shared)
+    on_device = not job.record.trajectories and all(map(is_there, metrics))
+    streams = [trial.stream for trial in prepared]
+    return Batch(flights, streams, metrics if on_device else None, prepared[0].shared)
 
 
 def is_there(metric: Metric) -> bool:
-    """Whether a metric is measured on a device: those of parts of the flock, and those
-    that need memory, are measured on processors.
+    """Return whether a metric is measured on a device.
+
+    Metrics of a part of the flock, and metrics that allocate memory, are measured on
+    processors.
     """
     return not metric.part and not allocates(metric.measure)

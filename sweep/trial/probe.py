@@ -1,6 +1,6 @@
-"""A few short trials, of code whose cost is not known: can it run, and how fast is it?
+"""A few short trials of custom code, to test if it runs and to measure its pace.
 
-Nothing that is stored depends on what is measured here.
+No stored value depends on these measurements.
 """
 
 import hashlib
@@ -27,17 +27,17 @@ from sweep.trial.state import State, different
 
 MOST_TRIALS = 3
 ESTIMATED_SECONDS = 0.1
-"""A trial is shortened to about so much, by the estimate that is to be corrected."""
+"""Length of a shortened trial in seconds, by the estimate that the probe corrects."""
 FEW_STEPS = 5
 MOST_SECONDS = 0.4
-"""A trial ends after so much, however slow its steps are."""
+"""Time limit of a trial in seconds, for steps that are slower than estimated."""
 
 
 def measured_pace(study: Study) -> TrialPace:
-    """The pace of the trials of a study, from a few of them that are run for a moment
-    in this process. Compiling does not count.
+    """Return the pace of the trials of a study, from a few short trials.
 
-    Raises SpecError where none of them can be run.
+    They run in this process. The time of compiling does not count. Raises SpecError if
+    none of them can run.
     """
     if is_built_in(study):
         return KNOWN_PACE
@@ -55,10 +55,9 @@ def measured_pace(study: Study) -> TrialPace:
 
 
 def check_runs(study: Study, jobs: Sequence[Job]) -> None:
-    """Raise SpecError where none of these jobs of a study can take a step, unless all
-    code is built in.
+    """Raise SpecError if none of some jobs can take a step, or custom code is wrong.
 
-    One that fails is no reason: its settings may be.
+    Built-in code is not checked. A single job may fail because of its parameters.
     """
     if not is_built_in(study):
         result = next(_ran(study, map(_begun, jobs)))
@@ -66,20 +65,21 @@ def check_runs(study: Study, jobs: Sequence[Job]) -> None:
 
 
 def check_once(code: Code, check: Callable[[], None]) -> None:
-    """Call `check`, unless it has raised nothing before for the same code, in this
-    version. The answer lies with what is compiled, in a folder of this user alone.
+    """Call `check`, unless the same code has passed it before in this version.
+
+    The answer is stored next to compiled code, in a private folder of the user.
     """
     content = json.dumps([code, sys.modules["sweep"].__version__])
 
-    def made() -> bytes:
+    def checked() -> bytes:
         check()
         return b""
 
-    kept(f"{hashlib.sha256(content.encode()).hexdigest()[:32]}.promises", made)
+    kept(f"{hashlib.sha256(content.encode()).hexdigest()[:32]}.promises", checked)
 
 
 def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
-    """The results of the jobs that raise nothing. Raises SpecError if there is none."""
+    """Yield the results of the jobs that run. Raises SpecError if there is none."""
     first: Exception | None = None
     ran = 0
     for number, job in enumerate(jobs):
@@ -94,18 +94,19 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
             yield result
     if first and not ran:
         words = " ".join(f"{type(first).__name__}: {first}".split())
-        said = f"no trial can be run: {of_own_code(first) or words}"
-        raise study.document.error(("model",), said) from first
+        message = f"no trial can be run: {of_own_code(first) or words}"
+        raise study.document.error(("model",), message) from first
 
 
 def _check_contracts(study: Study, job: Job) -> None:
-    """Raise SpecError where two runs of the first step of a job differ, and for a
-    metric that writes no value; where last states are kept, also where the first steps
-    of a longer trial differ.
+    """Raise SpecError if custom code breaks a requirement of models and metrics.
+
+    Two runs of the first step must be equal, and metrics must write all values. With
+    last states, the first steps must not depend on the number of steps.
     """
 
-    def refused(said: str) -> None:
-        raise study.document.error(("model",), f"no trial can be run: {said}")
+    def refused(reason: str) -> None:
+        raise study.document.error(("model",), f"no trial can be run: {reason}")
 
     names = job.record.metrics
     metrics = [job.known.metrics[name] for name in names]
@@ -114,14 +115,14 @@ def _check_contracts(study: Study, job: Job) -> None:
         simulation = Simulation(_begun(job))
         simulation.advance(1)
         ends.append((measure(simulation.flight, metrics, blank), simulation.state()))
-    (nan, one), (zero, other) = ends
+    (nan, state), (zero, repeated) = ends
     for name, unwritten in zip(names, np.isnan(nan) & ~np.isnan(zero), strict=True):
         if unwritten.any():
             refused(
                 f"metric {name} writes no number into values[f] of some frame; it must"
                 " write one into each, and returns nothing"
             )
-    if name := different(one, other):
+    if name := different(state, repeated):
         refused(
             f"two runs of one trial differ after a step, in {name}: draw random"
             " numbers from rng alone, and keep nothing between runs"
@@ -137,21 +138,21 @@ def _check_contracts(study: Study, job: Job) -> None:
         )
 
 
-def _state_after(steps: int, job: Job, of: int) -> State:
-    """The state after so many steps of the job, were it one `of` so many."""
-    simulation = Simulation(_begun(job, of))
+def _state_after(steps: int, job: Job, all_steps: int) -> State:
+    """Return the state after some steps of a job that has `all_steps` steps."""
+    simulation = Simulation(_begun(job, all_steps))
     simulation.advance(steps)
     simulation.take_frames()
     return simulation.state()
 
 
 def _begun(job: Job, steps: int = 1) -> Job:
-    """The first steps of a job, which begins as its settings say."""
+    """Return the first steps of a job, which begins as its parameters define."""
     return replace(job, settings=job.settings | {"steps": steps}, parent="")
 
 
 def _shortened(job: Job) -> Job:
-    """So many steps of a job as take ESTIMATED_SECONDS, but at least one."""
+    """Return a job with steps for about ESTIMATED_SECONDS, but at least one step."""
     steps = int(job.settings["steps"])
     share = ESTIMATED_SECONDS / float(job_seconds([job])[0])
     return replace(
@@ -162,7 +163,7 @@ def _shortened(job: Job) -> Job:
 
 
 def _estimated(result: Result) -> float:
-    """The estimated seconds of the steps that were taken."""
+    """Return the estimated seconds of the steps that a trial took."""
     job = result.job
     taken = job.settings | {"steps": result.step}
     return float(job_seconds([replace(job, settings=taken)])[0])

@@ -1,11 +1,10 @@
-"""Metrics of a trial from its stored trajectory, to the last bit as a flight measures
-them.
+"""Metrics of a trial from its stored trajectory, bitwise identical to those of a run.
 
-A trajectory has what most metrics look at: positions, velocities and the state of boids
-in each frame, all bits of them. It lacks counts and integrals, and the velocities one
-step earlier, which are those of the frame before if each step has a frame. What it
-lacks is filled in twice, in two ways. A metric whose values differ needs it, and has
-none here.
+A trajectory has the inputs of most metrics: exact positions, velocities and state
+values of boids in each frame. It lacks counts, integrals, and the velocities one step
+earlier. If each step has a frame, these velocities are those of the previous frame.
+Missing inputs are replaced by two different guesses. A metric whose values differ
+between the guesses needs the missing inputs, and gets no value.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -30,8 +29,9 @@ from sweep.trial.state import joined
 
 Floats = NDArray[np.float64]
 MOVING = slice(0, 4)
+"""Rows of `bodies` with positions and velocities, which a trajectory has."""
 BEFORE = slice(4, FIRST_STATE)
-"""The rows of `bodies` that are in a trajectory, and those of the velocities before."""
+"""Rows of `bodies` with the velocities one step earlier."""
 OTHER_FLIGHT = (
     "its stored trajectory is not what this machine computes, to the last bit: another"
     " processor or library has computed it, or it was changed"
@@ -39,19 +39,28 @@ OTHER_FLIGHT = (
 
 
 class FlownTrial(NamedTuple):
-    """A trial that is done, with its stored trajectory.
+    """Finished trial with its stored trajectory.
 
-    job     the trial, with all metrics that its row shall have
-    wanted  those of them that its row lacks, measured and derived ones
-    steps   (F,): the recorded frames, which are all that the job records
-    bodies  (F, 4, N): x, y, vx and vy
-    states  (F, S, N): the rows of the model's state
-    series  values (F,) that are stored frame by frame, by metric
-    flies   whether the beginning is flown too, and compared
+    Attributes
+    ----------
+    job : Job
+        The trial, with all metrics that its row is to have.
+    missing : tuple of str
+        Metrics that its row lacks, measured and derived ones.
+    steps : array of int, shape (F,)
+        Steps of all frames that the job records.
+    bodies : array of float, shape (F, 4, N)
+        x, y, vx and vy.
+    states : array of float, shape (F, S, N)
+        The S state values per boid that the model has.
+    series : mapping of arrays, shape (F,)
+        Stored values of metrics per frame.
+    flies : bool
+        Whether the beginning of the trial runs again, and is compared.
     """
 
     job: Job
-    wanted: tuple[str, ...]
+    missing: tuple[str, ...]
     steps: NDArray[np.int64]
     bodies: Floats
     states: Floats
@@ -60,9 +69,16 @@ class FlownTrial(NamedTuple):
 
 
 class Guess(NamedTuple):
-    """What a trajectory lacks of F frames, guessed: the counts (F, N_COUNTS), the
-    integrals (F, N_INTEGRALS), the velocities one step earlier (F, 2, N), and the value
-    where a metric writes none.
+    """Guess of the values of F frames that a trajectory lacks.
+
+    Attributes
+    ----------
+    counts : array of int, shape (F, N_COUNTS)
+    integrals : array of float, shape (F, N_INTEGRALS)
+    velocities : array of float, shape (F, 2, N)
+        Velocities one step earlier.
+    blank : float
+        Value where a metric writes none.
     """
 
     counts: NDArray[np.int64]
@@ -72,8 +88,19 @@ class Guess(NamedTuple):
 
 
 class Remeasured(NamedTuple):
-    """The wanted metrics of a trial at its last frame, and their means over its last
-    half. Or those that `need` more than a trajectory has; or what is wrong.
+    """Missing metrics of a trial, or the reason why there are none.
+
+    Attributes
+    ----------
+    trial_id : str
+    last : mapping of float
+        Value at the last frame, by metric.
+    mean : mapping of float
+        Mean over the second half of the trial, by metric.
+    need : tuple of str
+        Metrics that need more than a trajectory has.
+    wrong : str
+        Error.
     """
 
     trial_id: str
@@ -84,8 +111,10 @@ class Remeasured(NamedTuple):
 
 
 def what_lacks(metric: Metric, every: int) -> str:
-    """What a metric says that it needs and that trajectories with a frame `every` so
-    many steps lack, in words; "" where it names nothing.
+    """Return the declared inputs of a metric that a trajectory lacks, in words.
+
+    The trajectory has a frame per `every` steps. Returns "" if no declared input is
+    missing.
     """
     if metric.covers:
         return "the visits of pixels, which are counted in each step"
@@ -103,50 +132,67 @@ def what_lacks(metric: Metric, every: int) -> str:
 
 
 def sources(
-    record: RecordSpec, wanted: Iterable[str], series: Iterable[str]
+    record: RecordSpec, names: Iterable[str], series: Iterable[str]
 ) -> tuple[tuple[str, ...], tuple[DerivedMetric, ...]]:
-    """What gives the wanted metrics: the metrics to be measured, as they are not among
-    the stored `series`, and the derived ones to be computed, in their order.
+    """Return the metrics that must be measured and derived to get some metrics.
+
+    Parameters
+    ----------
+    record : RecordSpec
+    names : iterable of str
+        Names of the metrics.
+    series : iterable of str
+        Metrics with stored values per frame, which need no measurement.
+
+    Returns
+    -------
+    measured : tuple of str
+    derived : tuple of DerivedMetric
+        In the order in which they are computed.
     """
-    there, needed, derived = {*series}, {*wanted}, list[DerivedMetric]()
-    for one in reversed(record.derive):
-        if one.name in needed - there:
-            derived.insert(0, one)
-            needed |= one.expression.names
-    measured = [name for name in record.metrics if name in needed - there]
+    stored = set(series)
+    needed = set(names)
+    derived: list[DerivedMetric] = []
+    for metric in reversed(record.derive):
+        if metric.name in needed - stored:
+            derived.insert(0, metric)
+            needed |= metric.expression.names
+    measured = [name for name in record.metrics if name in needed - stored]
     return tuple(measured), tuple(derived)
 
 
 def expected_steps(job: Job) -> NDArray[np.int64]:
-    """The steps of the frames that a trial records which comes to its end."""
+    """Return the steps of all frames of a trial that reaches its end."""
     steps = int(job.settings["steps"])
     return np.unique([*range(0, steps, job.record.every), steps])
 
 
 def remeasure(flown: FlownTrial) -> Remeasured:
-    """The wanted metrics of a trial from what is stored of its frames; an exception
-    becomes what is wrong.
+    """Return the missing metrics of a trial from its stored frames.
+
+    An exception becomes the error of the result.
     """
     try:
         return _remeasured(flown)
     except Exception as error:
-        said = explained(error) or f"{type(error).__name__}: {error}"
-        return Remeasured(flown.job.trial_id, wrong=said)
+        reason = explained(error) or f"{type(error).__name__}: {error}"
+        return Remeasured(flown.job.trial_id, wrong=reason)
 
 
 def unmeasured(flown: FlownTrial, error: str) -> Remeasured:
-    """What came of a trial whose worker died."""
+    """Return the result of a trial whose worker died."""
     return Remeasured(flown.job.trial_id, wrong=error)
 
 
 def seconds(some: Sequence[FlownTrial]) -> list[float]:
-    """How long trials take, about, in relation to each other."""
+    """Return the approximate durations of trials, in relation to each other."""
     return [float(flown.bodies.size + len(flown.steps)) for flown in some]
 
 
 def _remeasured(flown: FlownTrial) -> Remeasured:
-    trial, job, known = flown.job.trial_id, flown.job, dict(flown.series)
-    names, derived = sources(job.record, flown.wanted, flown.series)
+    job = flown.job
+    known = dict(flown.series)
+    names, derived = sources(job.record, flown.missing, flown.series)
     if names:
         record = RecordSpec(names, every=job.record.every, trajectories=True)
         looking = replace(job, record=record)
@@ -154,32 +200,32 @@ def _remeasured(flown: FlownTrial) -> Remeasured:
         if flown.flies:
             unknown |= _begins_otherwise(Simulation(looking), flown, values)
         if unknown.any():
-            return Remeasured(trial, need=tuple(np.array(names)[unknown].tolist()))
+            need = tuple(np.array(names)[unknown].tolist())
+            return Remeasured(job.trial_id, need=need)
         known |= dict(zip(names, values, strict=True))
     every = with_derived(derived, known, job.settings)
-    wanted = {name: every[name] for name in flown.wanted}
-    last, mean = summaries(wanted, flown.steps, int(job.settings["steps"]))
-    return Remeasured(trial, last, mean)
+    missing = {name: every[name] for name in flown.missing}
+    last, mean = summaries(missing, flown.steps, int(job.settings["steps"]))
+    return Remeasured(job.trial_id, last, mean)
 
 
 def _begins_otherwise(
     simulation: Simulation, flown: FlownTrial, values: Floats
 ) -> NDArray[np.bool_]:
-    """Which metrics of a simulation have other values at its beginning, which is flown
-    here, than those from the trajectory, (metrics, F); shape (metrics,). Raises
-    ValueError where the flight is another one.
+    """Return a mask of the metrics that differ at the beginning of a new run.
+
+    The beginning runs here, and its values are compared with `values` (metrics, F) from
+    the trajectory. Raises ValueError if the new run has other frames.
     """
     start = simulation.take_frames()
     simulation.advance(_steps_a_call(simulation))
-    found = joined([start, simulation.take_frames()])
-    _check_same(flown, found.bodies, found.state)
-    return _differ(found.values, values[:, : len(found.steps)])
+    begun = joined([start, simulation.take_frames()])
+    _check_same(flown, begun.bodies, begun.state)
+    return _differ(begun.values, values[:, : len(begun.steps)])
 
 
 def _check_same(flown: FlownTrial, bodies: Floats, states: Floats) -> None:
-    """Raise ValueError where a trajectory does not begin with these frames, to the last
-    bit.
-    """
+    """Raise ValueError if a trajectory does not begin with bitwise identical frames."""
     for stored, now in ((flown.bodies, bodies), (flown.states, states)):
         if stored[: len(now)].tobytes() != now.tobytes():
             raise ValueError(OTHER_FLIGHT)
@@ -188,15 +234,16 @@ def _check_same(flown: FlownTrial, bodies: Floats, states: Floats) -> None:
 def _measured(
     simulation: Simulation, flown: FlownTrial
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """The values of the metrics of a simulation at its start in the frames of a
-    trajectory, (metrics, F); and which of them need more than these frames have,
-    (metrics,).
+    """Measure the metrics of a simulation at its start in the frames of a trajectory.
+
+    Returns the values (metrics, F), and a mask (metrics,) of the metrics that need more
+    than these frames have.
     """
-    flight, job = simulation.flight, simulation.job
+    flight = simulation.flight
+    job = simulation.job
     bodies, counts, step, integrals = flight.record.frames
     start = Frames(
-        *(bodies[:1].copy(), counts[:1].copy(), step[:1].copy()),
-        integrals=integrals[:1].copy(),
+        bodies[:1].copy(), counts[:1].copy(), step[:1].copy(), integrals[:1].copy()
     )
     _check_same(flown, start.bodies[:, MOVING], start.bodies[:, FIRST_STATE:])
     metrics = [job.known.metrics[name] for name in job.record.metrics]
@@ -204,31 +251,31 @@ def _measured(
     unknown = np.zeros(len(metrics), np.bool_)
     rng = np.random.default_rng(0)
     for places in _calls(simulation, flown.steps):
-        found = []
+        by_guess = []
         for guess in (_nothing(flown, places), _anything(flown, places, rng)):
-            _fill(flight.record.frames, flown, start, places, guess)
+            _fill(flight.record.frames, flown, start, places, guess=guess)
             flight.record.progress[FILLED] = len(places)
-            found.append(measure(flight, metrics, guess.blank))
-        values[:, places] = found[0]
-        unknown |= _differ(*found)
+            by_guess.append(measure(flight, metrics, guess.blank))
+        values[:, places] = by_guess[0]
+        unknown |= _differ(*by_guess)
     return values, unknown
 
 
 def _steps_a_call(simulation: Simulation) -> int:
-    """The steps of a kernel call, after which a flight takes its frames."""
+    """Return the steps of a kernel call, after which a run takes its frames."""
     record = simulation.flight.record
     room = (len(record.frames.step) - 1) * record.every
     return min(max(1, BOID_STEPS_A_CALL // simulation.schedule.n), room)
 
 
 def _calls(simulation: Simulation, steps: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """The places of the frames that a flight takes together."""
+    """Return the indices of the frames of each kernel call."""
     call = -(-steps // _steps_a_call(simulation))
     return np.split(np.arange(len(steps)), np.flatnonzero(np.diff(call)) + 1)
 
 
 def _nothing(flown: FlownTrial, places: NDArray[np.int64]) -> Guess:
-    """Nothing was counted, and all boids were at rest."""
+    """Return the guess that all counts are 0 and all boids were at rest."""
     counts = np.zeros((len(places), N_COUNTS), np.int64)
     integrals = np.zeros((len(places), N_INTEGRALS))
     return Guess(counts, integrals, np.zeros_like(flown.bodies[places, 2:]), np.nan)
@@ -237,7 +284,7 @@ def _nothing(flown: FlownTrial, places: NDArray[np.int64]) -> Guess:
 def _anything(
     flown: FlownTrial, places: NDArray[np.int64], rng: np.random.Generator
 ) -> Guess:
-    """Any counts, and velocities in any direction."""
+    """Return a random guess of counts, integrals and velocities."""
     counts = rng.integers(1, 1000, (len(places), N_COUNTS))
     integrals = rng.uniform(1.0, 1000.0, (len(places), N_INTEGRALS))
     velocities = flown.bodies[places, 2:]
@@ -253,12 +300,15 @@ def _fill(
     places: NDArray[np.int64],
     guess: Guess,
 ) -> None:
-    """Put the frames at some places of a trajectory into `frames`. The first frame of
-    all is that of the `start`, which lacks nothing.
+    """Put some frames of a trajectory into `frames`.
+
+    The first frame of the trial is that of `start`, which is complete.
     """
-    here, before = slice(0, len(places)), places - 1
+    here = slice(0, len(places))
+    before = places - 1
     follows = flown.steps[places] - flown.steps[before] == 1
-    frames.step[here], frames.counts[here] = flown.steps[places], guess.counts
+    frames.step[here] = flown.steps[places]
+    frames.counts[here] = guess.counts
     frames.integrals[here] = guess.integrals
     frames.bodies[here, MOVING] = flown.bodies[places]
     frames.bodies[here, FIRST_STATE:] = flown.states[places]
@@ -270,8 +320,8 @@ def _fill(
             filled[0] = first[0]
 
 
-def _differ(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Which metrics have other values, (metrics, F) each; NaN is the same as NaN."""
-    equal = (one == other) | (np.isnan(one) & np.isnan(other))
-    found: NDArray[np.bool_] = ~equal.all(axis=1)
-    return found
+def _differ(first: Floats, second: Floats) -> NDArray[np.bool_]:
+    """Return a mask of the metrics whose values (metrics, F) differ; NaN equals NaN."""
+    equal = (first == second) | (np.isnan(first) & np.isnan(second))
+    different: NDArray[np.bool_] = ~equal.all(axis=1)
+    return different

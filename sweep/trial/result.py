@@ -1,4 +1,4 @@
-"""What a trial gave, as plain values."""
+"""The result of a trial, as plain values."""
 
 from dataclasses import dataclass, field, replace
 
@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from sweep.design.jobs import Job, LastFlock
 
 FAILED = ("failed", "timeout")
-"""The statuses of trials that did not end by themselves. A diverged trial did:
-divergence is what the model gives.
+"""Statuses of trials that did not end by themselves.
+
+A diverged trial is not among them: its divergence is a result of the model.
 """
 
 
@@ -17,21 +18,41 @@ ENDINGS = {
     "diverged": "{what} was not a finite number after step {step}",
     "timeout": "time limit of {limit} s reached after step {step}",
 }
-"""Why a trial ended before its time, by its status."""
+"""Reasons why a trial ended early, by its status."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a trial gave.
+    """Result of a trial.
 
-    `status` is done, failed, diverged or timeout; `step` the last step taken. `last`
-    and `mean` hold each metric at the last frame and its mean over the frames of the
-    last half, and are empty unless done. `frames` (F,) and each of `series` (F,) are
-    the steps and values of the recorded frames; `heatmap` (rows, columns) holds visit
-    counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid
-    in them, and `states` (F, S, N) the rows of the model's state. `last_state` are the
-    sealed bytes from which a longer trial goes on, empty where none are kept.
-    `last_flock` is where boids are at the end of a trial that is done and keeps it.
+    Attributes
+    ----------
+    job : Job
+    status : str
+        "done", "failed", "diverged" or "timeout".
+    seconds : float
+    step : int
+        Last step taken.
+    error : str
+    last : dict of float
+        Each metric at the last frame; empty unless the trial is done.
+    mean : dict of float
+        Mean of each metric over the frames of the second half; empty unless the trial
+        is done.
+    frames : array of int, shape (F,), optional
+        Steps of the recorded frames.
+    series : dict of arrays, shape (F,)
+        Values of metrics in these frames.
+    heatmap : array of int, shape (rows, columns), optional
+        Visit counts, -1 in obstacles.
+    trajectory : array of float, shape (F, 4, N), optional
+        x, y, vx and vy of every boid.
+    states : array of float, shape (F, S, N), optional
+        The S state values per boid that the model has.
+    last_state : bytes
+        Sealed state from which a longer trial resumes; b"" if it is not recorded.
+    last_flock : LastFlock, optional
+        Final flock, if it is recorded and the trial is done.
     """
 
     job: Job
@@ -51,28 +72,29 @@ class Result:
 
     @property
     def has_failed(self) -> bool:
+        """True if the status is in FAILED."""
         return self.status in FAILED
 
 
 def failed(job: Job, error: str) -> Result:
-    """The result of a job that never returned one."""
+    """Return the result of a job that never returned one."""
     return Result(job, "failed", 0.0, error=error)
 
 
 def overdue(job: Job, error: str) -> Result:
-    """The result of a job that was ended because it did not return in time."""
+    """Return the result of a job that was ended because it did not return in time."""
     return Result(job, "timeout", 0.0, error=error)
 
 
 def after(attempts: int, result: Result) -> Result:
-    """The result of a trial tried so often; if it failed again its error says so."""
+    """Return the result of a trial after some attempts, which a last error reports."""
     if attempts == 1 or not result.has_failed:
         return result
     return replace(result, error=f"after {attempts} attempts: {result.error}")
 
 
 def result_bytes(result: Result) -> int:
-    """The bytes of what can be large."""
+    """Return the number of bytes of the large fields of a result."""
     flock = result.last_flock
     last = (flock.bodies, flock.headings, flock.state) if flock else ()
     arrays = (result.heatmap, result.trajectory, result.states, *last)

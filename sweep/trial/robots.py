@@ -1,6 +1,4 @@
-"""Whether the boids of a trial are ideal ones, which of them fail, and their keys of
-random numbers.
-"""
+"""The robots of a trial: their non-idealities, failures and keys of random numbers."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -23,13 +21,15 @@ from sweep.spec.settings import Value
 
 
 def robots_of(job: Job) -> RobotSettings:
-    """In what the boids of a job and their medium differ from ideal ones."""
+    """Return the differences between the boids of a job and ideal boids."""
     return robots_at(job.model, job.known, job.settings)
 
 
 def flies_alone(job: Job) -> bool:
-    """Whether a trial flies alone, and not in a lane: its boids are not ideal ones or
-    have several goals, or their medium or obstacles move.
+    """Return whether a trial cannot run in a batch, for reasons other than its model.
+
+    Boids that are not ideal or have several goals prevent it, and so do wind and moving
+    obstacles.
     """
     settings = job.settings
     if settings["next_goals"] or float(settings["obstacle_speed"]) > 0.0:
@@ -40,32 +40,46 @@ def flies_alone(job: Job) -> bool:
 
 
 def robot_layers_of(job: Job) -> frozenset[type]:
-    """Which layers lie between the model of a trial and its boids, or carry these."""
-    settings, failing = robots_of(job), failing_of(job)
-    ideal = senses_are_ideal(settings.sensing, float(job.settings["dt"]))
+    """Return the layers between the model of a trial and its boids.
+
+    They are sensing, actuation and wind, as far as the trial has them.
+    """
+    robots = robots_of(job)
+    failing = failing_of(job)
+    ideal = senses_are_ideal(robots.sensing, float(job.settings["dt"]))
     layers = set[type]()
     if not ideal or failing.unheard:
         layers.add(Senses)
-    if not motors_are_ideal(settings.actuation) or failing.moves:
+    if not motors_are_ideal(robots.actuation) or failing.moves:
         layers.add(Motors)
-    if not is_calm(settings.medium):
+    if not is_calm(robots.medium):
         layers.add(Wind)
     return frozenset(layers)
 
 
 def with_layers(layers: Iterable[type]) -> dict[str, Value]:
-    """Settings that give boids these layers, whatever their model."""
-    given: dict[type, dict[str, Value]] = {
+    """Return parameters that give boids of any model some layers."""
+    parameters: dict[type, dict[str, Value]] = {
         Senses: {"radio_range": 1.0},
         Motors: {"motor_max_speed": 1.0},
         Wind: {"wind_x": 1.0},
     }
-    return {name: value for layer in layers for name, value in given[layer].items()}
+    return {
+        name: value for layer in layers for name, value in parameters[layer].items()
+    }
 
 
 class FailingBoids(NamedTuple):
-    """How boids fail, the indices of those that do (K,), and the steps (K,) from which
-    on each of them has failed.
+    """Failures of K boids.
+
+    Attributes
+    ----------
+    how : str
+        Kind of failure, one of FAILURES.
+    boids : array of int, shape (K,)
+        Indices of the boids.
+    steps : array of int, shape (K,)
+        Step from which on each boid has failed.
     """
 
     how: str
@@ -74,21 +88,24 @@ class FailingBoids(NamedTuple):
 
 
 def failures_of(job: Job) -> FailingBoids:
-    """The failures in a trial, for whoever shows them."""
+    """Return the failures in a trial, for display."""
     fails_at, how = failing_of(job)
     boids = np.flatnonzero(fails_at < NEVER)
     return FailingBoids(FAILURES[how], boids, fails_at[boids])
 
 
 def failing_of(job: Job) -> Failing:
-    """Which boids of a trial fail, when and how."""
-    n, dt = int(job.settings["n"]), float(job.settings["dt"])
+    """Return which boids of a trial fail, when and how."""
+    n = int(job.settings["n"])
+    dt = float(job.settings["dt"])
     return failing(robots_of(job).breakdowns, keys_of(job).made, n, dt)
 
 
 def keys_of(job: Job) -> ChanceKeys:
-    """The keys of what is random about the robots of a trial."""
-    made, flown = (stream(job, purpose) for purpose in ("made", "flown"))
+    """Return the keys of the random numbers of the robots of a trial."""
+    variability = stream(job, "made")
+    events = stream(job, "flown")
     return ChanceKeys(
-        *(ChanceKey(*map(int, one.generate_state(2))) for one in (made, flown))
+        ChanceKey(*map(int, variability.generate_state(2))),
+        ChanceKey(*map(int, events.generate_state(2))),
     )

@@ -1,12 +1,11 @@
-"""The scenery of a trial, its map of visits and its flock at the start, drawn from its
-job. Trials share what they have in common.
+"""The scenery of a trial, its map of visits and its initial flock, drawn from its job.
 
-What is drawn depends on few settings and on the random numbers of its stream: 48,000
-trials of a sweep may have 24 starts, each of which takes Python 0.3 ms. So a process
-keeps what it has drawn last, by all that it depends on. What is kept nobody may
-change: a trial has copies of the flock and of the visits, and no flight changes its
-scenery. Only trials that fly together share the pixels, which have maps of their own
-for visits (kernels.lanes.marks); a copy for each would take 5 % of a short trial.
+They depend on few parameters and on random numbers: 48,000 trials of a sweep may have
+24 starts, each of which takes Python 0.3 ms. So a process caches the last ones, by all
+values on which they depend. Cached objects must not change. A trial has copies of the
+flock and of the visits, and no run changes its scenery. Only trials of a batch share
+the pixels, because a batch has its own maps of visits (kernels.lanes.marks). A copy for
+each trial would take 5 % of a short trial.
 """
 
 from copy import copy
@@ -31,28 +30,26 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import flock_of
 
 KEPT_BOIDS = 1000
-"""The flocks of more boids are drawn anew for every trial: each would be large, and few
-fit into the memory of a processor.
-"""
+"""Largest flock that is cached: larger ones would need too much memory."""
 KEPT_PIXELS = 2_000_000
-"""The maps of more pixels are made anew for every trial."""
+"""Largest map of visits that is cached, in pixels."""
 
 
 class Address(NamedTuple):
-    """Where a stream of random numbers begins: the content of its SeedSequence."""
+    """Beginning of a stream of random numbers: the content of its SeedSequence."""
 
     entropy: int
     key: tuple[int, ...]
 
     @classmethod
     def of(cls, seed: SeedSequence) -> "Address":
-        """The address of a seed sequence that has spawned nothing."""
+        """Return the address of a seed sequence that has spawned nothing."""
         assert isinstance(seed.entropy, int)
         return cls(seed.entropy, tuple(seed.spawn_key))
 
     @property
     def seed(self) -> SeedSequence:
-        """The seed sequence at the address."""
+        """Seed sequence at the address."""
         return SeedSequence(self.entropy, spawn_key=self.key)
 
 
@@ -61,11 +58,10 @@ NOTHING_RANDOM = Address(0, ())
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """All that a world depends on: its settings, its map, and the random numbers that
-    draw it.
+    """Inputs of a world: its parameters, its map, and the random numbers that draw it.
 
-    Two are the same if they are one object, so that nobody compares maps of thousands
-    of obstacles again and again.
+    Two sites are equal only if they are one object. So maps with thousands of obstacles
+    are not compared again and again.
     """
 
     settings: WorldSettings
@@ -73,7 +69,7 @@ class Site:
     random: Address
 
     def obstacles(self) -> Obstacles:
-        """The obstacles, see kernels.shapes."""
+        """Return the obstacles, see kernels.shapes."""
         if not isinstance(self.drawn, Map):
             return self.drawn
         rng = np.random.default_rng(self.random.seed)
@@ -82,8 +78,9 @@ class Site:
 
 @dataclass(frozen=True)
 class Landscape:
-    """A site with its scenery as one model meets it. All of one site are equal: they
-    have the same world.
+    """Site with its scenery for one model.
+
+    All landscapes of one site are equal, because they have the same world.
     """
 
     site: Site
@@ -91,8 +88,9 @@ class Landscape:
 
 
 def obstacles(job: Job) -> Obstacles:
-    """The obstacles of the trial's world, see kernels.shapes, drawn now. A map gets the
-    random numbers of the job, even if it says that it needs none.
+    """Draw and return the obstacles of a trial's world, see kernels.shapes.
+
+    A map gets the random numbers of the job, even if it declares that it needs none.
     """
     settings: WorldSettings = settings_tuple(
         WorldSettings, job.settings, settings_of(job.model, job.known)
@@ -101,24 +99,36 @@ def obstacles(job: Job) -> Obstacles:
 
 
 def _map(job: Job) -> Map | tuple[Obstacle, ...]:
-    """The map of a job that has code, or the obstacles that the spec brings."""
+    """Return the map of a job that has code, or the obstacles in the spec."""
     if job.obstacles is not None:
         return job.obstacles
     return job.known.maps[str(job.settings["map"])]
 
 
 def is_drawn(job: Job) -> bool:
-    """Whether random numbers draw the obstacles of a job."""
+    """Return whether random numbers draw the obstacles of a job."""
     drawn = _map(job)
     return isinstance(drawn, Map) and drawn.random
 
 
 def landscape_of(job: Job, params: Any, settings: WorldSettings) -> Landscape:
-    """The world of `settings` and `params`, which are those of the job."""
-    model, drawn, random = job.known.models[job.model], _map(job), NOTHING_RANDOM
-    if is_drawn(job):
-        random = Address.of(stream(job, "world"))
-    site = _site(settings, drawn, random)
+    """Return the world of a job.
+
+    Parameters
+    ----------
+    job : Job
+    params : NamedTuple
+        Parameters of the model of the job.
+    settings : WorldSettings
+        Parameters of the world of the job.
+
+    Returns
+    -------
+    Landscape
+    """
+    model = job.known.models[job.model]
+    random = Address.of(stream(job, "world")) if is_drawn(job) else NOTHING_RANDOM
+    site = _site(settings, _map(job), random)
     grid = model.occupancy(params) if model.occupancy else None
     return Landscape(site, _scenery(site, model.obstacle_reach(params), grid))
 
@@ -134,14 +144,26 @@ def _scenery(site: Site, reach: float, grid: OccupancySettings | None) -> Scener
 def coverage_of(
     landscape: Landscape, observation: Observation, shared: bool = False
 ) -> Coverage:
-    """The pixels of a world, with nothing visited. The sums are the caller's own, and
-    the pixels too, unless they may be `shared`: then nobody can write them.
+    """Return the pixels of a world, without visits.
+
+    Parameters
+    ----------
+    landscape : Landscape
+    observation : Observation
+        Parameters of the visits.
+    shared : bool, default False
+        Whether the pixels may be shared; then they may be read-only. The sums are
+        always a copy.
+
+    Returns
+    -------
+    Coverage
     """
     settings = landscape.site.settings
     if settings.width * settings.height > KEPT_PIXELS * observation.pixel**2:
         return _pixels(landscape, observation)
-    kept = _kept_pixels(landscape, observation)
-    return kept._replace(sums=kept.sums.copy()) if shared else unvisited(kept)
+    pixels = _kept_pixels(landscape, observation)
+    return pixels._replace(sums=pixels.sums.copy()) if shared else unvisited(pixels)
 
 
 def _pixels(landscape: Landscape, observation: Observation) -> Coverage:
@@ -159,24 +181,42 @@ def _kept_pixels(landscape: Landscape, observation: Observation) -> Coverage:
 def start_of(
     job: Job, landscape: Landscape, settings: StartSettings
 ) -> tuple[Flock, Randomness]:
-    """The flock with which a trial begins, and the random numbers that go on after it
-    was drawn; they are the caller's own.
+    """Return a copy of the initial flock of a trial, and its stream of random numbers.
 
-    Raises what the start raises, as RuntimeError where there is no free place.
+    Parameters
+    ----------
+    job : Job
+    landscape : Landscape
+        World of the job.
+    settings : StartSettings
+        Parameters of the start of the job.
+
+    Returns
+    -------
+    flock : Flock
+    random : Randomness
+        The stream, after the flock was drawn.
+
+    Raises
+    ------
+    RuntimeError
+        If the flock of `job.parent` is missing, or has another number of boids or of
+        state values. A start may raise further errors, such as RuntimeError if there
+        is no free position.
     """
     if job.begins is not None:
         return flock_of(job, job.begins), Randomness(stream(job, "start"))
     if job.parent:
         raise RuntimeError(f"the last flock of trial {job.parent} is not at hand")
-    given = _given(job, landscape, settings)
+    inputs = _start_inputs(job, landscape, settings)
     if int(job.settings["n"]) > KEPT_BOIDS:
-        return _start(*given)
-    flock, random = _kept_start(*given)
+        return _start(*inputs)
+    flock, random = _kept_start(*inputs)
     return Flock(*(array.copy() for array in flock)), copy(random)
 
 
 def flock_drawn_now(job: Job) -> Flock:
-    """The flock with which a trial begins, whatever has been drawn before."""
+    """Return the initial flock of a trial, without the cache."""
     if job.begins is not None:
         return flock_of(job, job.begins)
     known = settings_of(job.model, job.known)
@@ -184,15 +224,18 @@ def flock_drawn_now(job: Job) -> Flock:
         settings_tuple(group, job.settings, known)
         for group in (job.known.models[job.model].params, WorldSettings, StartSettings)
     )
-    flock, _ = _start(*_given(job, landscape_of(job, params, world), settings))
+    landscape = landscape_of(job, params, world)
+    flock, _ = _start(*_start_inputs(job, landscape, settings))
     return flock
 
 
-Given = tuple[Draw, int, StartSettings, Landscape, Address, int]
+StartInputs = tuple[Draw, int, StartSettings, Landscape, Address, int]
 
 
-def _given(job: Job, landscape: Landscape, settings: StartSettings) -> Given:
-    """All that the flock of a job at its start depends on."""
+def _start_inputs(
+    job: Job, landscape: Landscape, settings: StartSettings
+) -> StartInputs:
+    """Return the arguments of `_start`, on which the initial flock of a job depends."""
     return (
         job.known.starts[str(job.settings["start_draws"])].of_replicate(job.replicate),
         int(job.settings["n"]),
@@ -211,9 +254,11 @@ def _start(
     address: Address,
     literal: int,
 ) -> tuple[Flock, Randomness]:
-    scenery, random = landscape.scenery, Randomness(address.seed)
+    random = Randomness(address.seed)
+    world = (landscape.scenery.world, landscape.scenery.contact)
     with random.lent() as rng:
-        flock = draw(n, settings, scenery.world, scenery.contact, rng, literal)
+        # Authors of starts choose the names of parameters, so the call has none.
+        flock = draw(n, settings, *world, *(rng, literal))
     return flock, random
 
 

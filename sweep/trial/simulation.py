@@ -1,7 +1,7 @@
-"""One trial, from a job to its numbers: a flight of the kernels, call by call.
+"""One trial, from a job to its result, kernel call by kernel call.
 
-A trial is pure: its result depends only on the job, it reads and writes nothing, and it
-takes one process. It takes one thread, or as many as its job says, with the same bits.
+A trial is pure: its result depends only on the job, and it reads and writes nothing. It
+needs one process and one thread.
 """
 
 import logging
@@ -57,47 +57,57 @@ from sweep.trial.state import State, Taken, changing, check, digest, joined
 
 LOG = logging.getLogger("sweep")
 COMPILING_SECONDS = 15.0
-"""Measured for the built-in models, with their metrics."""
+"""Time to compile a model with its metrics, measured for the built-in models."""
 BOID_STEPS_A_CALL = 200_000
-"""So many boid-steps a call take about 30 ms. A kernel call cannot be interrupted, so
-we look at the clock, between calls.
+"""Boid-steps per kernel call, which take about 30 ms.
+
+A kernel call cannot be interrupted, so the clock is read between calls.
 """
 
 
 def run(job: Job) -> Result:
-    """The result of `job`. An exception becomes a result with status failed and the
-    traceback as its error; before it stands the sentence about a kernel that cannot be
-    compiled.
+    """Run a job and return its result.
+
+    An exception becomes a result with the status failed and the traceback as its error.
+    If a kernel cannot be compiled, a sentence about the reason comes first.
     """
     return attempt(simulate, job)
 
 
 def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
-    """The result of `simulate(job)`; an exception becomes a failed result."""
+    """Return the result of `simulate(job)`; an exception becomes a failed result."""
     began = time.perf_counter()
     try:
         return simulate(job)
     except Exception as error:
-        seconds, sentence = time.perf_counter() - began, explained(error)
+        seconds = time.perf_counter() - began
+        sentence = explained(error)
         traced = traceback.format_exc()
-        said = f"{sentence}\n\n{traced}" if sentence else traced
-        return Result(job, "failed", seconds, error=said)
+        message = f"{sentence}\n\n{traced}" if sentence else traced
+        return Result(job, "failed", seconds, error=message)
 
 
 def simulate(job: Job) -> Result:
-    """The result of `job`; an exception is raised."""
+    """Run a job and return its result; an exception is raised."""
     began = time.perf_counter()
     return Simulation(job).result(began)
 
 
 def is_brief(job: Job) -> bool:
-    """Whether a trial is about one kernel call."""
+    """Return whether a trial is about one kernel call."""
     return int(job.settings["n"]) * int(job.settings["steps"]) <= BOID_STEPS_A_CALL
 
 
 class Simulation:
-    """The flight of a job, advanced call by call; if it is `together` with others, by
-    what flies them all. It has room for so many `frames` at most.
+    """Trial of a job that advances kernel call by kernel call.
+
+    Parameters
+    ----------
+    job : Job
+    together : bool, default False
+        Whether the trial is part of a batch, which advances it.
+    frames : int, default MOST_FRAMES
+        Largest number of frames between two calls of `take_frames`.
     """
 
     def __init__(
@@ -111,53 +121,57 @@ class Simulation:
 
     @property
     def flock(self) -> Flock:
-        """The flock as it is; its arrays are those in use."""
+        """Current flock; its arrays are not copies."""
         return self.flight.flock
 
     @property
     def world(self) -> World:
+        """World of the trial."""
         return self.flight.world
 
     @property
     def schedule(self) -> Schedule:
+        """Number of boids and of steps of the trial."""
         return self.flight.schedule
 
     @property
     def step(self) -> int:
-        """The steps done."""
+        """Number of steps done."""
         return self.flight.step
 
     @property
     def watched(self) -> str:
-        """What must be a finite number after each step, in words."""
+        """Names of the values that must be finite after each step, in words."""
         more = ", velocity or state" if self.flight.model.state else " or velocity"
         return f"a position{more}"
 
     @property
     def visits(self) -> NDArray[np.int32]:
-        """The visits of pixels (rows, columns) so far, -1 in obstacles."""
+        """Visits of pixels so far, shape (rows, columns), -1 in obstacles."""
         return heatmap(self.flight.record.coverage)
 
     @property
     def steps_left(self) -> int:
+        """Number of steps until the end of the trial."""
         return self.schedule.steps - self.step
 
     def advance(self, steps: int) -> bool:
-        """Take up to `steps` steps, but no more than frames have room for. False if the
-        state is not finite.
+        """Take up to `steps` steps, as far as there is room for frames.
 
-        Frames stay recorded until they are taken.
+        Recorded frames remain until `take_frames` is called. Returns False if the state
+        is not finite.
         """
         with self.noise.lent() as rng:
             return advance(self.flight, rng, steps)
 
-    def take_frames(self, wanted: RecordSpec | None = None) -> Taken:
-        """What was recorded since the last call.
+    def take_frames(self, record: RecordSpec | None = None) -> Taken:
+        """Return the frames since the last call, and forget them.
 
-        It has the metrics and the trajectories that the job records, or those `wanted`,
-        as far as what the job records is enough for them.
+        They have the metrics and the trajectories of `record`, by default those of the
+        job. The job must record enough for them.
         """
-        record, flight = wanted or self.job.record, self.flight
+        record = record or self.job.record
+        flight = self.flight
         values = measure(flight, metrics_of(self.job, record.metrics))
         frames = flight.record.frames
         bodies = self.schedule.n if record.trajectories else 0
@@ -171,16 +185,18 @@ class Simulation:
         return taken
 
     def go_on_from(self, earlier: "Simulation") -> None:
-        """Take the place of a simulation of as many boids: with its flock, random
-        numbers, steps and counts.
+        """Continue from another simulation with the same number of boids.
+
+        Its flock, random numbers, steps and counts are taken over.
         """
         self.noise.state = earlier.noise.state
         go_on_from(self.flight, earlier.flight)
         self._find_among_all()
 
     def state(self) -> State:
-        """The state between two calls, after all frames were taken. Its arrays are not
-        copies.
+        """Return the state between two kernel calls, whose arrays are not copies.
+
+        All frames must be taken before.
         """
         flight = self.flight
         parts = {"flock": flight.flock, "work": flight.work, "record": flight.record}
@@ -198,9 +214,10 @@ class Simulation:
         return State(changing(parts, fixed), dict(self.noise.state))
 
     def beginning(self) -> str:
-        """A hash of all with which the flight begins, before its first step: flock,
-        scenery, pixels and random numbers. Of the trials of the same settings, but for
-        `steps`, those that begin alike have the same frames.
+        """Return a hash of the initial flock, scenery, pixels and random numbers.
+
+        Call it before the first step. Trials that differ only in `steps` have the same
+        frames if their hashes are equal.
         """
         flight = self.flight
         parts = {
@@ -213,9 +230,19 @@ class Simulation:
         return digest(parts, self.noise.state)
 
     def restore(self, state: State, room: int = 0) -> None:
-        """Go on from the `state` of a simulation of the same job, with its arrays, and
-        with so much room in a block of the grid, see kernels.neighbours.build_grid.
-        Raises ValueError if it is none.
+        """Resume from the state of a simulation of the same job.
+
+        Parameters
+        ----------
+        state : State
+            Its values are copied into the arrays in use.
+        room : int, default 0
+            Room in a block of the grid, see kernels.neighbours.build_grid.
+
+        Raises
+        ------
+        ValueError
+            If the state is not that of a trial between its first and its last step.
         """
         check(state, self.schedule.n, self.schedule.steps)
         self.noise.state = state.generator
@@ -227,7 +254,7 @@ class Simulation:
         self._find_among_all()
 
     def _find_among_all(self) -> None:
-        """Take the grid away, if the job wants neighbours found among all boids."""
+        """Remove the grid if the job finds neighbours among all boids."""
         if self.job.all_pairs:
             grid = all_pairs(self.schedule.n)
             self.flight.work = self.flight.work._replace(grid=grid)
@@ -235,11 +262,19 @@ class Simulation:
     def result(
         self, began: float, between: Callable[[float], None] | None = None
     ) -> Result:
-        """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at
-        which the trial began.
+        """Run to the end, or to the time limit, and return the result.
 
-        `between` is called after each kernel call but the last, with the seconds so
-        far; `taken` has the frames so far.
+        Parameters
+        ----------
+        began : float
+            `time.perf_counter()` when the trial began.
+        between : callable, optional
+            Is called after each kernel call except the last, with the seconds so far.
+            Then `taken` has the frames so far.
+
+        Returns
+        -------
+        Result
         """
         limit = self.job.time_limit
         status = "done"
@@ -257,10 +292,23 @@ class Simulation:
         return self.summary(status, time.perf_counter() - began)
 
     def summary(self, status: str, seconds: float) -> Result:
-        """The result of a trial that took so many seconds, from the frames taken."""
+        """Return the result of a trial from its frames.
+
+        Parameters
+        ----------
+        status : str
+            "done", "diverged" or "timeout".
+        seconds : float
+            Duration of the trial.
+
+        Returns
+        -------
+        Result
+        """
         taken = joined(self.taken)
-        wanted, done = self.job.record, status == "done"
-        values = measured(wanted, taken, self.job.settings)
+        record = self.job.record
+        done = status == "done"
+        values = measured(record, taken, self.job.settings)
         last, mean = (
             summaries(values, taken.steps, self.schedule.steps) if done else ({}, {})
         )
@@ -271,36 +319,42 @@ class Simulation:
             job,
             status,
             seconds,
-            self.step,
-            ENDINGS.get(status, "").format(
+            step=self.step,
+            error=ENDINGS.get(status, "").format(
                 what=self.watched, step=self.step, limit=self.job.time_limit
             ),
-            last,
-            mean,
-            taken.steps if wanted.series or wanted.trajectories else None,
-            {name: values[name] for name in wanted.series},
-            self.visits if wanted.heatmaps and done else None,
-            taken.bodies if wanted.trajectories else None,
-            taken.state if wanted.trajectories else None,
-            last_flock=last_flock(self.flight) if wanted.last_flocks and done else None,
+            last=last,
+            mean=mean,
+            frames=taken.steps if record.series or record.trajectories else None,
+            series={name: values[name] for name in record.series},
+            heatmap=self.visits if record.heatmaps and done else None,
+            trajectory=taken.bodies if record.trajectories else None,
+            states=taken.state if record.trajectories else None,
+            last_flock=last_flock(self.flight) if record.last_flocks and done else None,
         )
 
 
 def _flight(job: Job, together: bool, frames: int) -> Flight:
-    """The flight of a job at its start, with pixels of its own unless it flies
-    `together` with others, and with room for so many `frames` at most.
+    """Return the flight of a job at its start; see Simulation for the parameters.
+
+    Only flights of a batch (`together`) share their pixels.
     """
-    known, settings_known = job.known, settings_of(job.model, job.known)
+    described = settings_of(job.model, job.known)
 
     def group(kind: type[Any]) -> Any:
-        return settings_tuple(kind, job.settings, settings_known)
+        return settings_tuple(kind, job.settings, described)
 
-    model, record = known.models[job.model], job.record
-    params = group(model.params)
-    schedule, observation = group(Schedule), group(Observation)
+    model = job.known.models[job.model]
+    record = job.record
+    observation = group(Observation)
     landscape = _landscape(job)
-    metrics = metrics_of(job, record.metrics)
-    memory = Memory(metrics, record.every, record.heatmaps, record.trajectories, frames)
+    memory = Memory(
+        metrics_of(job, record.metrics),
+        record.every,
+        visits=record.heatmaps,
+        bodies=record.trajectories,
+        frames=frames,
+    )
     coverage = (
         coverage_of(landscape, observation, shared=together)
         if memory.covering
@@ -310,23 +364,23 @@ def _flight(job: Job, together: bool, frames: int) -> Flight:
     with random.lent() as rng:
         flight = begin(
             starting(model, job.begins),
-            params,
-            schedule,
+            group(model.params),
+            group(Schedule),
             robots_of(job),
-            observation,
-            landscape.scenery,
-            flock,
-            memory,
-            coverage,
-            rng,
-            keys_of(job),
+            observation=observation,
+            scenery=landscape.scenery,
+            flock=flock,
+            memory=memory,
+            coverage=coverage,
+            rng=rng,
+            keys=keys_of(job),
         )
     place(flight, job.begins)
     return flight
 
 
 def _landscape(job: Job) -> Landscape:
-    """Where a trial flies."""
+    """Return the world of a trial."""
     known = settings_of(job.model, job.known)
     params, settings = (
         settings_tuple(kind, job.settings, known)
@@ -336,30 +390,35 @@ def _landscape(job: Job) -> Landscape:
 
 
 def metrics_of(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
-    """The metrics of these names. Raises RuntimeError for one that reads what boids of
-    the job's model have not: its kernel would read beyond the frames.
+    """Return the metrics with some names.
+
+    Raises RuntimeError for a metric that reads state values or types of boids which the
+    job's model does not have: its kernel would read beyond the frames.
     """
-    found = tuple(job.known.metrics[name] for name in names)
-    for name, metric in zip(names, found, strict=True):
+    metrics = tuple(job.known.metrics[name] for name in names)
+    for name, metric in zip(names, metrics, strict=True):
         if lacking := lacks_boids(job.known.models[job.model], metric):
             raise RuntimeError(f'metric "{name}" is for models with {lacking}')
-    return found
+    return metrics
 
 
 def compiling_seconds(job: Job) -> float:
-    """How long it takes, about, to compile the model of a trial on an idle core, as it
-    is for its robots; 0 where it is compiled already, or where nothing can be drawn to
-    fly in: the trial itself says why.
+    """Return the estimated seconds to compile the model of a trial on an idle core.
+
+    It is 0 if the model is compiled already for the layers of the trial. It is also 0
+    if no world can be drawn: then the trial reports the error.
     """
-    model, layers = job.known.models[job.model], layers_of(job)
+    model = job.known.models[job.model]
+    layers = layers_of(job)
     if layers is None or is_compiled_for(model, layers):
         return 0.0
     return COMPILING_SECONDS
 
 
 def layers_of(job: Job) -> frozenset[type] | None:
-    """Which of the LAYERS of kernels.layers a trial has; None where nothing can be
-    drawn to fly in, as by a map of one's own that fails.
+    """Return which of the LAYERS of kernels.layers a trial has.
+
+    Returns None if no world can be drawn, for example if a custom map fails.
     """
     try:
         scenery = _landscape(job).scenery
@@ -370,18 +429,19 @@ def layers_of(job: Job) -> frozenset[type] | None:
         Goals: scenery.route,
         Corners: scenery.world.corners,
     }
-    found = {layer for layer, value in present.items() if value is not None}
-    return robot_layers_of(job) | found
+    layers = {layer for layer, value in present.items() if value is not None}
+    return robot_layers_of(job) | layers
 
 
 def is_compiled(metric: Metric) -> bool:
-    """Whether a metric need not be compiled any more."""
+    """Return whether a metric is compiled already."""
     return is_kept(metric.measure)
 
 
 def warm(job: Job) -> Result:
-    """Compile what trials like `job` need, or load it from the cache: take one step,
-    whose result it is.
+    """Compile the kernels of trials like `job`, or load them from the cache.
+
+    Runs one step, and returns its result.
     """
     say_compiling(job)
     result = run(one_step(job))
@@ -390,7 +450,7 @@ def warm(job: Job) -> Result:
 
 
 def say_not_kept() -> None:
-    """Say where compiled kernels could not be kept, once."""
+    """Warn once if compiled kernels could not be stored."""
     if NOT_KEPT and NOTHING_IS_KEPT not in os.environ:
         os.environ[NOTHING_IS_KEPT] = "1"
         folder, why = next(iter(NOT_KEPT.items()))
@@ -402,16 +462,18 @@ def say_not_kept() -> None:
 
 
 def one_step(job: Job) -> Job:
-    """The same job with one step."""
+    """Return the same job with one step."""
     return replace(job, settings=job.settings | {"steps": 1})
 
 
 def say_compiling(job: Job) -> None:
-    """Say that the model of a job will be compiled, where it is not yet: nothing else
-    is seen of it. Where each process compiles, that was said.
+    """Warn that the model of a job will be compiled, if it is not compiled yet.
+
+    Without the warning a user sees nothing while it is compiled. There is no warning
+    after that of `say_not_kept`, because then each process compiles.
     """
     if NOTHING_IS_KEPT in os.environ:
         return
     if seconds := compiling_seconds(job):
-        about = f"about {seconds:.0f} s on an idle core, once"
-        LOG.warning("compiling %s, %s", job.model, about)
+        duration = f"about {seconds:.0f} s on an idle core, once"
+        LOG.warning("compiling %s, %s", job.model, duration)

@@ -1,6 +1,4 @@
-"""The state of a trial between two kernel calls, and the frames that it has taken, as
-plain arrays.
-"""
+"""The state of a trial between two kernel calls, and its frames, as plain arrays."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,8 +10,16 @@ from numpy.typing import NDArray
 
 
 class Taken(NamedTuple):
-    """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x,
-    y, vx and vy (F, 4, N) and the state of boids (F, S, N).
+    """Frames of a trial.
+
+    Attributes
+    ----------
+    steps : array of int, shape (F,)
+    values : array of float, shape (metrics, F)
+    bodies : array of float, shape (F, 4, N)
+        x, y, vx and vy; N is 0 without trajectories.
+    state : array of float, shape (F, S, N)
+        The S state values per boid that the model has; N is 0 without trajectories.
     """
 
     steps: NDArray[np.int64]
@@ -23,77 +29,85 @@ class Taken(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that a trial needs to go on, except its frames and what follows from its job.
+    """State from which a trial resumes, in addition to its job and its frames.
 
-    `arrays` are by name, as "flock.x"; `generator` is the state of the noise. The grid
-    of neighbours is made anew: it follows from the positions, and no bit depends on it.
+    The grid of neighbours is not part of it. It is built again from the positions, and
+    the results do not depend on it.
+
+    Attributes
+    ----------
+    arrays : dict of arrays
+        By name, such as "flock.x".
+    generator : dict
+        State of the random numbers of the noise.
     """
 
     arrays: dict[str, NDArray[Any]]
     generator: dict[str, Any]
 
     def copied(self) -> "State":
-        """The state with arrays of its own, to be kept while the trial goes on."""
+        """Return a copy of the state, which does not change when the trial resumes."""
         return self._replace(
             arrays={name: array.copy() for name, array in self.arrays.items()}
         )
 
 
 def joined(taken: Sequence[Taken]) -> Taken:
-    """Frames one after the other."""
-    steps, values, *flown = zip(*taken, strict=True)
-    return Taken(np.concatenate(steps), np.hstack(values), *map(np.concatenate, flown))
+    """Return frames one after the other."""
+    steps, values, *boids = zip(*taken, strict=True)
+    return Taken(np.concatenate(steps), np.hstack(values), *map(np.concatenate, boids))
 
 
 def every_so_many(taken: Taken, every: int) -> Taken:
-    """The frames after a multiple of `every` steps: those that a trial of any number of
-    steps has.
+    """Return the frames after a multiple of `every` steps.
+
+    A trial also has a frame after its last step. These frames do not depend on the
+    number of steps.
     """
     on_time = taken.steps % every == 0
-    steps, values, *flown = taken
+    steps, values, *boids = taken
     return Taken(
-        steps[on_time], values[:, on_time], *(frames[on_time] for frames in flown)
+        steps[on_time], values[:, on_time], *(frames[on_time] for frames in boids)
     )
 
 
-def different(one: State, other: State) -> str:
-    """The name of the first array whose bits differ; "" where there is none."""
+def different(first: State, second: State) -> str:
+    """Return the name of the first array that is not bitwise identical; "" if none."""
     names = (
         name
-        for name, array in one.arrays.items()
-        if array.tobytes() != other.arrays[name].tobytes()
+        for name, array in first.arrays.items()
+        if array.tobytes() != second.arrays[name].tobytes()
     )
     return next(names, "")
 
 
 def digest(parts: Mapping[str, object], generator: Mapping[str, Any]) -> str:
-    """A hash of the arrays in the named tuples `parts`, with their names, types and
-    shapes, and of the state of a generator.
+    """Return a hash of arrays in named tuples, and of the state of a generator.
+
+    It covers the names, types and shapes of the arrays.
     """
-    found = sha256(json.dumps(generator, sort_keys=True).encode())
+    content = sha256(json.dumps(generator, sort_keys=True).encode())
     for part, value in parts.items():
         for name, array in _arrays(part, value):
-            found.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
-            found.update(array.tobytes())
-    return found.hexdigest()
+            content.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
+            content.update(array.tobytes())
+    return content.hexdigest()
 
 
 def changing(parts: Mapping[str, object], fixed: object) -> dict[str, NDArray[Any]]:
-    """The arrays in the named tuples `parts`, and in tuples within them, without those
-    that are also in `fixed`.
+    """Return the arrays in nested named tuples that are not in `fixed`.
 
-    They are found by walking through the tuples, so a new array needs no entry
-    anywhere. They are the arrays in use, not copies; one in several places has the name
-    of the first.
+    The tuples are searched recursively, so a new array needs no entry anywhere. The
+    arrays are not copies. An array in several places has the name of the first place.
     """
     left_out = {id(array) for _, array in _arrays("", fixed)}
-    found = {}
+    arrays = {}
     for part, value in parts.items():
         for name, array in _arrays(part, value):
             if id(array) not in left_out:
-                found[name] = array
+                arrays[name] = array
                 left_out.add(id(array))
-    return found
+    return arrays
 
 
 def _arrays(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -107,11 +121,18 @@ def _arrays(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def check(state: State, n: int, steps: int) -> None:
-    """Raise ValueError for a state that no trial of `n` boids can have before its last
-    step.
+    """Raise ValueError for a state that no trial can have between two kernel calls.
 
-    Kernels check no index: with an impossible number of frames, an impossible order, or
-    the label of no boid, they would write anywhere in memory.
+    Kernels check no index. With an impossible number of frames, an impossible order, or
+    an impossible label of a flock, they would write anywhere in memory.
+
+    Parameters
+    ----------
+    state : State
+    n : int
+        Number of boids.
+    steps : int
+        Number of steps of the trial.
     """
     step, filled = state.arrays["record.progress"].tolist()
     finite = all(

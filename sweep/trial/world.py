@@ -1,4 +1,4 @@
-"""The world of a trial, drawn from its job, for whoever shows it."""
+"""The world of a trial, drawn from its job, for display."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -18,8 +18,16 @@ from sweep.trial.scenery import obstacles
 
 
 class Paths(NamedTuple):
-    """How obstacles move: `velocities` (2, M), the time of a step, and whether they
-    wrap round the world; else they are mirrored at its borders.
+    """Motion of M obstacles.
+
+    Attributes
+    ----------
+    velocities : array of float, shape (2, M)
+    dt : float
+        Time step.
+    wraps : bool
+        Whether obstacles wrap around the world. Otherwise they are reflected at its
+        borders.
     """
 
     velocities: NDArray[np.float64]
@@ -28,15 +36,27 @@ class Paths(NamedTuple):
 
 
 class TrialWorld(NamedTuple):
-    """The size of a trial's world, and its obstacles (M, 5) as kernels.worlds has them.
+    """World of a trial with M obstacles; lengths are in the model's unit.
 
-    A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a
-    rectangle. That of a polygon is the rectangle about it, of an arena the world;
-    `polygons` are these, by their rows. `goal` is x and y of the goal and the radius
-    about it, None where no boid seeks it, and `next_goals` where boids go from there
-    on, one after the other. Lengths are in the model's unit; `y_down` says that y
-    points down. `kinds` are those of its boids, as `kinds_of` has them. Where obstacles
-    move, they are where they begin, and `paths` are theirs.
+    Attributes
+    ----------
+    width, height : float
+    obstacles : array of float, shape (M, 5)
+        x and y of the centre, half-width, half-height, and 1 for a disc or 0 for a
+        rectangle. The row of a polygon is its bounding box, and that of an arena the
+        world. Moving obstacles are at their initial positions.
+    goal : tuple of float, optional
+        x and y of the goal, and the radius around it; None if no boid seeks it.
+    y_down : bool
+        Whether y points down.
+    kinds : mapping of int
+        Number of boids of each type, see `kinds_of`.
+    next_goals : Places
+        x and y of the further goals, in their order.
+    polygons : mapping of Polygon
+        Polygons and arenas, by their rows.
+    paths : Paths, optional
+        Motion of the obstacles, if they move.
     """
 
     width: float
@@ -50,67 +70,75 @@ class TrialWorld(NamedTuple):
     paths: Paths | None = None
 
     def at(self, step: int) -> "TrialWorld":
-        """The world with its obstacles where they are after so many steps."""
+        """Return the world with the positions of its obstacles after a step."""
         if self.paths is None:
             return self
-        rows, (velocities, dt, wraps) = self.obstacles.copy(), self.paths
+        rows = self.obstacles.copy()
+        velocities, dt, wraps = self.paths
         for axis, length in enumerate((self.width, self.height)):
             ways = velocities[axis] * (step * dt)
             pairs = zip(rows[:, axis].tolist(), ways.tolist(), strict=True)
             rows[:, axis] = [place_along(*pair, length, wraps) for pair in pairs]
         off = rows - self.obstacles
         moved = {
-            number: one._replace(
+            number: polygon._replace(
                 vertices=tuple(
-                    (x + off[number, 0], y + off[number, 1]) for x, y in one.vertices
+                    (x + off[number, 0], y + off[number, 1])
+                    for x, y in polygon.vertices
                 )
             )
-            for number, one in self.polygons.items()
+            for number, polygon in self.polygons.items()
         }
         return self._replace(obstacles=rows, polygons=moved, paths=None)
 
     @property
     def shapes(self) -> tuple[Obstacle, ...]:
-        """The obstacles one by one, as kernels.shapes has them."""
+        """Obstacles as shapes, see kernels.shapes."""
         rows = enumerate(shapes_of(self.obstacles))
         return tuple(self.polygons.get(number, row) for number, row in rows)
 
     @property
     def goals(self) -> Places:
-        """All goals that boids seek, in turn."""
+        """All goals that boids seek, in their order."""
         return (self.goal[:2], *self.next_goals) if self.goal else ()
 
 
 def world_of(job: Job) -> TrialWorld:
-    """The world in which the trial of `job` runs."""
-    settings, model = job.settings, job.known.models[job.model]
-    known = settings_of(job.model, job.known)
-    params = settings_tuple(model.params, settings, known)
+    """Return the world of a trial."""
+    settings = job.settings
+    model = job.known.models[job.model]
+    described = settings_of(job.model, job.known)
+    params = settings_tuple(model.params, settings, described)
     width, height, x, y, radius = (
         float(settings[name])
         for name in ("width", "height", "goal_x", "goal_y", "goal_radius")
     )
     drawn = shapes_of(obstacles(job))
     sought = model.seeks_goal(params, int(settings["n"]))
+    next_goals = settings_tuple(WorldSettings, settings, described).next_goals
     return TrialWorld(
         width,
         height,
         boxes_of(drawn, width, height),
-        (x, y, radius) if sought else None,
-        model.y_down,
-        kinds_of(job),
-        settings_tuple(WorldSettings, settings, known).next_goals if sought else (),
-        {number: one for number, one in enumerate(drawn) if isinstance(one, Polygon)},
-        _paths(job, drawn),
+        goal=(x, y, radius) if sought else None,
+        y_down=model.y_down,
+        kinds=kinds_of(job),
+        next_goals=next_goals if sought else (),
+        polygons={
+            number: shape
+            for number, shape in enumerate(drawn)
+            if isinstance(shape, Polygon)
+        },
+        paths=_paths(job, drawn),
     )
 
 
 def _paths(job: Job, drawn: Obstacles) -> Paths | None:
-    """How the obstacles of a trial move; None where none does."""
+    """Return the motion of the obstacles of a trial; None if none moves."""
     speed = float(job.settings["obstacle_speed"])
-    given = given_velocities(drawn, speed)
-    if given is None:
+    partial = given_velocities(drawn, speed)
+    if partial is None:
         return None
-    velocities = velocities_of(given, speed, keys_of(job).made)
+    velocities = velocities_of(partial, speed, keys_of(job).made)
     wraps = job.settings["borders"] == "torus"
     return Paths(velocities, float(job.settings["dt"]), wraps)
