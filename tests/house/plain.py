@@ -18,7 +18,7 @@ VAGUE = {
 }
 """Names that fit any value, so that a reader must look for what they hold."""
 PUBLIC = {"sweep/__init__.py": {"one"}}
-"""Names of that list that are parameters of the public interface: programs have them."""
+"""Names of that list that are parameters of the public interface, kept for programs."""
 RELATIVE = {"Of", "That", "What", "Whether", "Which", "Who", "Whom", "Whose", "Those"}
 MOST_POSITIONAL = 4
 FEW_PARAMETERS = 3
