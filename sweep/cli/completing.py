@@ -15,24 +15,24 @@ from sweep.trial.compiled import beside_kernels
 
 
 def guide_topics(beginning: str) -> list[str]:
-    """Return the topics of the guide that begin so."""
+    """Return the topics of the guide that start with `beginning`."""
     return _beginning(beginning, all_topics())
 
 
 def model_names(beginning: str) -> list[str]:
-    """Return the built-in models that begin so; each has a file of its name."""
+    """Return the built-in models that start with `beginning`, from names of files."""
     files = (beside_kernels() / "kernels" / "models").glob("[!_]*.py")
     return _beginning(beginning, sorted(file.stem for file in files))
 
 
 def study_names(context: typer.Context, beginning: str) -> list[str]:
-    """Return the studies that begin so, in the folder of results of the command."""
+    """Return the studies that start with `beginning`, in the folder of results."""
     results = Path(str(context.params.get("results") or "results"))
     return _beginning(beginning, launched_studies(results))
 
 
 def _beginning(beginning: str, names: Iterable[str]) -> list[str]:
-    """Return the names that begin so, and that a shell reads as one word.
+    """Return the names that start with `beginning`, and that a shell reads as one word.
 
     Names of files may come from others.
     """
