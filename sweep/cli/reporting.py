@@ -2,6 +2,7 @@
 
 import inspect
 import logging
+import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, wraps
 from inspect import Parameter
@@ -25,6 +26,8 @@ Latex = Annotated[
     bool, typer.Option("--latex", help="Print the table for LaTeX, with booktabs.")
 ]
 FORMATS = {"csv": Csv, "json": Json, "latex": Latex}
+SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
+"""The beginning of a section of a docstring, such as Parameters."""
 
 Where = Annotated[
     list[str] | None,
@@ -58,7 +61,8 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     Parameters
     ----------
     make : callable
-        The function. The command has its name, and its docstring as the help.
+        The function. The command has its name, and its docstring as the help: up to the
+        sections, since options have a help of their own.
     parameters : sequence of inspect.Parameter, optional
         Arguments and options of the command; by default those of the function.
     """
@@ -78,8 +82,13 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     # typer reads both, and cannot know a type that is not imported.
     vars(command)["__signature__"] = inspect.Signature(shown)
     command.__annotations__ = {option.name: option.annotation for option in shown}
-    app.command()(command)
+    app.command(help=help_of(make))(command)
     return make
+
+
+def help_of(make: Make) -> str:
+    """Return the docstring of a function up to its first section."""
+    return SECTION.split(inspect.getdoc(make) or "", maxsplit=1)[0]
 
 
 def enter_reports(entries: Iterable[Method]) -> None:
