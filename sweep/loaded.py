@@ -152,7 +152,7 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.power({"speed": 0.05, "coverage": "5%"})
+        >>> study.power({"speed": 0.05, "dispersion": "5%"})
         >>> study.where(n=50).power({}, {"speed": "5%"}, against=study.where(n=100))
         """
         half_widths = [f"{name}={size}" for name, size in half_width.items()]
