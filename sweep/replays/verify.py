@@ -297,7 +297,7 @@ def _drawn(
     most: int,
     seed: int,
     *,
-    among: Among | None,
+    among: Among | None = None,
 ) -> tuple[list[str], Verification]:
     """Draw the sample, and return it with a verification without comparisons."""
     check_code(study)

@@ -381,8 +381,8 @@ def test_an_mp4_has_a_comment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     """
     told = tmp_path / "told"
     told.write_text(
-        '#!/bin/sh\nfor last; do\ncase "$last" in */about) about="${last#file:}";; esac'
-        '\ndone\ncat >/dev/null\ncat "$about" > "${last#file:}"\n',
+        '#!/bin/sh\nfor last; do\ncase "$last" in */metadata) comment="${last#file:}"'
+        ';; esac\ndone\ncat >/dev/null\ncat "$comment" > "${last#file:}"\n',
         encoding="utf-8",
     )
     told.chmod(0o755)
