@@ -80,7 +80,7 @@ def launch(
 ) -> None:
     """Run the trials of a study that are not stored yet, or of each study of a spec.
 
-    So it does with the variants that `validate` asks for.
+    The variants that `validate` asks for run too.
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
