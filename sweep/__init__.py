@@ -1,25 +1,25 @@
 """boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms.
 
-A study flows down this list, and each package imports only what stands above it:
+The list has the order of the layers. Each package imports only entries above it.
 
-    errors       every error that a user can mend
+    errors       every error that a user can fix
     text         words for people
-    surroundings what lies in the current folder neither runs nor counts as settings
-    method       what a method is, and which there are
-    analysis/    arrays and tables -> estimates with intervals
+    surroundings files of the current folder neither run nor count as settings
+    method       the entry of a method, and the registry of methods
+    analysis/    arrays and tables -> estimates with confidence intervals
     spec/        YAML -> Study, and its schema
     own_code/    models and more from files beside a spec
     design/      Study -> points -> jobs, and what they cost
-    trial/       a job -> a Result: the one door to the kernels
-    store/       parts, whole or absent; locks; origin
+    trial/       a job -> a Result: the only access to the kernels
+    store/       parts, complete or absent; locks; origin
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
-    testing/     whether a model keeps the promises of the built-in ones
-    tables/      what is stored: chosen, reported, exported
+    testing/     checks of a model: the requirements that built-in models meet
+    tables/      stored trials: selected, reported, exported
     campaigns/   which trials run: a fixed number, until an interval is narrow, a search
-    figures/     tables -> pictures
-    methods/     what may be asked of results: comparison, power, scaling and more
-    loaded       a stored study, as notebooks and programs have it
-    replays/     a stored trial again: bits, frames, film
+    figures/     tables -> figures
+    methods/     analyses of results: comparison, power, scaling and more
+    loaded       a stored study for notebooks and programs
+    replays/     a stored trial again: comparison, frames, animation
     published/   claims, verdicts, scorecard
     sharing/     a study for others: one file, citation, description
     web/         the live simulator, as a page and as a widget
@@ -77,11 +77,35 @@ logging.getLogger(__name__).addFilter(make_harmless)
 def load(
     study: str, results: "str | Location" = "results", *, trust: bool = False
 ) -> "LoadedStudy":
-    """The stored results of `study`, e.g. `load("nguyen2024/separation").trials`.
+    """Load a stored study.
 
-    `results` is a folder, or `s3://bucket/prefix`. Code of its own that somebody else
-    has launched runs only with `trust`, where a trial is run again: tables need none.
-    Raises StoreError where nothing of it is stored there.
+    Parameters
+    ----------
+    study : str
+        The name of the study, such as "nguyen2024/separation".
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+    trust : bool, default False
+        Allow custom code of a study that somebody else launched. Only running a trial
+        again needs it; tables and figures run no code.
+
+    Returns
+    -------
+    LoadedStudy
+        Each table is read at its first use: `trials`, `series`, `heatmaps` and
+        `trajectories`.
+
+    Raises
+    ------
+    StoreError
+        The study is not stored in `results`.
+    ChoiceError
+        `study` is not a name of a study.
+
+    Examples
+    --------
+    >>> sweep.load("my/first")
+    <StoredStudy my/first: 30 trials>
     """
     from sweep.loaded import LoadedStudy
 
@@ -95,17 +119,49 @@ def run(
     *,
     code_from: str | Path | None = None,
 ) -> "LoadedStudy":
-    """Run what is missing of a study, as `sweep launch` and `sweep search` do, and
-    return what is stored of it; of the variants that `validate` asks for, too.
+    """Run all missing trials of a study and return its stored results.
 
-    `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a
-    mapping. It runs in `workers` processes, as many as there are cores for 0. Files of
-    code that it names lie beside it, or in `code_from` and below. Nothing is printed;
-    trials that did not come to their end are a warning. Raises SpecError for what is
-    wrong with the spec, StoreError where `results` cannot be read or written,
-    ValueError for a negative number of workers, FailedTrialsError where more trials
-    have failed than the spec allows, and KeyboardInterrupt, both with all finished
-    trials stored: after the latter the same call goes on.
+    The function does the same as `sweep launch` and `sweep search`, and prints nothing.
+    It also runs the variants that `validate` requests. After an interruption the same
+    call resumes: finished trials are stored.
+
+    Parameters
+    ----------
+    spec : str, Path or mapping
+        The path of a spec, its YAML text (more than one line), or a mapping.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+    workers : int, default 0
+        The number of worker processes; 0 for one per core.
+    code_from : str or Path, optional
+        The folder that is searched for custom code, with the folders below it; by
+        default custom code is next to the spec.
+
+    Returns
+    -------
+    LoadedStudy
+        The stored results.
+
+    Warns
+    -----
+    UserWarning
+        Trials diverged, failed, timed out or are missing.
+
+    Raises
+    ------
+    SpecError
+        The spec is not valid.
+    StoreError
+        `results` cannot be read or written.
+    ValueError
+        `workers` is negative.
+    FailedTrialsError
+        More trials failed than the spec allows. Finished trials are stored.
+
+    Examples
+    --------
+    >>> study = sweep.run("spec.yaml", workers=4)
+    >>> study.table("polarization")
     """
     import warnings
 
@@ -122,8 +178,9 @@ def run(
     studies = with_variants(study)
     engine = Loky(worker_count(workers))
     try:
-        for one in studies:
-            (search if one.search else launch)(one, location(results), engine)
+        for variant in studies:
+            run_trials = search if variant.search else launch
+            run_trials(variant, location(results), engine)
     finally:
         engine.stop()
     stored = load(study.name, results)
@@ -135,8 +192,8 @@ def run(
             f"{count:,} {status}" for status, count in sorted(troubled.items())
         )
         trials = so_many(stored.plan.num_rows, "trial")
-        about = f"study {study.name}: {counts}, of {trials}"
-        warnings.warn(harmless(about), stacklevel=2)
+        message = f"study {study.name}: {counts}, of {trials}"
+        warnings.warn(harmless(message), stacklevel=2)
     return stored
 
 
@@ -147,14 +204,40 @@ def plan(
     results: "str | Location" = "results",
     code_from: str | Path | None = None,
 ) -> "Plan | SearchPlan":
-    """What `run` would do with the same arguments, without running it.
+    """Estimate the trials, time and storage of a study without running it.
 
-    `plan("spec.yaml").trials` is a number; `print(plan("spec.yaml").as_text())` is what
-    `sweep plan` says: points, trials, and estimates of seconds and bytes. Of code that
-    is none of ours a few short trials are run, to measure it. Where last states are
-    recorded, those below `results` are looked for. Raises SpecError for what is wrong
-    with the spec, and where none of these trials can run; StoreError where results that
-    are there cannot be read.
+    Custom code runs in a few short trials, which measure its speed.
+
+    Parameters
+    ----------
+    spec : str, Path or mapping
+        The path of a spec, its YAML text (more than one line), or a mapping.
+    workers : int, default 0
+        The number of worker processes; 0 for one per core.
+    results : str or Location, default "results"
+        The folder of stored studies. A study that records last states resumes from
+        trials that are stored here.
+    code_from : str or Path, optional
+        The folder that is searched for custom code, with the folders below it; by
+        default custom code is next to the spec.
+
+    Returns
+    -------
+    Plan or SearchPlan
+        Numbers of points and trials, and estimates in seconds and bytes. `as_text()` is
+        the output of `sweep plan`.
+
+    Raises
+    ------
+    SpecError
+        The spec is not valid, or none of the measured trials can run.
+    StoreError
+        Stored results cannot be read.
+
+    Examples
+    --------
+    >>> sweep.plan("spec.yaml").trials
+    30
     """
     from sweep.campaigns.plan import plan_of
     from sweep.store.locations import location
@@ -174,23 +257,52 @@ def compare(
     method: "Inference | None" = None,
     half: bool = False,
 ) -> "Comparison":
-    """What `other` has more or less than `one`, as `sweep compare` says it.
+    """Compare two studies, or two groups of points, metric by metric.
 
-    Both are `STUDY`, `STUDY:setting=value` or `STUDY:PRESET`. `metrics` are all where
-    none is named, `over="half"` takes means over the last half of a trial (as its older
-    form `half=True`), and `method` says how the rows are tested together. The table is
-    `.rows` of the result: a row a point and metric, with difference, interval, p and
-    verdict. Raises ChoiceError for what cannot be compared, and StoreError where
-    nothing is stored.
+    Parameters
+    ----------
+    one, other : str
+        The two sides, each "STUDY", "STUDY:setting=value" or "STUDY:PRESET".
+        Differences are other - one.
+    metrics : str or sequence of str, optional
+        By default all metrics that both sides recorded.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+    over : {"last", "half"}, default "last"
+        Compare the last frames, or means over the second half of each trial.
+    method : Inference, optional
+        The confidence level, the correction for multiple comparisons, and the
+        equivalence margin.
+    half : bool, default False
+        The older form of `over="half"`.
+
+    Returns
+    -------
+    Comparison
+        `rows` has one row per point and metric, with the difference, its simultaneous
+        confidence interval, the adjusted p-value and the verdict.
+
+    Raises
+    ------
+    ChoiceError
+        The sides cannot be compared, or `over` is neither of its values.
+    StoreError
+        A study is not stored.
+
+    Examples
+    --------
+    >>> sides = "my/first:separation_weight=1", "my/first:separation_weight=2"
+    >>> sweep.compare(*sides, "polarization").rows
     """
     from sweep.methods.comparison import compare_sides, read_side
     from sweep.spec.recorded import is_half
     from sweep.store.locations import location
 
     place = location(results)
-    first, second = read_side(one, place), read_side(other, place)
+    control = read_side(one, place)
+    treated = read_side(other, place)
     half = is_half(over, half)
-    return compare_sides(first, second, metrics, half=half, method=method)
+    return compare_sides(control, treated, metrics, half=half, method=method)
 
 
 def view(
@@ -199,29 +311,75 @@ def view(
     seed: int = 1,
     **settings: "Value",
 ) -> "View":
-    """The live simulator as a widget of a notebook, e.g.
-    `sweep.view(model="nguyen2024", n=300)`.
+    """Show the live simulator as a widget of a notebook.
 
-    Without a model it shows the first that there is, without a preset `as_run`. A model
-    of one's own is named by its file, `./vortex.py` or `./file.py:NAME`, which runs.
-    `settings` are those of the model, and `map`; the others have the values of the
-    preset. Without a front end it shows the picture of its first frame. Raises
-    SpecError for what a spec would not accept, and ImportError without anywidget.
+    Without a front end the widget shows a figure of its first frame.
+
+    Parameters
+    ----------
+    model : str, optional
+        The name of a model, or the file of a custom model, which runs: "./vortex.py" or
+        "./file.py:NAME". By default the first built-in model.
+    preset : str, optional
+        A preset of the model; by default "as_run", or its first preset.
+    seed : int, default 1
+        The seed of the run.
+    **settings
+        Parameters of the model, in their units, and `map`. The preset has the values of
+        all other parameters.
+
+    Returns
+    -------
+    View
+        The widget.
+
+    Raises
+    ------
+    SpecError
+        A spec would not accept an argument.
+    ImportError
+        anywidget is not installed.
+
+    Examples
+    --------
+    >>> sweep.view(model="nguyen2024", n=300)
     """
     from kernels.catalogue import BUILT_IN
     from sweep.own_code.reading import named_model
     from sweep.web.widget import live
 
     name, known = named_model(model) if model else (None, BUILT_IN)
-    return live(name, preset, seed, settings, known)
+    return live(name, preset, seed, settings, known=known)
 
 
 def replay(study: "LoadedStudy", trial: str) -> "View":
-    """A stored trial run again, as a widget of a notebook in which it is played and
-    scrubbed through.
+    """Run a stored trial again and play it in a widget of a notebook.
 
-    `study` is what `load` returns. Raises ChoiceError where it has no such trial,
-    StoreError where the trial cannot be run again, and ImportError without anywidget.
+    Parameters
+    ----------
+    study : LoadedStudy
+        The study that `load` returns.
+    trial : str
+        The id of the trial, or its beginning.
+
+    Returns
+    -------
+    View
+        The widget.
+
+    Raises
+    ------
+    ChoiceError
+        The study has no such trial.
+    StoreError
+        The trial cannot run again.
+    ImportError
+        anywidget is not installed.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> sweep.replay(study, study.trials["trial_id"][0])
     """
     from sweep.web.widget import replay
 
@@ -231,14 +389,37 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
 def show(
     study: "StoredStudy | str | None" = None, results: "str | Location" = "results"
 ) -> "Explored":
-    """The results explorer as a widget of a notebook: figures, tables, and the trials
-    behind each number, which play, as `sweep show` has them.
+    """Show the results explorer as a widget of a notebook.
 
-    `study` is what `load` returns, or a name below `results`; without one it begins
-    with the list of all studies there. It reads again what a launch stores meanwhile.
-    Without a front end it shows the first figure of the study. Raises StoreError where
-    nothing is stored, ChoiceError for what is no name of a study and for one that
-    `where` has restricted, and ImportError without anywidget.
+    The explorer is that of `sweep show`: figures, tables, and the trials behind each
+    number, which play. It also reads trials that a launch stores later. Without a front
+    end the widget shows the first figure of the study.
+
+    Parameters
+    ----------
+    study : StoredStudy or str, optional
+        The study that `load` returns, or a name in `results`; by default the list of
+        all studies.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+
+    Returns
+    -------
+    Explored
+        The widget.
+
+    Raises
+    ------
+    StoreError
+        The study is not stored.
+    ChoiceError
+        `study` is not a name of a study, or `where` has restricted it.
+    ImportError
+        anywidget is not installed.
+
+    Examples
+    --------
+    >>> sweep.show("my/first")
     """
     from sweep.explorer.widget import explored, explored_study
     from sweep.store.locations import location
@@ -255,11 +436,37 @@ def pack(
     *,
     force: bool = False,
 ) -> Path:
-    """Write a stored study into one .zip file, as `sweep pack` does; the file's path.
+    """Write a stored study to one .zip file, as `sweep pack` does.
 
-    `study` is what `load` returns, or a name below `results`. Raises StoreError where
-    it cannot be read, ChoiceError where it has no trials, and OutputError for a file
-    that is there already without `force`.
+    Parameters
+    ----------
+    study : StoredStudy or str
+        The study that `load` returns, or a name in `results`.
+    path : str or Path, optional
+        The new file; by default in the current folder, named after the study.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+    force : bool, default False
+        Replace a file that exists.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    StoreError
+        The study cannot be read.
+    ChoiceError
+        The study has no trials, or `where` has restricted it.
+    OutputError
+        The file exists without `force`, or cannot be written.
+
+    Examples
+    --------
+    >>> sweep.pack("my/first", "first.zip")
+    PosixPath('first.zip')
     """
     from sweep.sharing.packing import pack
 
@@ -274,13 +481,39 @@ def unpack(
     *,
     to: str | Path | None = None,
 ) -> "LoadedStudy":
-    """Store the study of a file that `pack` has written below `results`, as `name` or
-    as it was called, and load it, as `sweep load` does. No code of it runs.
+    """Store the study of a packed file and load it, as `sweep load` does.
 
-    `to` is a new folder that gets its spec and its code, to launch it on. Raises
-    StoreError for a file that is damaged or none of these, and where there is such a
-    study, ChoiceError for what is no name of a study, and OutputError for a folder `to`
-    that exists.
+    No code of the study runs.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file that `pack` has written.
+    name : str, optional
+        The name of the stored study; by default the name that was packed.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+    to : str or Path, optional
+        A new folder for the spec and the code, from which the study can be launched.
+
+    Returns
+    -------
+    LoadedStudy
+        The stored study.
+
+    Raises
+    ------
+    StoreError
+        The file is damaged or is not a packed study, or such a study is stored already.
+    ChoiceError
+        `name` is not a name of a study.
+    OutputError
+        The folder `to` exists.
+
+    Examples
+    --------
+    >>> sweep.unpack("first.zip", "their/first")
+    <StoredStudy their/first: 30 trials>
     """
     from sweep.sharing.laid_out import check_new, lay_out
     from sweep.sharing.unpacking import unpack
@@ -297,11 +530,30 @@ def unpack(
 def cite(
     study: "StoredStudy | str | None" = None, results: "str | Location" = "results"
 ) -> "Citation":
-    """What to cite with a study, or for the program alone.
+    """Return the works to cite with a study, or with the program alone.
 
-    `study` is what `load` returns, or a name below `results`. The result has `works`,
-    and is printed by `as_text()`, `as_bibtex()` and `as_json()`. Raises StoreError
-    where the study cannot be read, and ChoiceError where it has no trials.
+    Parameters
+    ----------
+    study : StoredStudy or str, optional
+        The study that `load` returns, or a name in `results`; by default the program.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+
+    Returns
+    -------
+    Citation
+        The `works`, with `as_text()`, `as_bibtex()` and `as_json()`.
+
+    Raises
+    ------
+    StoreError
+        The study cannot be read.
+    ChoiceError
+        The study has no trials.
+
+    Examples
+    --------
+    >>> print(sweep.cite("my/first").as_bibtex())
     """
     from sweep.sharing.citing import cite
 
@@ -314,12 +566,36 @@ def odd(
     *,
     code_from: str | Path | None = None,
 ) -> str:
-    """An ODD description of a model and a study in Markdown, as `sweep odd` prints it.
+    """Return an ODD description of a model and a study, as `sweep odd` prints it.
 
-    `study` is what `load` returns, a name below `results`, or a spec as `run` takes it;
-    the path of one, as a text, ends in .yaml or .yml. Raises StoreError where a study
-    cannot be read, ChoiceError where it has no trials, and SpecError for what is wrong
-    with a spec.
+    Parameters
+    ----------
+    study : StoredStudy, str, Path or mapping
+        The study that `load` returns, a name in `results`, or a spec as `run` takes it.
+        A path that is a string ends in .yaml or .yml.
+    results : str or Location, default "results"
+        The folder of stored studies, or "s3://bucket/prefix".
+    code_from : str or Path, optional
+        The folder that is searched for custom code of a spec, with the folders below
+        it; by default custom code is next to the spec.
+
+    Returns
+    -------
+    str
+        The description in Markdown.
+
+    Raises
+    ------
+    StoreError
+        The study cannot be read.
+    ChoiceError
+        The study has no trials.
+    SpecError
+        The spec is not valid.
+
+    Examples
+    --------
+    >>> print(sweep.odd("spec.yaml"))
     """
     from sweep.design.design import expand
     from sweep.sharing.odd import odd, of_spec, of_stored
@@ -336,14 +612,14 @@ def odd(
 
 
 def _stored(study: "StoredStudy | str", results: "str | Location") -> "StoredStudy":
-    """The study itself, or that of a name."""
+    """Return the study itself, or load the study of a name."""
     return load(study, results) if isinstance(study, str) else study
 
 
 def _study(
     spec: str | Path | Mapping[str, Any], code_from: str | Path | None
 ) -> "Study":
-    """The study of a file, of a YAML text of several lines, or of a mapping."""
+    """Read the study of a file, of a YAML text of several lines, or of a mapping."""
     from sweep.own_code.reading import load_spec, study_of
 
     folder = Path(code_from) if code_from is not None else None

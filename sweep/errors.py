@@ -1,15 +1,15 @@
-"""Every error that a user can mend, so that any module can raise it without weight.
+"""All errors that a user can fix. Any module can import them at no cost.
 
-    UserError              one sentence: what was given, what is allowed, the way out
-        SpecError          a spec says what cannot be
-        CodeError          code of the user's own cannot be used, or may not run
-        ChoiceError        what was asked of a study cannot be given
+    UserError              one sentence: the value, the allowed values, how to fix it
+        SpecError          a spec is not valid
+        CodeError          custom code cannot be used, or may not run
+        ChoiceError        a study does not have what a user chose
         StoreError         results cannot be read or written
-            UnreadableError    a stored file is not what a launch writes
+            UnreadableError    a stored file is not a file that a launch writes
             UnreachableError   the object store does not answer
-            TooLargeError      a table is larger than this machine's memory
+            TooLargeError      a table is larger than the memory of this machine
         OutputError        a file for the user cannot be written
-        WorkersError       no worker can be given a job
+        WorkersError       no worker can run a job
         CacheError         no folder can keep compiled kernels
         FailedTrialsError  more trials have failed than the spec allows
 
@@ -21,26 +21,28 @@ from typing import Any
 
 
 class UserError(Exception):
-    """What a user can mend: one sentence with what was given and what is allowed.
+    """An error that a user can fix: one sentence with the value and the allowed values.
 
-    `reason` is that sentence, less the name of the `study` and the `kind` of figure
-    that it is about, where it is about any. Who lists several reasons says these once.
+    `reason` is the sentence without the names of the `study` and the `kind` of figure,
+    which are "" if the error concerns none. A list of several reasons names them once.
     """
 
     exit_code = 2
 
     def __init__(self, reason: str, study: str = "", kind: str = "") -> None:
-        about = f"study {study}: " if study else ""
-        super().__init__(f"{about}{kind} {reason}" if kind else f"{about}{reason}")
-        self.reason, self.study, self.kind = reason, study, kind
+        subject = f"study {study}: " if study else ""
+        super().__init__(f"{subject}{kind} {reason}" if kind else f"{subject}{reason}")
+        self.reason = reason
+        self.study = study
+        self.kind = kind
 
 
 class SpecError(UserError):
-    """What is wrong with a spec, in one sentence that starts with its file and line.
-    Where several things are wrong, each has a line of its own.
+    """A mistake in a spec: one sentence that starts with the file and line.
 
-    `line` is the number of the line in the file, 0 where there is none, and `place` the
-    keys and indices that lead there.
+    Several mistakes have one line each, and one error each in `several`. `line` is the
+    number of the line in the file, or 0 if there is none. `place` has the keys and
+    indices that lead to the mistake.
     """
 
     def __init__(
@@ -51,19 +53,21 @@ class SpecError(UserError):
         place: tuple[str | int, ...] = (),
     ) -> None:
         super().__init__(reason)
-        self.line, self.several, self.place = line, tuple(several), place
+        self.line = line
+        self.several = tuple(several)
+        self.place = place
 
     @property
     def mistakes(self) -> "tuple[SpecError, ...]":
-        """The error of each mistake: of `several`, or this one alone."""
+        """All errors in `several`, or only this error."""
         return self.several or (self,)
 
 
 class CodeError(UserError):
-    """Code of the user's own cannot be used: the message names its file and line. Or it
-    may not run, as nobody has said that it may.
+    """Custom code that cannot be used, or that the user has not allowed to run.
 
-    `file` is the one that a spec names, from which the mistake was met.
+    The message names its file and line. `file` is the file that the spec names; the
+    mistake may be in a file that it imports.
     """
 
     def __init__(self, reason: str, file: str = "") -> None:
@@ -72,29 +76,32 @@ class CodeError(UserError):
 
 
 class ChoiceError(UserError):
-    """What was asked is not in the study: a metric, a point, a kind of figure."""
+    """A choice that the study does not have, such as a metric, point or figure kind."""
 
 
 class StoreError(UserError):
-    """Results cannot be read or written; the message names the file and the way out."""
+    """Results that cannot be read or written, with the file and how to fix it."""
 
 
 class UnreadableError(StoreError):
-    """A stored file is not what a launch writes: the `file`, what is `wrong` with it,
-    and the `remedy`.
+    """A stored file that no launch has written in this form.
+
+    `wrong` names the defect of the `file`, and `remedy` how to fix it.
     """
 
     def __init__(self, file: Any, wrong: str, remedy: str) -> None:
         super().__init__(f"{file}: {wrong}; {remedy}")
-        self.args = (file, wrong, remedy)
-        self.file, self.wrong, self.remedy = file, wrong, remedy
+        self.args = (file, wrong, remedy)  # a pickle calls the class with them
+        self.file = file
+        self.wrong = wrong
+        self.remedy = remedy
 
     def __str__(self) -> str:
         return self.reason
 
 
 class UnreachableError(StoreError):
-    """The object store `server` does not answer now, and may do so later."""
+    """An object store, `server`, that does not answer now and may answer later."""
 
     def __init__(self, message: str, server: Any) -> None:
         super().__init__(message)
@@ -102,7 +109,7 @@ class UnreachableError(StoreError):
 
 
 class TooLargeError(StoreError):
-    """A table that this machine cannot hold."""
+    """A table that is larger than the memory of this machine."""
 
 
 class OutputError(UserError):
@@ -110,16 +117,17 @@ class OutputError(UserError):
 
 
 class WorkersError(UserError):
-    """No worker process can be given a job, or watched: none stays alive, or `run`
-    cannot be sent to it.
-    """
+    """Workers that cannot run or report a job, for example because none stays alive."""
 
 
 class CacheError(UserError):
-    """A folder cannot keep compiled kernels; raised by `settle` where no folder can."""
+    """A folder that cannot keep compiled kernels.
+
+    `settle` raises the error if no folder can.
+    """
 
 
 class FailedTrialsError(UserError):
-    """More trials have failed than the spec allows: the first error, and what to do."""
+    """More failed trials than the spec allows: the first error, and how to fix it."""
 
     exit_code = 1

@@ -1,6 +1,4 @@
-"""What `sweep.load` and `sweep.run` return: a stored study, with what its search found
-and which settings matter.
-"""
+"""A stored study with its analyses, as `sweep.load` and `sweep.run` return it."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -35,15 +33,24 @@ if TYPE_CHECKING:
 
 
 class LoadedStudy(StoredStudy):
-    """A stored study as notebooks and programs have it."""
+    """A stored study for notebooks and programs.
+
+    `trials`, `series`, `heatmaps` and `trajectories` are its tables, each read at its
+    first use. `where` selects trials: every method below then analyses only these.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> study.where("separation_weight >= 1").table("polarization")
+    """
 
     @cached_property
     def search(self) -> Findings:
-        """What a search has found: `candidates`, `winners`, `references`,
-        `differences`, `front` and `against`, each a table computed when first asked
-        for.
+        """Findings of a search.
 
-        Raises ChoiceError where the study is no search, or was restricted by `where`.
+        `candidates`, `winners`, `references`, `differences`, `front` and `against` are
+        tables, each computed at its first use. Raises ChoiceError if the study is not a
+        search, or if `where` has restricted it.
         """
         return Findings(self, read_asked(self))
 
@@ -57,14 +64,42 @@ class LoadedStudy(StoredStudy):
         interval: MeanKind | None = None,
         half: bool = False,
     ) -> pd.DataFrame:
-        """Means of the metrics with 95 % intervals, a row a point, or a row for all
-        points that agree in the settings `by`: see
-        `sweep.tables.point_means.point_means`. `where` chooses points before.
+        """Return means of metrics with 95 % confidence intervals.
 
-        `over` is "last" or "half": the last frame of a trial, or the mean over its last
-        half. `half=True` is the older form of `over="half"`, here and elsewhere.
+        Parameters
+        ----------
+        metrics : str or sequence of str, optional
+            By default all recorded metrics.
+        by : str or sequence of str, optional
+            Parameters: one row for all points that agree in them. By default one row
+            per point.
+        sort : str or sequence of str, optional
+            Parameters or metrics to sort by, each with ":desc" after it for the largest
+            first.
+        over : {"last", "half"}, default "last"
+            The last frame, or the mean over the second half of each trial.
+        interval : {"t", "bootstrap", "bootstrap_t"}, optional
+            The kind of confidence interval; by default the kind that the distribution
+            of each metric determines.
+        half : bool, default False
+            The older form of `over="half"`.
+
+        Returns
+        -------
+        DataFrame
+            One row per point or group of points.
+
+        Raises
+        ------
+        ChoiceError
+            A metric is not recorded, a parameter of `by` does not vary, or the table
+            has no column of `sort`. All mistakes are reported together.
+
+        Examples
+        --------
+        >>> study.table(by="separation_weight", sort="speed:desc")
         """
-        found = point_means(
+        means = point_means(
             self,
             metrics,
             by=by,
@@ -72,7 +107,7 @@ class LoadedStudy(StoredStudy):
             half=is_half(over, half),
             interval=interval,
         )
-        return found.rows
+        return means.rows
 
     def power(
         self,
@@ -84,28 +119,54 @@ class LoadedStudy(StoredStudy):
         chance: float = CHANCE,
         half: bool = False,
     ) -> pd.DataFrame:
-        """How many replicates each point needs for 95 % intervals of so narrow a
-        `half_width`, a number or a share of the mean, {"speed": 0.05, "coverage":
-        "5%"}, and for a comparison that notices so large a `difference`, with these
-        trials as the pilot: see `sweep.methods.power.needed_replicates`.
+        """Return the number of replicates that each point needs.
 
-        A difference is one of each point to the first one, or of `against` to these
-        trials: `study.where(n=50).power({}, {"speed": "5%"},
-        against=study.where(n=100))`.
+        The trials of the study are the pilot.
+
+        Parameters
+        ----------
+        half_width : mapping, optional
+            The half-width of the 95 % confidence interval by metric: a number, or a
+            fraction of the mean such as "5%".
+        difference : mapping, optional
+            The smallest difference by metric that a comparison detects, in the same
+            form. Without `against` each point is compared with the first point.
+        against : StoredStudy, optional
+            The other side of each difference.
+        over : {"last", "half"}, default "last"
+            The last frame, or the mean over the second half of each trial.
+        chance : float, default 0.8
+            Statistical power: the probability of reaching the goal.
+        half : bool, default False
+            The older form of `over="half"`.
+
+        Returns
+        -------
+        DataFrame
+            One row per goal, metric and point, with `replicates` and their 95 % range.
+
+        Raises
+        ------
+        ChoiceError
+            A metric is not recorded, the sides cannot be compared, a goal or `chance`
+            is not valid, or no point has enough values.
+
+        Examples
+        --------
+        >>> study.power({"speed": 0.05, "dispersion": "5%"})
+        >>> study.where(n=50).power({}, {"speed": "5%"}, against=study.where(n=100))
         """
-        widths, sizes = (
-            [f"{name}={size}" for name, size in asked.items()]
-            for asked in (half_width, difference)
-        )
-        found = needed_replicates(
+        half_widths = [f"{name}={size}" for name, size in half_width.items()]
+        differences = [f"{name}={size}" for name, size in difference.items()]
+        power = needed_replicates(
             self,
             against,
-            half_widths=widths,
-            differences=sizes,
+            half_widths=half_widths,
+            differences=differences,
             half=is_half(over, half),
             chance=chance,
         )
-        return found.rows
+        return power.rows
 
     @property
     def stopping(self) -> pd.DataFrame:
@@ -117,9 +178,21 @@ class LoadedStudy(StoredStudy):
         return stopping(self)
 
     def boundary(self) -> Boundary:
-        """Where the mean of a metric crosses a level, of a study whose spec has
-        `refine`: see `sweep.methods.refinement.find_boundary`. Raises ChoiceError for
-        another.
+        """Find where the mean of a metric crosses a level.
+
+        Returns
+        -------
+        Boundary
+            With the tables `points`, `cells` and `crossings`.
+
+        Raises
+        ------
+        ChoiceError
+            The spec of the study has no `refine`.
+
+        Examples
+        --------
+        >>> study.boundary().crossings
         """
         return find_boundary(self)
 
@@ -130,11 +203,37 @@ class LoadedStudy(StoredStudy):
         burn_in: int | None = None,
         confidence: float = CONFIDENCE,
     ) -> Scaling:
-        """What flocks of several sizes tell of a transition: see
-        `sweep.methods.scaling.finite_size_scaling`. Raises ChoiceError for a study that
-        has none.
+        """Estimate a transition from flocks of several sizes.
+
+        Parameters
+        ----------
+        metric : str, optional
+            The order parameter, a recorded series; by default the first one.
+        by : str, optional
+            The control parameter; by default the only number that varies next to `n`
+            and the parameters that change with `n`.
+        burn_in : int, optional
+            Steps at the start of each trial that are left out; by default its first
+            half.
+        confidence : float, default 0.95
+            The confidence level.
+
+        Returns
+        -------
+        Scaling
+            The curves of the sizes and the state of each point.
+
+        Raises
+        ------
+        ChoiceError
+            The study has one size or no series, other parameters vary, or there are
+            too few trials.
+
+        Examples
+        --------
+        >>> study.scaling("polarization", "noise").states
         """
-        return finite_size_scaling(self, metric, by, burn_in, confidence)
+        return finite_size_scaling(self, metric, by, burn_in, confidence=confidence)
 
     def validity(
         self,
@@ -144,8 +243,34 @@ class LoadedStudy(StoredStudy):
         confidence: float = CONFIDENCE,
         half: bool = False,
     ) -> Validity:
-        """Whether the conclusions of a study whose spec has `validate` hold in each of
-        its variants: see `sweep.methods.robustness.check_conclusions`.
+        """Check the conclusions of a study in each variant that `validate` requests.
+
+        Parameters
+        ----------
+        metrics : str or sequence of str, optional
+            By default all recorded metrics.
+        over : {"last", "half"}, default "last"
+            The last frame, or the mean over the second half of each trial.
+        confidence : float, default 0.95
+            The simultaneous confidence level of all intervals (Bonferroni).
+        half : bool, default False
+            The older form of `over="half"`.
+
+        Returns
+        -------
+        Validity
+            `rows` has one row per conclusion and variant.
+
+        Raises
+        ------
+        ChoiceError
+            The spec has no `validate`, or a metric is unknown.
+        StoreError
+            A variant is not stored, or another spec has launched it.
+
+        Examples
+        --------
+        >>> study.validity("polarization").rows
         """
         return check_conclusions(
             self, metrics, half=is_half(over, half), confidence=confidence
@@ -156,10 +281,10 @@ class LoadedStudy(StoredStudy):
 
         Parameters
         ----------
-        name
+        name : str
             The command, such as "hysteresis" or "resilience".
-        options
-            Its options, such as `metric=["speed"], over="half"`.
+        **options
+            Options of the command, such as `metric=["speed"], over="half"`.
 
         Returns
         -------
@@ -169,7 +294,11 @@ class LoadedStudy(StoredStudy):
         Raises
         ------
         ChoiceError
-            There is no such report, or the study has nothing of it.
+            There is no such report, or the study has no data for it.
+
+        Examples
+        --------
+        >>> print(study.report("hysteresis", metric=["polarization"]).to_csv())
         """
         known = {
             make.__name__: make
@@ -190,16 +319,69 @@ class LoadedStudy(StoredStudy):
         columns: str | Sequence[str] = (),
         force: bool = False,
     ) -> Exported:
-        """Write a table of these trials, and of no others, as one file for other
-        programs: see `sweep.tables.exporting.export`.
+        """Write one table of these trials as a file for other programs.
+
+        Parameters
+        ----------
+        path : Path or str
+            The new file; its ending determines the format: .parquet, .csv, .nc
+            (netCDF) or .arrow.
+        table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
+            The table.
+        trials : str or sequence of str, optional
+            Ids of trials, or their beginnings; by default all trials.
+        columns : str or sequence of str, optional
+            Columns; by default all. "varied" selects the parameters that differ,
+            "metrics" the values of metrics.
+        force : bool, default False
+            Replace a file that exists.
+
+        Returns
+        -------
+        Exported
+            The number of `rows`, the `sha256` of the file, and all `files`.
+
+        Raises
+        ------
+        ChoiceError
+            A table, trial, column or ending is unknown, the file exists without
+            `force`, or there is nothing to export.
+
+        Examples
+        --------
+        >>> study.export("trials.csv", columns="metrics").rows
+        30
         """
         return export(
             self, Path(path), table, trials=trials, columns=columns, force=force
         )
 
     def to_xarray(self, table: str = "trials") -> "xr.Dataset":
-        """A table as an xarray.Dataset with units, its dimensions the axes of the study
-        and `replicate`: see `sweep.tables.arrays`.
+        """Return a table as arrays with units.
+
+        The dimensions are the axes of the study, `replicate`, and those of the table,
+        such as `frame`. Points that are not a full product of the axes have one
+        dimension, `point`. Values of trials that are not stored are NaN, or "".
+
+        Parameters
+        ----------
+        table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
+            The table.
+
+        Returns
+        -------
+        xarray.Dataset
+            The arrays.
+
+        Raises
+        ------
+        ChoiceError
+            The table is unknown, none of its rows are stored, or xarray is not
+            installed.
+
+        Examples
+        --------
+        >>> study.to_xarray()["polarization"].mean("replicate")
         """
         return to_arrays(self, table)
 
@@ -214,8 +396,40 @@ class LoadedStudy(StoredStudy):
         resamples: int = RESAMPLES,
         seed: int = 0,
     ) -> pd.DataFrame:
-        """Which settings of a sampled axis `metric` depends on, as
-        `sweep.methods.sensitivity.sensitivity` has it.
+        """Estimate how a metric depends on each parameter of a sampled axis.
+
+        Parameters
+        ----------
+        metric : str
+            The metric.
+        axis : str, optional
+            The sampled axis; needed if there are several.
+        analysis : {"sobol", "morris", "ranks"}, optional
+            Sobol indices, elementary effects or rank correlations; by default the
+            analysis that suits the sampler.
+        over : {"last", "half"}, default "last"
+            The last frame, or the mean over the second half of each trial.
+        confidence : float, default 0.95
+            The confidence level of the intervals.
+        resamples : int, default 1000
+            The number of bootstrap resamples.
+        seed : int, default 0
+            The seed of the resamples.
+
+        Returns
+        -------
+        DataFrame
+            The table of `sobol`, `morris` or `rank_correlations` in
+            `sweep.methods.sensitivity`.
+
+        Raises
+        ------
+        ChoiceError
+            Nothing is sampled, or the analysis does not suit the sampler or metric.
+
+        Examples
+        --------
+        >>> study.sensitivity("polarization", over="half")
         """
         return sensitivity(
             self,

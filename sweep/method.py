@@ -1,12 +1,13 @@
-"""What a method is, and which methods there are.
+"""The entry of a method, and the registry of methods.
 
-A method is something that may be asked of the results of a study, such as where a mean
-crosses a level. It is a folder below `sweep/methods`, whose module `method` has its
-entry, METHOD. No other file names it. A package offers a method as an entry point of
-the group `boidsweep.methods`.
+A method is an analysis of the results of a study, such as the search for a level that a
+mean crosses. It is a folder in `sweep/methods`, whose module `method` has its entry,
+METHOD. No other file names a method. A package offers a method as an entry point of the
+group `boidsweep.methods`.
 
-Methods import much of what stands below them, and are found by their folders, when they
-are first asked for. So everything may loop over them and nothing depends on one.
+Methods import many other packages. So the registry finds them by their folders and
+imports them at its first use: every module may loop over methods, and none depends on
+one.
 """
 
 import pkgutil
@@ -27,7 +28,7 @@ GROUP = "boidsweep.methods"
 
 @dataclass(frozen=True)
 class Method:
-    """Something that may be asked of the results of a study.
+    """An analysis of the results of a study.
 
     Attributes
     ----------
@@ -64,9 +65,9 @@ class Method:
 
 @cache
 def own_methods() -> Mapping[str, Method]:
-    """Return our methods by their names, and ask no package of others."""
-    found = pkgutil.iter_modules([str(Path(__file__).with_name(FOLDER))])
-    names = sorted(module.name for module in found if module.ispkg)
+    """Return the built-in methods by their names, without those of packages."""
+    modules = pkgutil.iter_modules([str(Path(__file__).with_name(FOLDER))])
+    names = sorted(module.name for module in modules if module.ispkg)
     return {
         name: import_module(f"{__package__}.{FOLDER}.{name}.method").METHOD
         for name in names
@@ -75,12 +76,12 @@ def own_methods() -> Mapping[str, Method]:
 
 @cache
 def methods() -> "Registry[Method]":
-    """Return all methods by their names: ours, and those of installed packages."""
+    """Return all methods by their names: built-in, and of installed packages."""
     from kernels.registry import Registry
 
     return Registry(GROUP, Method, own_methods())
 
 
 def may_have_others() -> bool:
-    """Whether a package may offer methods. To ask that imports no kernels."""
+    """Return whether a package may offer methods, without an import of kernels."""
     return bool(entry_points(group=GROUP))

@@ -1,9 +1,8 @@
-"""Words for people: names that do not exist, numbers of things, and signs that a
-terminal would obey.
+"""Words for people: unknown names, counts, and text that is safe in a terminal.
 
-Text for people shows its control characters and never sends them: it may quote a file
-from anyone. A command guards its two streams once, log records pass one filter, and
-tables go through `sweep.cli.terminal`.
+Text for people shows control characters and never sends them, because text may quote a
+file from anyone. A command guards its two streams once, log records pass one filter,
+and tables go through `sweep.cli.terminal`.
 """
 
 import json
@@ -15,87 +14,114 @@ from typing import Any, TextIO
 
 SHORT_LIST = 24
 MOST_COMPARED = 20_000
-"""Names: among more of them, looking for a similar one would take seconds."""
+"""Names in a search for a similar one; more would take seconds."""
 MOST_SENTENCE = 2000
 """Characters of an error."""
 MOST_SHOWN = 200
-"""Characters of what was given, which may come from anyone."""
+"""Characters of a quoted value, which may come from anyone."""
 
 
 def shortened(text: str) -> str:
-    """What was given, as far as anybody wants to read it."""
+    """Return the first MOST_SHOWN characters of a quoted value."""
     return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
 
 
 def abridged(sentence: str) -> str:
-    """A sentence that quotes what may be very long: its beginning and its end."""
+    """Return a sentence, or the beginning and the end of a very long one."""
     if len(sentence) <= MOST_SENTENCE:
         return sentence
     half = MOST_SENTENCE // 2
     return f"{sentence[:half]} ... {sentence[-half:]}"
 
 
-def similar(given: str, names: list[str]) -> str:
-    """The question that follows a name which does not exist, such as `; did you mean
-    "polarization"?`, or nothing.
+def similar(name: str, names: list[str]) -> str:
+    """Return a question that names a similar name, or "" if none is similar.
+
+    An example is `; did you mean "polarization"?`, which follows an unknown name.
     """
-    few = len(names) <= MOST_COMPARED and len(given) <= MOST_SHOWN
-    close = get_close_matches(given, names, n=1) if few else []
+    few = len(names) <= MOST_COMPARED and len(name) <= MOST_SHOWN
+    close = get_close_matches(name, names, n=1) if few else []
     return f'; did you mean "{close[0]}"?' if close else ""
 
 
-def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
-    """A sentence such as `unknown metric "polarisation"; did you mean "polarization"?
-    Allowed: ...`.
+def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
+    """Return the sentence that reports an unknown name.
 
-    The allowed names are listed where they are few. A registry says also why an entry
-    of another package cannot be used.
+    An example is `unknown metric "polarisation"; did you mean "polarization"? Allowed:
+    ...`.
+
+    Parameters
+    ----------
+    kind : str
+        The kind of thing, such as "metric".
+    name : object
+        The unknown name.
+    allowed : iterable of str
+        All names, listed if there are at most SHORT_LIST. A registry also knows why an
+        entry of a package cannot be used; then the sentence is this reason.
     """
     names = list(allowed)
-    text = str(given)
+    text = str(name)
     if why := getattr(allowed, "refused", {}).get(text):
         return f'{kind} "{shortened(text)}" cannot be used: {why}'
     return f'unknown {kind} "{shortened(text)}"{choices(text, names)}'
 
 
-def choices(given: str, names: list[str], called: str = "Allowed") -> str:
-    """What follows a name that does not exist: which there are where they are few, and
-    what they are called, after the question whether a similar one is meant.
+def choices(name: str, names: list[str], called: str = "Allowed") -> str:
+    """Return the text that follows an unknown name: a similar name, and all names.
+
+    Parameters
+    ----------
+    name : str
+        The unknown name.
+    names : list of str
+        The names that exist, listed if there are at most SHORT_LIST.
+    called : str, default "Allowed"
+        The word before the list.
     """
     if not names:
         return ": there is none"
-    close = similar(given, names)
+    close = similar(name, names)
     if len(names) > SHORT_LIST:
         return close
     return close + ("" if close else ".") + f" {called}: {', '.join(names)}"
 
 
 def installing(extra: str) -> str:
-    """The command that installs the packages of an extra.
+    """Return the command that installs the packages of an extra.
 
-    pip reads from the boidsweep that is installed which they are. So this works too
-    where that came from a file, and no registry has it.
+    pip reads the list of packages from the installed boidsweep. So the command also
+    works if boidsweep came from a file and no registry has it.
     """
     return f'pip install "boidsweep[{extra}]"'
 
 
-def so_many(number: int, what: str) -> str:
-    """A number of things in words, such as `1 trial` or `2,000 trials`."""
-    return f"{number:,} {what}" + "s" * (number != 1)
+def so_many(number: int, noun: str) -> str:
+    """Return a count with its noun, such as `1 trial` or `2,000 trials`."""
+    return f"{number:,} {noun}" + "s" * (number != 1)
 
 
-def numbered(what: str, number: int, count: int) -> str:
-    """Which one of `count` things, as data number them: replicate 1 (of 0 to 399)."""
-    return f"{what} {number:,} (of 0 to {count - 1:,})"
+def numbered(noun: str, number: int, count: int) -> str:
+    """Return the number of a thing with its range, such as `replicate 1 (of 0 to 399)`.
+
+    Parameters
+    ----------
+    noun : str
+        The kind of thing.
+    number : int
+        The number of the thing, from 0.
+    count : int
+        How many things there are.
+    """
+    return f"{noun} {number:,} (of 0 to {count - 1:,})"
 
 
 def harmless(text: str) -> str:
-    r"""`text` with every sign that cannot be printed as JSON writes it, as \u001b;
-    lines and tabs stay.
+    r"""Return `text` with each unprintable character as JSON writes it, such as \u001b.
 
-    Those are control characters, what turns the direction of writing, separators of
-    lines and lone surrogates. JSON stays the same JSON, since such signs stand only
-    within its strings.
+    Ends of lines and tabs stay. Unprintable characters are control characters, marks
+    that change the direction of writing, line separators and lone surrogates. JSON
+    stays the same JSON, because such characters occur only in its strings.
     """
     return "\n".join(map(_shown, text.split("\n")))
 
@@ -103,25 +129,27 @@ def harmless(text: str) -> str:
 def _shown(line: str) -> str:
     if line.isprintable():
         return line
-    signs = (
-        sign if sign.isprintable() or sign == "\t" else json.dumps(sign)[1:-1]
-        for sign in line
+    characters = (
+        character
+        if character.isprintable() or character == "\t"
+        else json.dumps(character)[1:-1]
+        for character in line
     )
-    return "".join(signs)
+    return "".join(characters)
 
 
 class Harmless:
-    """A text stream that writes to `stream` what `harmless` leaves.
+    """A text stream that makes text harmless and writes it to `stream`.
 
-    `rich_proxied_file` is where rich writes, whose styles are escapes: what it prints
-    goes through `sweep.cli.terminal`.
+    rich writes to `rich_proxied_file`, past this guard, because its styles are escapes.
+    Its text is made harmless by `sweep.cli.terminal`.
     """
 
     def __init__(self, stream: TextIO) -> None:
         self.rich_proxied_file = stream
 
     def write(self, text: str) -> int:
-        """Write `text`; the number of its signs."""
+        """Write `text` and return the number of its characters."""
         self.rich_proxied_file.write(harmless(text))
         return len(text)
 
@@ -130,19 +158,23 @@ class Harmless:
 
 
 def guard_streams() -> None:
-    """From now on whatever this process prints, its tracebacks too, is harmless."""
+    """Make all later output of this process harmless, tracebacks too."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        if not isinstance(stream, Harmless | None):  # a closed one is none
+        if not isinstance(stream, Harmless | None):  # None: it is closed
             setattr(sys, name, Harmless(stream))
 
 
 def unguarded(stream: Any) -> Any:
-    """The stream below a guard, for what steers the terminal, such as a bar."""
+    """Return the stream below a guard, for output that steers the terminal.
+
+    A progress bar is an example.
+    """
     return getattr(stream, "rich_proxied_file", stream)
 
 
 def make_harmless(record: logging.LogRecord) -> bool:
-    """A filter of log records that makes their messages harmless and keeps them all."""
-    record.msg, record.args = harmless(record.getMessage()), None
+    """Make the message of a log record harmless, as a filter that keeps all records."""
+    record.msg = harmless(record.getMessage())
+    record.args = None
     return True

@@ -24,6 +24,12 @@ PLACES = re.compile(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z_]\w*)")
 """Modules before the names of types."""
 QUOTED = re.compile(r"(: |-> )'([^']*)'")
 """Types that were written as texts."""
+SECTION = re.compile(r"^([A-Z][\w ]*)\n-{3,}\n", re.MULTILINE)
+"""The heading of a section of a docstring."""
+TEXT_BELOW = re.compile(r"^(- .*)\n(?=  )", re.MULTILINE)
+"""A line of a list, and the end of the line before its text."""
+LISTS = {"Attributes", "Parameters", "Raises", "Returns", "Warns", "Yields"}
+"""Sections that are lists of names, each with its type and an indented text."""
 
 
 def api_pages() -> Iterator[tuple[str, str]]:
@@ -78,14 +84,14 @@ def _described(name: str, one: Any) -> str:
 
 
 def _function(name: str, one: Any, kind: str = "function") -> str:
-    return _directive(kind, name + _signature(one), inspect.getdoc(one) or "")
+    return _directive(kind, name + _signature(one), _text(one))
 
 
 def _class(name: str, one: type) -> str:
     members = []
     for member, value in inspect.getmembers(one):
         found = inspect.unwrap(getattr(value, "func", value))
-        if member.startswith("_") or not (text := inspect.getdoc(value)):
+        if member.startswith("_") or not (text := _text(value)):
             continue
         if not getattr(found, "__module__", None) and not isinstance(value, property):
             continue
@@ -93,7 +99,31 @@ def _class(name: str, one: type) -> str:
             members.append(_function(member, value, "method"))
         elif isinstance(value, property) or hasattr(value, "func"):
             members.append(_directive("attribute", member, text))
-    return _directive("class", name, "\n\n".join([inspect.getdoc(one) or "", *members]))
+    return _directive("class", name, "\n\n".join([_text(one), *members]))
+
+
+def _text(one: Any) -> str:
+    """A docstring in Markdown: a section has no heading, which a directive may not
+    have, and an example is code.
+    """
+    summary, *sections = SECTION.split(inspect.getdoc(one) or "")
+    parts = [summary.rstrip()]
+    for title, body in zip(sections[::2], sections[1::2], strict=True):
+        text = body.rstrip()
+        if title == "Examples":
+            text = f"```text\n{text}\n```"
+        elif title in LISTS:
+            lines = "\n".join(map(_list_line, text.splitlines()))
+            text = TEXT_BELOW.sub(r"\1\\\n", lines)
+        parts.append(f"**{title}**\n\n{text}")
+    return "\n\n".join(parts)
+
+
+def _list_line(line: str) -> str:
+    if not line or line.startswith(" "):
+        return line.removeprefix("  ")
+    name, colon, type_ = line.partition(" : ")
+    return f"- `{name}`{colon}{type_}"
 
 
 def _signature(one: Any) -> str:

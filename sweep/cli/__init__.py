@@ -5,27 +5,27 @@ Exit codes: 0 fine, 1 some trials are not done or differ, 2 wrong usage or a bad
 themselves, so that `sweep --help` answers at once.
 
     app              the app, and options that commands share
-    engines          the options that say where trials run
-    starting         init, new: a study, and code, of one's own
+    engines          the options that choose where trials run
+    starting         init, new: a new study, and custom code
     running          launch, search, plan, reproduce
     reading          status, table, power, boundary, hysteresis, resilience,
                      scaling, plot, compare, validity
-    reporting        commands whose answer is a report
-    overview         list, columns: what there is
-    measuring        measure: further metrics of what is stored
+    reporting        commands that print a report
+    overview         list, columns: stored studies and columns
+    measuring        measure: further metrics of stored trials
     maintenance      replay, verify, diff, gc, rename, rm, export,
                      flocks
     sharing          pack, load, cite, odd: a study for others
-    own_code         code: that of a stored study
+    own_code         code: custom code of a stored study
     viewing          view: the live simulator
     showing          show: the results explorer, or a study as one file
     supplementing    the options of that file
-    page_beside      the explorer beside a launch
+    page_beside      the explorer next to a launch
     guide            guide: the documentation, in the terminal
     warming          warm: compiles ahead
-    checking         check: whether a model keeps its promises
+    checking         check: the requirements of a model
     catalogue        models, maps, metrics, schema
-    listing          tables of what exists and of what is stored
+    listing          tables of models, maps, metrics and stored trials
     progress         the progress of a launch, on stderr
     search_progress  the progress of a search, on stderr
     progress_line    the progress of other work, on stderr
@@ -67,8 +67,9 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """The `sweep` command. An error that a user can mend becomes one line and an exit
-    code.
+    """Run the `sweep` command.
+
+    An error that a user can fix becomes one line on stderr and an exit code.
     """
     ignore_settings(*SETTINGS)
     check_output_stream()

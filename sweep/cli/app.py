@@ -1,6 +1,4 @@
-"""The app of the command line, the options that commands share, and `stop`, which ends
-a command.
-"""
+"""The app of the command line, shared options, and `stop`, which ends a command."""
 
 import logging
 import sys
@@ -15,7 +13,7 @@ from sweep.cli.completing import study_names
 from sweep.store.locations import Location, location
 
 FIRST = Path(__file__).with_name("first.yaml")
-"""A spec that is as small as can be."""
+"""The smallest spec."""
 HELP = f"""\
 Monte Carlo experiments and parameter sweeps over boid swarms.
 
@@ -36,8 +34,8 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(requested: bool) -> None:
+    if requested:
         print(f"boidsweep {sys.modules['sweep'].__version__}")
         raise typer.Exit
 
@@ -119,13 +117,13 @@ Force = Annotated[bool, typer.Option("--force", help="Replace files that exist."
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
-def _hush(context: typer.Context, asked: bool) -> bool:
-    """Let this command log errors alone."""
-    if asked:
+def _hush(context: typer.Context, requested: bool) -> bool:
+    """Let this command log only errors."""
+    if requested:
         log = logging.getLogger("sweep")
         context.call_on_close(partial(log.setLevel, log.level))
         log.setLevel(logging.ERROR)
-    return asked
+    return requested
 
 
 Quiet = Annotated[
@@ -137,7 +135,7 @@ Quiet = Annotated[
     ),
 ]
 MOST_WORKERS = 1024
-"""More processes than any machine has cores for are a slip of the finger."""
+"""A larger number is a typing error: no machine has so many cores."""
 Workers = Annotated[
     int,
     typer.Option(
@@ -148,10 +146,10 @@ Workers = Annotated[
 ]
 
 
-def one_format(**asked: bool) -> None:
-    """End the command where it is asked for two formats, each given by its option."""
-    if len(given := [f"--{name}" for name, is_asked in asked.items() if is_asked]) > 1:
-        stop(f"{' and '.join(given)} are two formats: choose one")
+def one_format(**formats: bool) -> None:
+    """End the command if two formats are chosen, each by the option of its name."""
+    if len(chosen := [f"--{name}" for name in formats if formats[name]]) > 1:
+        stop(f"{' and '.join(chosen)} are two formats: choose one")
 
 
 def stop(message: str, code: int = 2) -> NoReturn:

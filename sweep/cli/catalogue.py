@@ -1,4 +1,4 @@
-"""Commands that say what exists."""
+"""Commands that list models, maps and metrics, and the schema of a spec."""
 
 import sys
 from pathlib import Path
@@ -26,8 +26,9 @@ def models(
     no_code: NoCode = False,
     as_json: Json = False,
 ) -> None:
-    """The models, or the settings of one with units, ranges and preset values, and
-    which parameters may differ from robot to robot.
+    """List the models, or the settings of one with units, ranges and preset values.
+
+    Of one model it also shows which parameters may differ from robot to robot.
     """
     import json
 
@@ -38,7 +39,8 @@ def models(
 
     if name is None:
         if as_json:
-            print(json.dumps([model_json(one, BUILT_IN) for one in MODELS], indent=1))
+            described = [model_json(model, BUILT_IN) for model in MODELS]
+            print(json.dumps(described, indent=1))
         else:
             _print(model_table(), MODELS)
         return
@@ -53,7 +55,7 @@ def models(
 
 @app.command()
 def maps() -> None:
-    """The environment maps."""
+    """List the environment maps."""
     from kernels.worlds import MAPS
     from sweep.cli.listing import map_table
 
@@ -62,7 +64,7 @@ def maps() -> None:
 
 @app.command()
 def metrics() -> None:
-    """The metrics, with units and sources."""
+    """List the metrics, with units and sources."""
     from kernels.metrics import METRICS
     from sweep.cli.listing import metric_table
 
@@ -81,20 +83,21 @@ def schema(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """The JSON Schema of a spec, with which editors check and complete it."""
+    """Print the JSON Schema of a spec, with which editors check and complete it."""
     import json
 
     from sweep.own_code.reading import schema_for
     from sweep.spec.schema import json_schema
 
-    made = json_schema()
     if spec:
-        made = schema_for(spec, code=not no_code, code_from=code_from)
-    print(json.dumps(made, indent=1))
+        form = schema_for(spec, code=not no_code, code_from=code_from)
+    else:
+        form = json_schema()
+    print(json.dumps(form, indent=1))
 
 
 def _print(renderable: Any, registry: "Registry[Any] | None" = None) -> None:
-    """Print a table, and on stderr which entries of `registry` cannot be used."""
+    """Print a table, and on stderr the entries of `registry` that cannot be used."""
     from sweep.cli.listing import refusals
     from sweep.cli.terminal import console
 

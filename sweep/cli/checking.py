@@ -1,6 +1,4 @@
-"""The command that says whether a model, and what else a file offers, keeps its
-promises.
-"""
+"""The command that checks the requirements of a model or of other custom code."""
 
 from typing import Annotated
 
@@ -21,9 +19,10 @@ def check(
     ],
     as_json: Json = False,
 ) -> None:
-    """Whether a model keeps the promises of the built-in ones, and so do the metrics,
-    maps, starts and samplers of its file, or of a file without a model. It runs code,
-    the file.
+    """Check whether a model keeps the promises of the built-in ones.
+
+    The metrics, maps, starts and samplers of its file are checked too, or those of a
+    file without a model. It runs code, the file.
 
     A line a promise: kept, broken with file, line and rule, or why it does not apply.
     The exit code is 1 if one is broken.
@@ -33,17 +32,17 @@ def check(
 
     from sweep.testing.promises import BROKEN, check_file
 
-    found = []
-    of = ""
-    for kept in check_file(model):
-        if kept.of != of and not as_json:
-            print(kept.of)
-        of = kept.of
-        found.append(kept)
+    checks = []
+    owner = ""
+    for check in check_file(model):
+        if check.of != owner and not as_json:
+            print(check.of)
+        owner = check.of
+        checks.append(check)
         if not as_json:
-            seconds = f"{kept.seconds:.1f} s"
-            print(f"{kept.status:<14} {kept.promise:<11} {seconds:>7}  {kept.words}")
+            seconds = f"{check.seconds:.1f} s"
+            print(f"{check.status:<14} {check.promise:<11} {seconds:>7}  {check.words}")
     if as_json:
-        print(json.dumps([asdict(kept) for kept in found], indent=1))
-    if any(kept.status == BROKEN for kept in found):
+        print(json.dumps([asdict(check) for check in checks], indent=1))
+    if any(check.status == BROKEN for check in checks):
         raise SystemExit(1)

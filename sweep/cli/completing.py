@@ -1,7 +1,7 @@
-"""What a shell completes: names of studies, models and topics of the guide.
+"""Completions in a shell: names of studies, models and topics of the guide.
 
-It must answer at once, and a folder may be anyone's: so files are looked for and a
-small part of one is read, but neither kernels nor stored tables.
+A completion must be fast, and a folder may be anyone's. So the module looks for files
+and reads a small part of one, but imports no kernels and reads no stored tables.
 """
 
 from collections.abc import Iterable
@@ -15,24 +15,27 @@ from sweep.trial.compiled import beside_kernels
 
 
 def guide_topics(beginning: str) -> list[str]:
-    """The topics of the guide."""
+    """Return the topics of the guide that start with `beginning`."""
     return _beginning(beginning, all_topics())
 
 
 def model_names(beginning: str) -> list[str]:
-    """The built-in models, each of which has a file of its name."""
+    """Return the built-in models that start with `beginning`, from names of files."""
     files = (beside_kernels() / "kernels" / "models").glob("[!_]*.py")
     return _beginning(beginning, sorted(file.stem for file in files))
 
 
 def study_names(context: typer.Context, beginning: str) -> list[str]:
-    """The studies in the folder of results that the command line names."""
+    """Return the studies that start with `beginning`, in the folder of results."""
     results = Path(str(context.params.get("results") or "results"))
     return _beginning(beginning, launched_studies(results))
 
 
 def _beginning(beginning: str, names: Iterable[str]) -> list[str]:
-    """The names that begin so, less those of others that a shell could read as more."""
+    """Return the names that start with `beginning`, and that a shell reads as one word.
+
+    Names of files may come from others.
+    """
     return [
         name
         for name in names

@@ -1,4 +1,4 @@
-"""The options that say where trials run, and the engine that they choose."""
+"""The options that choose where trials run, and the engine that they choose."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from sweep.workers.executors import ExecutorFactory
 
 LOCAL = "local"
-"""The engine where none is named."""
+"""The default engine."""
 
 
 class Again(StrEnum):
-    """Where stored trials fly again."""
+    """The device that runs stored trials again."""
 
     cpu = "cpu"
     cuda = "cuda"
@@ -66,23 +66,23 @@ def engine(
     address: str | None = None,
     scheduler_file: Path | None = None,
 ) -> "Iterator[ExecutorFactory]":
-    """Make the engine that the options ask for, and stop it at the end of the context.
+    """Make the engine that options choose, and stop it at the end of the context.
 
     Parameters
     ----------
-    name
-        That of the engine.
-    workers
-        Worker processes; 0 for as many as suit the engine.
-    address
+    name : str
+        The name of the engine.
+    workers : int
+        The number of worker processes; 0 for the default of the engine.
+    address : str, optional
         The address of the scheduler of a cluster.
-    scheduler_file
-        The file in which the scheduler has written its address, instead.
+    scheduler_file : Path, optional
+        The file in which the scheduler has written its address, instead of `address`.
 
     Raises
     ------
     WorkersError
-        There is no such engine, options do not go together, a package is missing, or a
+        The engine is unknown, options exclude each other, a package is missing, or a
         scheduler does not answer.
     """
     from sweep.errors import WorkersError
@@ -91,8 +91,8 @@ def engine(
 
     if name not in ENGINES:
         raise WorkersError(unknown("executor", name, ENGINES))
-    made = ENGINES[name].make(EngineOptions(workers, address, scheduler_file))
+    factory = ENGINES[name].make(EngineOptions(workers, address, scheduler_file))
     try:
-        yield made
+        yield factory
     finally:
-        made.stop()
+        factory.stop()

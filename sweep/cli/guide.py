@@ -1,4 +1,4 @@
-"""The command that shows the guide: its chapters, and the pages that it leads to."""
+"""The command that shows the guide: its chapters, and the linked pages."""
 
 import re
 from typing import Annotated
@@ -30,7 +30,7 @@ def guide(
         typer.Option("--search", help="Find the paragraphs that have all these words."),
     ] = False,
 ) -> None:
-    """The guide: how to write a spec, to search, to use clusters, and much more.
+    """Show the guide: how to write a spec, to search, to use clusters, and much more.
 
     It is text in a pipe, as for `sweep guide searching | less`. `sweep guide --search
     packet loss` prints the topic, the heading and the line of each paragraph that has
@@ -43,7 +43,7 @@ def guide(
     topics = all_topics()
     words = " ".join(topic or [])
     if find:
-        _print_found(words, topics)
+        _print_hits(words, topics)
         return
     if not words:
         width = max(map(len, topics))
@@ -59,40 +59,42 @@ def guide(
 
 
 def _chosen(topic: str, topics: dict[str, Topic]) -> str:
-    """The topic of this name, or the only one that begins so, or that has it as a
-    word. Raises ChoiceError where there is none.
+    """Return the topic of this name, or the only one that begins so or has that word.
+
+    Raises ChoiceError if there is none.
     """
-    wanted = slug(topic)
-    begin = [name for name in topics if name.startswith(wanted)]
-    within = [name for name in topics if wanted in name.split("-")]
-    for found in ([wanted] if wanted in topics else [], begin, within):
-        if len(found) == 1:
-            return found[0]
-    speak = list(dict.fromkeys(found.topic for found in search(topic, topics)))
-    if begin or within or not speak:
+    link = slug(topic)
+    exact = [name for name in topics if name == link]
+    begin = [name for name in topics if name.startswith(link)]
+    within = [name for name in topics if link in name.split("-")]
+    for matches in (exact, begin, within):
+        if len(matches) == 1:
+            return matches[0]
+    mentions = list(dict.fromkeys(hit.topic for hit in search(topic, topics)))
+    if begin or within or not mentions:
         kind = "topic (see `sweep guide`)"
         raise ChoiceError(unknown(kind, topic, begin or within or topics))
-    more = ", ..." if len(speak) > FEW else ""
+    more = ", ..." if len(mentions) > FEW else ""
     raise ChoiceError(
         f'no topic is called "{shortened(topic)}"; these have it, as `sweep guide'
-        f" --search {shortened(topic)}` shows: {', '.join(speak[:FEW])}{more}"
+        f" --search {shortened(topic)}` shows: {', '.join(mentions[:FEW])}{more}"
     )
 
 
-def _print_found(words: str, topics: dict[str, Topic]) -> None:
-    """Print each paragraph that has these words, below the name of its topic."""
+def _print_hits(words: str, topics: dict[str, Topic]) -> None:
+    """Print each paragraph that has the words, below the name of its topic."""
     if not words.strip():
         raise ChoiceError("--search needs a word, as in `sweep guide --search torus`")
     topic = ""
-    for found in search(words, topics):
-        if found.topic != topic:
-            topic = found.topic
+    for hit in search(words, topics):
+        if hit.topic != topic:
+            topic = hit.topic
             print(f"{topic}  {topics[topic].title}")
-        print(f"    {found.heading}: {found.line}")
+        print(f"    {hit.heading}: {hit.line}")
     if not topic:
         text = " ".join(readable(name, topics) for name in topics)
         written = sorted(set(re.findall(r"[a-z_]{3,}", text.lower())))
         raise ChoiceError(
             f'no paragraph of the guide has "{shortened(words)}"'
-            + next(filter(None, (similar(one, written) for one in words.split())), "")
+            + next(filter(None, (similar(word, written) for word in words.split())), "")
         )

@@ -1,4 +1,4 @@
-"""Tables of what exists and of what is stored, for a terminal or for a program."""
+"""Tables of models, maps and metrics, and of the status of a study."""
 
 import json
 import math
@@ -33,19 +33,22 @@ from sweep.workers.failures import MOST_CAUSES
 
 
 def model_table() -> Table:
-    """Models, presets and where they come from."""
+    """Return the table of models, their presets and sources."""
     table = Table("model", "presets", "metrics recorded by default", "source")
     for name, model in MODELS.items():
-        presets, metrics = ", ".join(model.presets), ", ".join(model.metrics)
+        presets = ", ".join(model.presets)
+        metrics = ", ".join(model.metrics)
         table.add_row(name, presets, metrics, _source(MODELS, name, model.source))
     return table
 
 
 def model_settings(name: str, known: Catalogue) -> Table:
-    """Every setting of a model, with its unit, range and preset values, and which may
-    differ from robot to robot.
+    """Return the table of the parameters of a model: unit, range and preset values.
+
+    Its caption names the parameters that may differ between robots.
     """
-    model, settings = known.models[name], settings_of(name, known)
+    model = known.models[name]
+    settings = settings_of(name, known)
     presets = [model.preset_values(preset) for preset in model.presets]
     table = Table("setting", *model.presets, "allowed", "what it is", title=name)
     table.caption = "\n".join([*torus_text(model), spreads_text(settings)])
@@ -56,69 +59,69 @@ def model_settings(name: str, known: Catalogue) -> Table:
 
 
 def model_json(name: str, known: Catalogue) -> dict[str, Any]:
-    """What `model_settings` shows, for programs."""
-    model, settings = known.models[name], settings_of(name, known)
+    """Return the content of `model_settings` for programs."""
+    model = known.models[name]
+    settings = settings_of(name, known)
     presets = {preset: model.preset_values(preset) for preset in model.presets}
-    spreads = {one.spread_of: one.name for one in settings.spreads.values()}
+    spreads = {spread.spread_of: spread.name for spread in settings.spreads.values()}
     return {
         "model": name,
         "presets": list(presets),
         "settings": [
             {
-                "name": one.name,
-                "kind": one.kind,
-                "unit": one.unit,
-                "allowed": one.allowed(),
-                "text": one.text,
-                "spread": spreads.get(one.name),
+                "name": setting.name,
+                "kind": setting.kind,
+                "unit": setting.unit,
+                "allowed": setting.allowed(),
+                "text": setting.text,
+                "spread": spreads.get(setting.name),
                 "values": {
-                    preset: _finite(values[one.name])
+                    preset: _finite(values[setting.name])
                     for preset, values in presets.items()
                 },
             }
-            for one in settings.values()
+            for setting in settings.values()
         ],
         "spreads": list(spreads.values()),
     }
 
 
 def _finite(value: Value) -> Value:
-    """A value as JSON can have it: an infinite one as text."""
+    """Return a value that JSON can have: an infinite one as a string."""
     return str(value) if isinstance(value, float) and math.isinf(value) else value
 
 
 def torus_text(model: Model) -> list[str]:
-    """A line for each preset of a model whose torus wraps positions only."""
+    """Return a line for each preset of a model whose torus wraps positions only."""
     return [
         f"The torus of preset {preset} {WRAPS_ONLY}" for preset in only_wrapping(model)
     ]
 
 
 def spreads_text(settings: Settings) -> str:
-    """Which parameters of a model may differ from robot to robot, in words."""
-    names = [one.spread_of for one in settings.spreads.values()]
+    """Return the parameters that may differ between robots, in words."""
+    names = [spread.spread_of for spread in settings.spreads.values()]
     if not names:
         return "No parameter may differ from robot to robot"
     return f"Differs from robot to robot by NAME_spread: {', '.join(names)}"
 
 
 def built_in_table(workers: int) -> Table:
-    """The built-in studies, and how long so many workers are about to take for each."""
-    table = Table("study", "model", "trials", "time", "what it is")
+    """Return the table of built-in studies, with the estimated time of each.
+
+    The time is for so many workers.
+    """
+    table = Table(*("study", "model", "trials", "time", "what it is"))
     for study in built_in_studies(workers):
-        plan, most = study.plan, "at most " if study.at_most else ""
-        table.add_row(
-            study.name,
-            plan.model,
-            f"{most}{plan.trials:,}",
-            about(plan.wall_seconds, most),
-            study.text,
-        )
+        most = "at most " if study.at_most else ""
+        trials = f"{most}{study.plan.trials:,}"
+        seconds = about(study.plan.wall_seconds, most)
+        table.add_row(*(study.name, study.plan.model, trials, seconds, study.text))
     return table
 
 
 def map_table() -> Table:
-    """Environment maps and where they come from."""
+    """Return the table of environment maps and their sources."""
     table = Table("map", "size", "what it is", "source")
     for name, map_ in MAPS.items():
         size = (
@@ -129,32 +132,32 @@ def map_table() -> Table:
 
 
 def metric_table() -> Table:
-    """Metrics, their units, how their values are distributed and what they lie in, and
-    their sources.
-    """
-    table = Table("metric", "unit", "distribution", "range", "what it is", "source")
+    """Return the table of metrics: units, distributions, ranges and sources."""
+    columns = ("metric", "unit", "distribution", "range", "what it is", "source")
+    table = Table(*columns)
     for name, metric in METRICS.items():
         source = _source(METRICS, name, metric.source)
         values = declaration_of(metric)
-        about = (metric.unit, values.distribution, values.support.words, metric.text)
-        table.add_row(name, *about, source)
+        facts = (metric.unit, values.distribution, values.support.words, metric.text)
+        table.add_row(name, *facts, source)
     return table
 
 
 def _source(registry: Registry[Any], name: str, source: str) -> str:
-    """Where an entry comes from; of one that is not ours also the package."""
+    """Return the source of an entry, with the package of one that is not built in."""
     owner = registry.origins.get(name)
     return f"{source} ({owner})" if owner else source
 
 
 def refusals(registry: Registry[Any]) -> list[str]:
-    """A line for each entry of another package that cannot be used."""
+    """Return a line for each entry of another package that cannot be used."""
     return [f"{name} cannot be used: {why}" for name, why in registry.refused.items()]
 
 
 def status_json(study: StoredStudy) -> str:
-    """Counts by status, and why trials are not done, for programs: docs/json.md says
-    what each key is.
+    """Return counts by status, and the causes of failures, as JSON.
+
+    docs/json.md describes each key.
     """
     return json.dumps(
         {
@@ -164,7 +167,7 @@ def status_json(study: StoredStudy) -> str:
             "apart": study.apart(),
             "statuses": study.statuses(),
             "cut_off": cut_off(study),
-            "causes": [one._asdict() for one in _causes(study)],
+            "causes": [cause._asdict() for cause in _causes(study)],
             "kernels_sha": study.provenance["kernels_sha"],
             "commit": study.provenance["git"].get("commit"),
         }
@@ -172,10 +175,12 @@ def status_json(study: StoredStudy) -> str:
 
 
 def status_text(study: StoredStudy) -> str:
-    """Counts by status, the errors with the commands that show them, and the origin of
-    the results.
+    """Return counts by status, the causes of failures, and the origin of the results.
+
+    Each cause has the command that shows its error.
     """
-    statuses, origin = study.statuses(), study.provenance
+    statuses = study.statuses()
+    origin = study.provenance
     lines = [
         f"study     {study.name}",
         f"folder    {study.store.folder}",
@@ -206,16 +211,19 @@ def status_text(study: StoredStudy) -> str:
         modified = " (modified)" if spec["modified"] else ""
         lines.append(f"spec      {spec['path']} of commit {spec['commit']}{modified}")
     causes = _causes(study)
-    for one in causes[:MOST_CAUSES]:
-        again = command("replay", study.name, one.first)
-        trials = so_many(one.trials, "trial")
-        lines.append(f"{one.status}: {one.cause} ({trials})\n          {again}")
+    for cause in causes[:MOST_CAUSES]:
+        again = command("replay", study.name, cause.first)
+        trials = so_many(cause.trials, "trial")
+        lines.append(f"{cause.status}: {cause.cause} ({trials})\n          {again}")
     if (more := len(causes) - MOST_CAUSES) > 0:
         lines.append(f"{so_many(more, 'more cause')}: --json has all")
     return "\n".join(lines)
 
 
 def _causes(study: StoredStudy) -> list[Cause]:
-    """Why trials are not done; they are read only where some are not."""
+    """Return the causes of trials that are not done.
+
+    Trials are read only if there are some.
+    """
     troubled = study.statuses().keys() - {"done", "missing"}
     return causes_of(study.trials) if troubled else []

@@ -1,6 +1,4 @@
-"""Commands for stored results: check them, see what a changed spec would do, free
-space, rename and remove them, write them for other programs.
-"""
+"""Commands for stored results: check, compare with a spec, clean, rename, export."""
 
 import sys
 from enum import StrEnum
@@ -30,7 +28,7 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.
 
 
 class Exportable(StrEnum):
-    """The tables of a study."""
+    """The tables of a study that a file can have."""
 
     trials = "trials"
     series = "series"
@@ -79,29 +77,27 @@ def replay(
     force: Force = False,
     trust: Trust = False,
 ) -> None:
-    """Run a stored trial again, here and now, and compare it with what is stored, bit
-    for bit.
+    """Run a stored trial again, here and now, and compare it bit for bit.
 
-    It can be written at full resolution and shown. An exception of the trial is raised
-    with its traceback, and what is stored of it is said before.
+    It is compared with what is stored. It can be written at full resolution and shown.
+    An exception of the trial is raised with its traceback, and what is stored of it is
+    said before.
     """
-    from sweep.cli.replay_files import Wanted, check, show
+    from sweep.cli.replay_files import ReplayFiles, check, show
     from sweep.replays.replay import replay as run_again
     from sweep.tables.stored_study import StoredStudy
     from sweep.workers.failures import in_a_line
 
-    wanted, stored = (
-        Wanted(trajectory, animate, frame, every),
-        StoredStudy(study, results, trust=trust),
-    )
-    check(stored, trial, wanted, force=force)
+    files = ReplayFiles(trajectory, animate, frame, every)
+    stored = StoredStudy(study, results, trust=trust)
+    check(stored, trial, files, force=force)
     row = stored.trial(trial).row
     if row["status"] == "failed":
         cause = in_a_line(str(row["error"]))
         print(f"{study}: this trial has failed: {cause}", file=sys.stderr, flush=True)
     report, same = run_again(stored, trial)
     print(report)
-    for path in show(stored, trial, wanted):
+    for path in show(stored, trial, files):
         print(f"written    {path}")
     if not same:
         raise SystemExit(1)
@@ -132,25 +128,26 @@ def verify(
     results: Results = Path("results"),
     trust: Trust = False,
 ) -> None:
-    """Run a random sample of the stored trials again and compare every bit; exit code 1
-    where one differs.
+    """Run a random sample of the stored trials again and compare every bit.
+
+    The exit code is 1 where one differs.
     """
     from sweep.cli.progress_line import ProgressLine
     from sweep.replays.verify import verify as check
     from sweep.tables.stored_study import StoredStudy
 
-    with engine("cuda" if executor is Again.cuda else LOCAL, workers) as made:
-        found = check(
+    with engine("cuda" if executor is Again.cuda else LOCAL, workers) as factory:
+        verification = check(
             StoredStudy(study, results, trust=trust),
-            made,
+            factory,
             fraction=fraction,
             most=most,
             seed=seed,
             elsewhere=executor is not None,
             report=ProgressLine(study, "trials compared").show,
         )
-    print(found.as_text())
-    if not found.same:
+    print(verification.as_text())
+    if not verification.same:
         raise SystemExit(1)
 
 
@@ -168,10 +165,10 @@ def diff(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """What a change of a spec adds, keeps and drops, before any trial runs: points and
-    trials, exactly.
+    """Show what a change of a spec adds, keeps and drops, before any trial runs.
 
-    Of a spec of several studies each is compared, with --json in an object each.
+    Points and trials are counted exactly. Of a spec of several studies each is
+    compared, with --json in an object each.
     """
     from sweep.cli.spec_files import check_spec_file
     from sweep.own_code.reading import load_spec, load_specs
@@ -181,17 +178,18 @@ def diff(
     for file in filter(None, (spec, other)):
         check_spec_file(file, results)
     if other:
-        one, two = (
+        before, after = (
             load_spec(path, code=not no_code, code_from=code_from)
             for path in (spec, other)
         )
-        made = [compare(one, two, results)]
+        differences = [compare(before, after, results)]
     else:
         studies = load_specs(spec, code=not no_code, code_from=code_from)
-        made = [
-            compare(StoredStudy(one.name, results), one, results) for one in studies
+        differences = [
+            compare(StoredStudy(study.name, results), study, results)
+            for study in studies
         ]
-    for difference in made:
+    for difference in differences:
         print(difference.as_json() if as_json else difference.as_text())
 
 
@@ -202,8 +200,9 @@ def gc(
     dry_run: DryRun = False,
     results: Results = Path("results"),
 ) -> None:
-    """Free space: drop trials that have left the spec or are of other kernels, after
-    asking, and merge parts.
+    """Free space: drop trials that have left the spec or are of other kernels.
+
+    It asks before, and merges parts too.
     """
     from sweep.design.plan import size
     from sweep.tables.cleaning import clean, find_waste
@@ -220,7 +219,7 @@ def gc(
 
 
 def _ask_to_remove() -> None:
-    """Go on if the user agrees."""
+    """Ask whether trials may be removed, and end the command if they may not."""
     if not sys.stdin.isatty():
         stop(
             "nothing was removed: there is no terminal to ask in; --yes removes it,"
@@ -243,8 +242,8 @@ def rename(
     from sweep.tables.stored_study import StoredStudy
 
     print(rename_study(study, name, results))
-    if said := what_the_spec_needs(StoredStudy(name, results)):
-        print(said, file=sys.stderr)
+    if advice := what_the_spec_needs(StoredStudy(name, results)):
+        print(advice, file=sys.stderr)
 
 
 @app.command()
@@ -303,8 +302,9 @@ def export(
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write one table as one file for other programs, with units, provenance and a
-    checksum.
+    """Write one table as one file for other programs.
+
+    The file has units, provenance and a checksum.
     """
     from sweep.tables.exporting import export as write
     from sweep.tables.stored_study import StoredStudy
@@ -314,7 +314,7 @@ def export(
         to,
         table.value,
         trials=trial or (),
-        columns=[one.strip() for one in columns.split(",")] if columns else (),
+        columns=[name.strip() for name in columns.split(",")] if columns else (),
         force=force,
     )
     print(
@@ -343,11 +343,11 @@ def flocks(
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write where the boids of each trial of a point are at the end, as a table from
-    which the replicates of another study start: `start_draws: ./FILE.csv`.
+    """Write where the boids of each trial of a point are at the end, as a table.
 
-    The study keeps them with record: {last_flocks: true}, or with an axis that is
-    continued. With --changes it is a table of who changes from flock to flock.
+    The replicates of another study start from it: `start_draws: ./FILE.csv`. The study
+    keeps them with record: {last_flocks: true}, or with an axis that is continued. With
+    --changes it is a table of who changes from flock to flock.
     """
     from sweep.tables.flock_changes import write_flock_changes
     from sweep.tables.last_flocks import write_last_flocks
@@ -355,12 +355,12 @@ def flocks(
 
     chosen = StoredStudy(study, results).where(*(where or ()))
     if changes:
-        seen = write_flock_changes(chosen, to, force=force)
+        written = write_flock_changes(chosen, to, force=force)
         print(
-            f"{so_many(seen.rows, 'change')} of flock in {to}; in"
-            f" {so_many(seen.trials, 'trial')} flocks parted"
-            f" {so_many(seen.fissions, 'time')} and joined"
-            f" {so_many(seen.fusions, 'time')}",
+            f"{so_many(written.rows, 'change')} of flock in {to}; in"
+            f" {so_many(written.trials, 'trial')} flocks parted"
+            f" {so_many(written.fissions, 'time')} and joined"
+            f" {so_many(written.fusions, 'time')}",
             file=sys.stderr,
         )
         return

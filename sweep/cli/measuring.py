@@ -1,4 +1,4 @@
-"""A command that computes further metrics of what is stored."""
+"""The command that computes further metrics of stored trials."""
 
 import sys
 from pathlib import Path
@@ -27,9 +27,9 @@ def measure(
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Compute further metrics of stored trials from their trajectories, to the same
-    bits as a launch that records them, and without flying again.
+    """Compute further metrics of stored trials from their trajectories.
 
+    They have the same bits as from a launch that records them, and nothing flies again.
     A metric that needs more than trajectories have is refused, and nothing is stored.
     """
     from sweep.campaigns.measure import measure as compute
@@ -38,7 +38,8 @@ def measure(
     from sweep.text import shortened, so_many
     from sweep.workers.executors import Loky, worker_count
 
-    engine, line = Loky(worker_count(workers)), ProgressLine(study, "trials measured")
+    engine = Loky(worker_count(workers))
+    line = ProgressLine(study, "trials measured")
     try:
         done = compute(
             study,
@@ -58,13 +59,13 @@ def measure(
         words = "what a killed measurement had left undone is done, see `sweep table`"
         print(f"{study}: {words}", file=sys.stderr)
         return
-    said = [
+    notes = [
         f"{study}: {', '.join(done.metrics)} of {so_many(done.measured, 'trial')}"
         f" measured, {done.stored:,} were there",
     ]
     if done.left:
-        said.append(f"{so_many(done.left, 'trial')} not done: a launch runs them")
+        notes.append(f"{so_many(done.left, 'trial')} not done: a launch runs them")
     if done.measured:
-        said.append(f"sweep gc {study} frees the rows without these metrics")
-    said.append(f"to keep them, {shortened(done.path)} needs:")
-    print(*said, dump({"record": done.record}), sep="\n", end="", file=sys.stderr)
+        notes.append(f"sweep gc {study} frees the rows without these metrics")
+    notes.append(f"to keep them, {shortened(done.path)} needs:")
+    print(*notes, dump({"record": done.record}), sep="\n", end="", file=sys.stderr)

@@ -1,10 +1,10 @@
-"""Standard output that fails with an error for the user, and in no other way.
+"""Standard output whose failures are errors for the user.
 
-A full disk behind `sweep table STUDY > FILE` is found when Python empties the buffer of
-the stream: while something is printed, or at the very end. Both happen before `main` is
-over, because it flushes the stream itself.
+A full disk behind `sweep table STUDY > FILE` is an error when Python empties the buffer
+of the stream: during a print, or at the end. Both happen before `main` returns, because
+`main` flushes the stream itself.
 
-Signs that the encoding of the stream does not have are spelled in ASCII.
+Characters that the encoding of the stream does not have are spelled in ASCII.
 """
 
 import codecs
@@ -18,25 +18,25 @@ from sweep.errors import OutputError
 
 
 class Output:
-    """A text stream that writes to `stream`. Raises OutputError where that fails, and
-    BrokenPipeError where the reader of a pipe has gone.
+    """A text stream that writes to `stream` and turns failures into errors.
 
-    After the first failure the descriptor of the stream leads to nowhere: what is left
-    in the buffer would fail again when the interpreter ends.
+    A failure raises OutputError, and a closed pipe raises BrokenPipeError. After the
+    first failure the descriptor of the stream leads to the null device: the rest of the
+    buffer would fail again when the interpreter ends.
     """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write `text`; the number of its characters."""
+        """Write `text` and return the number of its characters."""
         try:
             return self._stream.write(text)
         except OSError as error:
             self._fail(error)
 
     def flush(self) -> None:
-        """Write what is still in the buffer."""
+        """Write the rest of the buffer."""
         try:
             self._stream.flush()
         except OSError as error:
@@ -58,20 +58,20 @@ class Output:
 
 SPELLED = "boidsweep.spelled"
 IN_ASCII = {"±": "+-", "²": "^2"}
-"""Signs of numbers and units; all others are escaped."""
+"""Characters of numbers and units; all others are escaped."""
 
 
 def spelled(text: str, encoding: str) -> str:
-    """`text` without the signs that an encoding does not have."""
+    """Return `text` without the characters that an encoding does not have."""
     return text.encode(encoding, SPELLED).decode(encoding)
 
 
 def _spell(error: UnicodeError) -> tuple[str | bytes, int]:
-    """What is written for the signs of an error, and where writing goes on."""
+    """Return the text for the characters of an error, and the next position."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    if sign := IN_ASCII.get(error.object[error.start]):
-        return sign, error.start + 1
+    if ascii_text := IN_ASCII.get(error.object[error.start]):
+        return ascii_text, error.start + 1
     return codecs.backslashreplace_errors(error)
 
 
@@ -79,7 +79,7 @@ codecs.register_error(SPELLED, _spell)
 
 
 def check_output_stream() -> None:
-    """From now on standard output fails as `Output` says, and no sign makes it fail."""
+    """Replace standard output by an `Output` that can write every character."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors=SPELLED)
     if sys.stdout is not None:  # it is None where it is closed
@@ -87,6 +87,6 @@ def check_output_stream() -> None:
 
 
 def flush_output() -> None:
-    """Write what is still in the buffer of standard output. Raises as `Output`."""
+    """Write the rest of the buffer of standard output, with the errors of `Output`."""
     if sys.stdout is not None:
         sys.stdout.flush()

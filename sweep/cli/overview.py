@@ -1,4 +1,4 @@
-"""Commands that say what there is: the studies in a folder, the columns of one."""
+"""Commands that list the studies in a folder, and the columns of one study."""
 
 import sys
 from pathlib import Path
@@ -12,22 +12,22 @@ if TYPE_CHECKING:
 
 @app.command(name="list")
 def list_studies(results: Results = Path("results"), as_json: Json = False) -> None:
-    """The studies in a folder of results, and how far each is."""
+    """List the studies in a folder of results, and how far each is."""
     from sweep.store.locations import local_folder
     from sweep.tables.overview import studies
 
-    found = studies(local_folder(results, "the list of studies needs"))
-    if found.empty and not as_json:
+    stored = studies(local_folder(results, "the list of studies needs"))
+    if stored.empty and not as_json:
         print(f"{results}: no study is stored here", file=sys.stderr)
         return
-    _show(found, as_json)
+    _show(stored, as_json)
 
 
 @app.command()
 def columns(
     study: StudyName, results: Results = Path("results"), as_json: Json = False
 ) -> None:
-    """The columns of the tables of a study: type, unit, and what they are."""
+    """List the columns of the tables of a study: type, unit, and what they are."""
     from sweep.tables.stored_study import StoredStudy
 
     _show(StoredStudy(study, results).columns, as_json)
@@ -46,9 +46,9 @@ def _show(rows: "pd.DataFrame", as_json: bool) -> None:
     shown = rows.loc[:, (rows.notna() & (rows != "")).any()].astype(object).fillna("")
     table = Table(*shown)
     for row in shown.itertuples(index=False):
-        table.add_row(*(f"{one:,.0f}" if _is_number(one) else str(one) for one in row))
+        table.add_row(*map(_cell, row))
     console().print(table)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float)
+def _cell(value: object) -> str:
+    return f"{value:,.0f}" if isinstance(value, int | float) else str(value)

@@ -1,4 +1,4 @@
-"""The command that shows the code of a stored study."""
+"""The command that shows custom code of a stored study."""
 
 import sys
 from pathlib import Path
@@ -20,8 +20,10 @@ def code(
     ] = None,
     results: Results = Path("results"),
 ) -> None:
-    """The code of the user's own that computed a study: models, metrics, maps and
-    starts from files beside its spec. It is read, and not run.
+    """Show the code of the user's own that computed a study.
+
+    It is that of models, metrics, maps and starts from files beside its spec. It is
+    read, and not run.
 
     Each version is shown by which any stored trial was computed, that of the spec as
     last launched first. A folder gets the spec as last launched and that version of the

@@ -1,5 +1,7 @@
-"""The explorer beside a launch: a process of its own, so that neither can disturb the
-other. It ends with the command that has started it.
+"""The explorer next to a launch, in a separate process.
+
+So neither process can disturb the other. The process of the explorer ends with the
+command that started it.
 """
 
 import os
@@ -24,11 +26,11 @@ end_with(int(parent), began or None)
 sys.argv = ["sweep", "show", *words]
 main()
 """
-"""What the process of the page runs: the command, until its parent is gone."""
+"""The program of the page: the command, which ends with its parent process."""
 
 
 def check_installed() -> None:
-    """End the command where a package is missing that the page needs."""
+    """End the command if a package is missing that the page needs."""
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         needed = f"--show: the explorer needs {', '.join(missing)}, not installed"
         stop(f"{needed}: {installing('view')}")
@@ -36,10 +38,10 @@ def check_installed() -> None:
 
 @contextmanager
 def page_beside(words: Sequence[str]) -> Iterator[None]:
-    """`sweep show` with these words, while the context lasts; after it has come to its
-    end without an error, until Ctrl-C.
+    """Run `sweep show` with these words during the context.
 
-    It has a session of its own: this process alone hears Ctrl-C, and ends the page.
+    If the context ends without an error, the page stays until Ctrl-C. The page has its
+    own session: only this process receives Ctrl-C, and ends the page.
     """
     parent = os.getpid()
     page = subprocess.Popen(

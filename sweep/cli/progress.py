@@ -1,5 +1,6 @@
-"""The progress of a launch, on stderr: a bar in a terminal; elsewhere a new line now
-and then, with the same numbers.
+"""The progress of a launch, on stderr.
+
+In a terminal it is a bar, elsewhere a new line at intervals with the same numbers.
 """
 
 import json
@@ -21,20 +22,25 @@ LINE_SECONDS = 10.0
 
 
 class ProgressBar:
-    """Shows the trials of a study: done, a second, time to go, failed; nothing of that
-    where it is `quiet`. A context manager.
+    """A context manager that shows the progress of a study, nothing if `quiet`.
+
+    It shows trials done, trials per second, remaining time and failures.
     """
 
     def __init__(self, name: str, *, quiet: bool = False) -> None:
-        self.name, self.quiet = name, quiet
+        self.name = name
+        self.quiet = quiet
         self.terminal = sys.stderr.isatty() and not quiet
-        self.bar = Bar(
+        columns = (
             TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[pace]}", markup=False),
             TimeRemainingColumn(),
             TextColumn("{task.fields[notes]}"),
+        )
+        self.bar = Bar(
+            *columns,
             console=Terminal(file=unguarded(sys.stderr)),
             disable=not self.terminal,
         )
@@ -58,9 +64,7 @@ class ProgressBar:
         self.bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show `progress`: at once in a terminal; elsewhere only if the last line is
-        old enough.
-        """
+        """Show `progress`, outside a terminal only if the last line is old enough."""
         new = progress.statuses.total()
         if new == 0:
             self._first(progress)
@@ -82,20 +86,22 @@ class ProgressBar:
             self._line(", ".join(filter(None, [done, settled, pace, left])))
 
     def _pace(self, new: int) -> str:
-        """Trials a second, in words."""
+        """Return trials per second, in words."""
         if new == 0:
             return "compiling"
         rate = self._rate(new)
         return f"{rate:.1f} trials/s" if rate else ""
 
     def _left(self, progress: Progress, new: int) -> str:
-        """How long the trials will take that are asked for and not there, in words."""
-        rate, left = self._rate(new), progress.missing - new
+        """Return the remaining time of missing trials, in words."""
+        rate = self._rate(new)
+        left = progress.missing - new
         return f"about {duration(left / rate)} left" if rate and left else ""
 
     def _rate(self, new: int) -> float:
-        """Trials a second since the first ones came back; 0 where it is not known. The
-        time before is for compiling and starting workers.
+        """Return trials per second since the first results, 0 if unknown.
+
+        Before the first results, time is spent on compiling and starting workers.
         """
         if new and self.paced_from is None:
             self.paced_from = time.monotonic(), new
@@ -131,11 +137,19 @@ class ProgressBar:
 
     @property
     def seconds(self) -> float:
-        """How long it has been shown."""
+        """Seconds since the bar was made."""
         return time.monotonic() - self.began
 
     def summary(self, progress: Progress, folder: Location) -> str:
-        """The result of the launch, in one line."""
+        """Return the result of the launch in one line.
+
+        Parameters
+        ----------
+        progress : Progress
+            The last progress.
+        folder : Location
+            The folder of the study.
+        """
         new = progress.statuses.total()
         counts = ", ".join(
             f"{count:,} {status}" for status, count in sorted(progress.statuses.items())
@@ -155,9 +169,30 @@ class ProgressBar:
 
 
 def launch_json(
-    study: str, share: Share | None, folder: Location, progress: Progress, took: float
+    study: str,
+    share: Share | None,
+    folder: Location,
+    progress: Progress,
+    *,
+    seconds: float,
 ) -> str:
-    """What a launch has come to, for programs: docs/json.md says what each key is."""
+    """Return the result of a launch as JSON.
+
+    docs/json.md describes each key.
+
+    Parameters
+    ----------
+    study : str
+        The name of the study.
+    share : Share or None
+        The shard that ran; None for all trials.
+    folder : Location
+        The folder of the study.
+    progress : Progress
+        The last progress.
+    seconds : float
+        The duration of the launch.
+    """
     return json.dumps(
         {
             "study": study,
@@ -171,7 +206,7 @@ def launch_json(
             "apart": progress.apart,
             "continued": progress.continued,
             "steps_saved": progress.steps_saved,
-            "seconds": round(took, 3),
+            "seconds": round(seconds, 3),
         }
     )
 

@@ -1,5 +1,6 @@
-"""The progress of other work than a launch, on stderr. In a terminal one line is
-written again and again; elsewhere a new line is written now and then.
+"""The progress of other work than a launch, on stderr.
+
+In a terminal one line is written again and again, elsewhere a new line at intervals.
 """
 
 import sys
@@ -11,19 +12,28 @@ LINE_SECONDS = 10.0
 
 
 class ProgressLine:
-    """Writes `<what>: 12 of 400 <things>`, but not more often than people can read."""
+    """A line `<subject>: 12 of 400 <nouns>`, at a rate that people can read."""
 
-    def __init__(self, what: str, things: str) -> None:
-        self.what, self.things = what, things
+    def __init__(self, subject: str, nouns: str) -> None:
+        self.subject = subject
+        self.nouns = nouns
         self.terminal = sys.stderr.isatty()
-        self.said_at = time.monotonic()
+        self.line_at = time.monotonic()
 
-    def show(self, done: int, whole: int) -> None:
-        """Show that `done` of `whole` things are done."""
-        text = f"{self.what}: {done:,} of {whole:,} {self.things}"
+    def show(self, done: int, total: int) -> None:
+        """Show the progress.
+
+        Parameters
+        ----------
+        done : int
+            The number of things that are done.
+        total : int
+            The number of all things.
+        """
+        text = f"{self.subject}: {done:,} of {total:,} {self.nouns}"
         if self.terminal:
             unguarded(sys.stderr).write("\r")
-            print(text, end="\n" if done == whole else "", file=sys.stderr, flush=True)
-        elif done == 0 or time.monotonic() - self.said_at > LINE_SECONDS:
-            self.said_at = time.monotonic()
+            print(text, end="\n" if done == total else "", file=sys.stderr, flush=True)
+        elif done == 0 or time.monotonic() - self.line_at > LINE_SECONDS:
+            self.line_at = time.monotonic()
             print(text, file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""Commands that read what is stored."""
+"""Commands that report and plot stored results."""
 
 import sys
 from enum import StrEnum
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class IntervalKind(StrEnum):
-    """Which interval of a mean a table shows."""
+    """The kind of confidence interval of a mean in a table."""
 
     t = "t"
     bootstrap = "bootstrap"
@@ -82,12 +82,13 @@ def table(
     from sweep.tables.search_phases import by_phase
     from sweep.tables.stored_study import StoredStudy
 
-    stored, refusals = by_phase(StoredStudy(study, results)), Refusals()
+    stored = by_phase(StoredStudy(study, results))
+    refusals = Refusals()
     chosen = stored
     with refusals.noted():
         chosen = stored.where(*(where or ()))
     with refusals.noted():
-        found = point_means(
+        means = point_means(
             chosen,
             metric or [],
             by=by.split(",") if by is not None else None,
@@ -96,14 +97,14 @@ def table(
             interval=interval.value if interval else None,
         )
     refusals.check()
-    return means_report(chosen, found)
+    return means_report(chosen, means)
 
 
 enter_reports(own_methods().values())
 
 
 class Format(StrEnum):
-    """What kind of file a figure becomes."""
+    """The format of the file of a figure."""
 
     png = "png"
     svg = "svg"
@@ -111,20 +112,28 @@ class Format(StrEnum):
 
 
 class PlotCommand(TyperCommand):
-    """A command whose help names the kinds of figures that there are.
+    """A command whose help names all kinds of figures.
 
-    They are looked up when help is asked for: matplotlib takes a second to load.
+    The kinds are imported only for the help: matplotlib takes a second to load.
     """
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help, with the kinds."""
+        """Write the help, with the kinds of figures.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            The context of the command.
+        formatter : click.HelpFormatter
+            The formatter that gets the help.
+        """
         from sweep.figures.kinds import KINDS
 
         names = [name for name, kind in KINDS.items() if not kind.of_search]
         of_search = [name for name, kind in KINDS.items() if kind.of_search]
-        for one in self.params:
-            if isinstance(one, TyperArgument) and one.name == "names":
-                one.help = (
+        for parameter in self.params:
+            if isinstance(parameter, TyperArgument) and parameter.name == "names":
+                parameter.help = (
                     "More studies, for one figure of all; and kinds of figures:"
                     f" {', '.join(names)}; of a search {', '.join(of_search)};"
                     " or a file with one, ./NAME.py; else all that suit. A study that"
@@ -183,7 +192,7 @@ def plot(
 
     arguments = plot_arguments([study, *(names or ())], results, where or ())
     stored = arguments.study
-    choices = Choices(tuple(metric or ()), by, x, y, over == Over.half)
+    choices = Choices(tuple(metric or ()), by, x, y, half=over == Over.half)
     check_shared(stored, choices.metrics)
     kinds, known = with_files(arguments.kinds)
     figures = plan_figures(stored, kinds, choices, known)
@@ -191,14 +200,14 @@ def plot(
     for reason in [*unshared, *figures.left_out]:
         print(f"not drawn: {reason}", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())
-    first, *others = [one.name for one in stored.parts]
+    first, *further = [part.name for part in stored.parts]
     home = (
         below / first / FIGURES
         if isinstance(results, Path)
         else below / FIGURES / first
     )
-    if others:
-        home /= f"with-{'-'.join(others).replace('/', '-')}"
-    kinds_of_file = [one.value for one in formats or [Format.png]]
-    for path in draw_figures(stored, figures, out or home, kinds_of_file, below):
+    if further:
+        home /= f"with-{'-'.join(further).replace('/', '-')}"
+    endings = [kind.value for kind in formats or [Format.png]]
+    for path in draw_figures(stored, figures, out or home, endings, below=below):
         print(path, flush=True)

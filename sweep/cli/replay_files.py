@@ -1,6 +1,4 @@
-"""The files that a replay writes beside its report: every frame, an animation, a
-picture.
-"""
+"""The files that a replay writes: every frame, an animation, a figure."""
 
 import json
 from pathlib import Path
@@ -24,11 +22,11 @@ from sweep.tables.outputs import check_output
 from sweep.tables.stored_study import StoredStudy
 
 
-class Wanted(NamedTuple):
-    """The files to write: all frames, an animation, the picture of one frame. `every`
-    is the number of steps between frames, 0 for the default.
+class ReplayFiles(NamedTuple):
+    """The files to write: all frames, an animation, the figure of one frame.
 
-    An animation in HTML is a page that plays the run.
+    `every` is the number of steps between frames, 0 for the default. An animation in
+    HTML is a page that plays the trial.
     """
 
     trajectory: Path | None = None
@@ -38,61 +36,85 @@ class Wanted(NamedTuple):
 
 
 def check(
-    study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False
+    study: StoredStudy, trial: str, files: ReplayFiles, *, force: bool = False
 ) -> None:
-    """Raise an error for a file of `wanted` that cannot be written, before any work.
+    """Raise an error if a file cannot be written, before any work.
 
-        study   the stored study
-        trial   the id of the trial, or its beginning
-        wanted  the files
-        force   whether a file that exists may be replaced
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored study.
+    trial : str
+        The id of the trial, or its beginning.
+    files : ReplayFiles
+        The files.
+    force : bool, default False
+        Allow to replace files that exist.
 
-    Raises OutputError for a place where no file can be, and for an MP4 without ffmpeg.
-    Raises ChoiceError for an unknown trial or frame, for more steps between frames than
-    the trial has, and for a page of too many boids.
+    Raises
+    ------
+    OutputError
+        A file cannot be at its path, or ffmpeg is missing for an MP4.
+    ChoiceError
+        The trial or frame is unknown, `every` exceeds the steps of the trial, or a page
+        would have too many boids.
     """
-    if wanted.every:
+    if files.every:
         steps = int(study.job(study.trial(trial)).settings["steps"])
-        if wanted.every > steps:
+        if files.every > steps:
             raise ChoiceError(
-                f"every: {wanted.every:,}; allowed: 0, or up to {steps:,}, the steps of"
+                f"every: {files.every:,}; allowed: 0, or up to {steps:,}, the steps of"
                 " the trial"
             )
-    if wanted.trajectory:
-        check_output(wanted.trajectory, FLIGHTS, force=force)
-        if wanted.trajectory.suffix == ".csv":
-            check_output(about_of(wanted.trajectory), [BESIDE], force=force)
-    if wanted.animation:
-        check_output(wanted.animation, [".gif", ".mp4", ".html"], force=force)
-        _check_animation(study, trial, wanted.animation, wanted.every)
-    if wanted.picture:
-        frame, path = wanted.picture
+    if files.trajectory:
+        check_output(files.trajectory, FLIGHTS, force=force)
+        if files.trajectory.suffix == ".csv":
+            check_output(about_of(files.trajectory), [BESIDE], force=force)
+    if files.animation:
+        check_output(files.animation, [".gif", ".mp4", ".html"], force=force)
+        _check_animation(study, trial, files.animation, files.every)
+    if files.picture:
+        frame, path = files.picture
         check_output(path, [".png"], force=force)
         check_frame(study.job(study.trial(trial)), frame)
 
 
-def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
-    """Run the trial again for each wanted file, and write it. Returns the files.
-    Progress is shown on stderr.
+def show(study: StoredStudy, trial: str, files: ReplayFiles) -> list[Path]:
+    """Write the files; the trial runs again for each. Progress is shown on stderr.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored study.
+    trial : str
+        The id of the trial, or its beginning.
+    files : ReplayFiles
+        The files.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
     """
     stored = study.trial(trial)
-    job, written = study.job(stored), list[Path]()
-    if wanted.trajectory:
-        about = stored.provenance | {"trial": job.trial_id, "run_again": machine()}
-        metadata = {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
+    job = study.job(stored)
+    written = list[Path]()
+    if files.trajectory:
+        origin = stored.provenance | {"trial": job.trial_id, "run_again": machine()}
+        metadata = {PROVENANCE: json.dumps(origin, sort_keys=True).encode()}
         written += write_flight(
             job,
-            wanted.trajectory,
-            wanted.every or 1,
+            files.trajectory,
+            files.every or 1,
             metadata,
-            _report(wanted.trajectory),
+            report=_report(files.trajectory),
         )
-    if wanted.animation:
-        _animate(study, job, wanted.animation, wanted.every)
-        written.append(wanted.animation)
-    if wanted.picture:
-        frame, path = wanted.picture
-        write_picture(study.name, job, frame, path, _report(path))
+    if files.animation:
+        _animate(study, job, files.animation, files.every)
+        written.append(files.animation)
+    if files.picture:
+        frame, path = files.picture
+        write_picture(study.name, job, frame, path, report=_report(path))
         written.append(path)
     return written
 
@@ -110,11 +132,10 @@ def _animate(study: StoredStudy, job: Job, path: Path, every: int) -> None:
     if path.suffix == ".html":
         from sweep.web.replayed_page import write_page
 
-        write_page(study, job.trial_id, path, every, _report(path))
+        write_page(study, job.trial_id, path, every, report=_report(path))
     else:
-        write_animation(
-            study.name, job, path, every or frames_apart(job), _report(path)
-        )
+        steps = every or frames_apart(job)
+        write_animation(study.name, job, path, steps, report=_report(path))
 
 
 def _report(path: Path) -> Report:

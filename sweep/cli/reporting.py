@@ -1,7 +1,8 @@
-"""Commands whose answer is a report: printed for a reader, or as CSV, JSON or LaTeX."""
+"""Commands that print a report: for a reader, or as CSV, JSON or LaTeX."""
 
 import inspect
 import logging
+import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, wraps
 from inspect import Parameter
@@ -25,7 +26,8 @@ Latex = Annotated[
     bool, typer.Option("--latex", help="Print the table for LaTeX, with booktabs.")
 ]
 FORMATS = {"csv": Csv, "json": Json, "latex": Latex}
-
+SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
+"""The beginning of a section of a docstring, such as Parameters."""
 
 Where = Annotated[
     list[str] | None,
@@ -53,24 +55,24 @@ WHERE = _option("where", Where, default=None)
 def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     """Enter a command that prints the report which a function returns.
 
-    The command has the options of `FORMATS` too. Two formats at once are refused before
-    the function is called.
+    The command also has the options of `FORMATS`. Two formats are an error before the
+    function is called.
 
     Parameters
     ----------
-    make
-        The function. Its name is that of the command, its docstring the help.
-    parameters
+    make : callable
+        The function. The command has its name, and its docstring as the help: up to the
+        sections, since options have a help of their own.
+    parameters : sequence of inspect.Parameter, optional
         Arguments and options of the command; by default those of the function.
     """
     formats = [_option(name, kind, default=False) for name, kind in FORMATS.items()]
 
     @wraps(make)
-    def command(**given: Any) -> None:
-        asked = {name: given.pop(name) for name in FORMATS}
-        one_format(**asked)
-        report = make(**given)
-        chosen = [name for name, is_asked in asked.items() if is_asked]
+    def command(**arguments: Any) -> None:
+        chosen = [name for name in FORMATS if arguments.pop(name)]
+        one_format(**dict.fromkeys(chosen, True))
+        report = make(**arguments)
         if chosen:
             print(getattr(report, f"to_{chosen[0]}")(), end="")
         else:
@@ -79,14 +81,19 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     shown = [*(parameters or inspect.signature(make).parameters.values()), *formats]
     # typer reads both, and cannot know a type that is not imported.
     vars(command)["__signature__"] = inspect.Signature(shown)
-    command.__annotations__ = {one.name: one.annotation for one in shown}
-    app.command()(command)
+    command.__annotations__ = {option.name: option.annotation for option in shown}
+    app.command(help=help_of(make))(command)
     return make
 
 
-def enter_reports(asked: Iterable[Method]) -> None:
+def help_of(make: Make) -> str:
+    """Return the docstring of a function up to its first section."""
+    return SECTION.split(inspect.getdoc(make) or "", maxsplit=1)[0]
+
+
+def enter_reports(entries: Iterable[Method]) -> None:
     """Enter a command for each report of some methods."""
-    for method in asked:
+    for method in entries:
         for make in method.reports:
             _of_study(make)
         for make in method.reports_of_results:
@@ -97,8 +104,10 @@ def enter_reports(asked: Iterable[Method]) -> None:
 
 @cache
 def enter_reports_of_packages() -> None:
-    """Enter the commands of methods of installed packages, and warn of those that
-    cannot be used. It imports them, so the app itself is complete without them.
+    """Enter the commands of methods of installed packages.
+
+    A method that cannot be used is a warning. The function imports the methods, so the
+    app itself is complete without them.
     """
     if not may_have_others():
         return
@@ -109,18 +118,21 @@ def enter_reports_of_packages() -> None:
 
 
 def _of_study(make: Make) -> None:
-    """Enter the command of a report of a stored study, which its name says."""
+    """Enter the command of a report whose first argument is a stored study.
+
+    The command has the name of the study, results and conditions instead.
+    """
 
     @wraps(make)
     def of_name(
-        study: str, results: "Location", where: list[str] | None, **given: Any
+        study: str, results: "Location", where: list[str] | None, **options: Any
     ) -> "Report":
         from sweep.tables.stored_study import StoredStudy
 
-        return make(StoredStudy(study, results).where(*(where or ())), **given)
+        return make(StoredStudy(study, results).where(*(where or ())), **options)
 
-    _stored_study, *options = inspect.signature(make).parameters.values()
-    report_command(of_name, [STUDY, RESULTS, *options, WHERE])
+    _stored_study, *further = inspect.signature(make).parameters.values()
+    report_command(of_name, [STUDY, RESULTS, *further, WHERE])
 
 
 def print_report(report: "Report") -> None:

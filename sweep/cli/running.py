@@ -34,7 +34,7 @@ MOST_PLANNED = 1_000_000
 
 
 class Scale(StrEnum):
-    """How many trials a reproduction has, or which variants are tried with few."""
+    """The number of trials of a reproduction, or the kind of variants that run."""
 
     full = "full"
     quick = "quick"
@@ -78,8 +78,9 @@ def launch(
         typer.Option("--no-open", help="With --show: only print the address."),
     ] = False,
 ) -> None:
-    """Run the trials of a study that are not stored yet, or of each study of a spec,
-    and of the variants that `validate` asks for.
+    """Run the trials of a study that are not stored yet, or of each study of a spec.
+
+    The variants that `validate` asks for run too.
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
@@ -97,7 +98,7 @@ def launch(
         check_installed()
     check_spec_file(spec, results)
     specs = load_specs(spec, code=not no_code, code_from=code_from)
-    studies = [study for one in specs for study in with_variants(one)]
+    studies = [study for spec_study in specs for study in with_variants(spec_study)]
     if len(studies) > 1:
         check_launches(studies, share)
     troubled = False
@@ -110,20 +111,21 @@ def launch(
             words += ["--no-code"] if no_code else []
             words += ["--code-from", str(code_from)] if code_from else []
         page = page_beside(words)
-    with page, engine(executor, workers, address, scheduler_file) as made:
+    with page, engine(executor, workers, address, scheduler_file) as factory:
         if len(studies) > 1:
-            check_flights(studies, made)
+            check_flights(studies, factory)
         for study in studies:
             name = f"{study.name}, share {share}" if share else study.name
             with ProgressBar(name, quiet=quiet) as bar:
                 progress = run_study(
-                    study, results, made, retry=retry, share=share, report=bar.show
+                    study, results, factory, retry=retry, share=share, report=bar.show
                 )
             folder = results / study.name
             if not quiet:
                 print(bar.summary(progress, folder), file=sys.stderr)
             if as_json:
-                print(launch_json(study.name, share, folder, progress, bar.seconds))
+                facts = (study.name, share, folder, progress)
+                print(launch_json(*facts, seconds=bar.seconds))
             troubled |= progress.troubled > 0
     if troubled:
         raise SystemExit(1)
@@ -182,13 +184,13 @@ def search(
     if export:
         check_export(export, study.name)
     with (
-        engine(executor, workers, address, scheduler_file) as made,
+        engine(executor, workers, address, scheduler_file) as factory,
         SearchBar(study.name, quiet=quiet) as bar,
     ):
         progress = run_search(
             study,
             results,
-            made,
+            factory,
             repetitions=repetitions,
             retry=retry,
             report=bar.show,
@@ -223,7 +225,7 @@ def plan(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """What a spec would run: points, trials, what is rejected, and what it may cost.
+    """Show what a spec would run: points, trials, rejections, and what it may cost.
 
     Of a spec of several studies there is a plan each, with --json an object each. So it
     is with the variants that `validate` asks for.
@@ -237,11 +239,11 @@ def plan(
     specs = load_specs(spec, code=not no_code, code_from=code_from)
     plans = [
         plan_of(study, worker_count(workers), results)
-        for one in specs
-        for study in with_variants(one)
+        for spec_study in specs
+        for study in with_variants(spec_study)
     ]
-    for made in plans:
-        print(made.as_json() if as_json else made.as_text())
+    for study_plan in plans:
+        print(study_plan.as_json() if as_json else study_plan.as_text())
 
 
 @app.command()
@@ -282,8 +284,9 @@ def reproduce(
     results: Results = Path("results"),
     workers: Workers = 0,
 ) -> None:
-    """Run what is missing of the published studies, draw their figures, and judge every
-    published claim.
+    """Run the published studies, draw their figures, and judge every published claim.
+
+    It runs only what is missing.
 
     It runs code: figures.py of each study in the folder, and the files beside it that
     it imports. With --only it runs that of the named studies alone. Read this code
@@ -310,11 +313,9 @@ def reproduce(
     from sweep.store.locations import local_folder
     from sweep.workers.executors import Loky, worker_count
 
-    folder, quick = (
-        local_folder(results, "the page and its figures are written to"),
-        scale is not Scale.full,
-    )
-    kind = next((one for one in KINDS if one == scale), None)
+    folder = local_folder(results, "the page and its figures are written to")
+    quick = scale is not Scale.full
+    kind = next((name for name in KINDS if name == scale), None)
     if variant and kind is None:
         allowed = " or ".join(KINDS)
         raise ChoiceError(f"--variant needs --scale {allowed}, not {scale}")
@@ -345,10 +346,10 @@ def reproduce(
         chosen = chosen_variants(publications, kind, variant or ())
         tried = sum(len(variants) for _, variants in chosen)
         most = most_trials(chosen)
-        said = f"{tried:,} variants, with {most:,} trials less those that are stored"
-        print(said, file=sys.stderr)
-        for name, found in try_all(chosen, folder, engine, ProgressBar).items():
-            print(f"{name}: {found.summary(kind)}")
+        trials = f"{most:,} trials less those that are stored"
+        print(f"{tried:,} variants, with {trials}", file=sys.stderr)
+        for name, verdicts in try_all(chosen, folder, engine, ProgressBar).items():
+            print(f"{name}: {verdicts.summary(kind)}")
         return
     outcome = run_all(publications, folder, engine, ProgressBar, quick=quick)
     print(outcome.summary(), file=sys.stderr)

@@ -1,23 +1,23 @@
-"""The progress of a search: that of a launch, and what the search has found so far."""
+"""The progress of a search: that of a launch, with the findings so far."""
 
 from sweep.campaigns.progress import Progress, SearchProgress
 from sweep.cli.progress import ProgressBar
 
 
 class SearchBar(ProgressBar):
-    """A ProgressBar that also shows what the search has found so far."""
+    """A ProgressBar that also shows the findings of the search so far."""
 
-    found = ""
+    findings = ""
     begun = False
 
     def show(self, progress: Progress) -> None:
         """Show `progress`, as ProgressBar does."""
         if isinstance(progress, SearchProgress):
-            self.found = progress.found
+            self.findings = progress.found
         super().show(progress)
 
     def _pace(self, new: int) -> str:
-        return ", ".join(filter(None, [super()._pace(new), self.found]))
+        return ", ".join(filter(None, [super()._pace(new), self.findings]))
 
     def _first(self, progress: Progress) -> None:
         if not self.begun:

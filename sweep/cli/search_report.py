@@ -1,4 +1,4 @@
-"""What a search found, as text for a terminal and as JSON for programs."""
+"""The report of a search, as text for a terminal and as JSON for programs."""
 
 import json
 from io import StringIO
@@ -22,43 +22,60 @@ from sweep.cli.terminal import Terminal
 from sweep.tables.stored_study import StoredStudy
 
 WIDTH = 10_000
-"""A table takes what its cells need, and none of them is cut off."""
+"""The width of a table in characters, so large that no cell is cut off."""
 
 
 def text(study: StoredStudy) -> str:
-    """The report of a stored search. Raises StoreError if the study is no search."""
-    found = Findings(study, read_asked(study))
+    """Return the report of a stored search.
+
+    Raises
+    ------
+    ChoiceError
+        The study is not a search, or `where` has restricted it.
+    StoreError
+        The search has a statistic or distribution that is unknown here.
+    """
+    findings = Findings(study, read_asked(study))
     parts = [
-        searched_text(found),
-        _warnings_text(found),
-        best_text(found),
-        _table_text(judged_table(found), once=True),
-        _table_text(front_table(found)),
-        _table_text(differences_table(found)),
-        references_text(found),
-        against_text(found),
+        searched_text(findings),
+        _warnings_text(findings),
+        best_text(findings),
+        _table_text(judged_table(findings), once=True),
+        _table_text(front_table(findings)),
+        _table_text(differences_table(findings)),
+        references_text(findings),
+        against_text(findings),
     ]
     return "\n\n".join(part for part in parts if part)
 
 
 def as_json(study: StoredStudy) -> str:
-    """The report as JSON, see `report_facts`. Raises StoreError as `text` does."""
+    """Return the report as JSON, see `report_facts`.
+
+    Raises
+    ------
+    ChoiceError
+        The study is not a search, or `where` has restricted it.
+    StoreError
+        The search has a statistic or distribution that is unknown here.
+    """
     return json.dumps(report_facts(Findings(study, read_asked(study))), indent=2)
 
 
-def _warnings_text(found: Findings) -> str:
-    return "\n".join(f"note        {sentence}" for sentence in warnings(found))
+def _warnings_text(findings: Findings) -> str:
+    return "\n".join(f"note        {sentence}" for sentence in warnings(findings))
 
 
-def _table_text(about: ReportTable | None, *, once: bool = False) -> str:
-    """A table with its note; `once` says each candidate in its first row alone."""
-    if about is None:
+def _table_text(table: ReportTable | None, *, once: bool = False) -> str:
+    """Return a table with its note; `once` names a candidate only in its first row."""
+    if table is None:
         return ""
-    table, last = _table(*about.titles), ""
-    for who, *others in about.rows:
-        table.add_row("" if once and who == last else who, *others)
-        last = who
-    return f"{_rendered(table)}\n{about.note}"
+    shown = _table(*table.titles)
+    last = ""
+    for candidate, *cells in table.rows:
+        shown.add_row("" if once and candidate == last else candidate, *cells)
+        last = candidate
+    return f"{_rendered(shown)}\n{table.note}"
 
 
 def _table(*columns: str) -> Table:

@@ -1,4 +1,4 @@
-"""Commands that hand a study to others: as one file, a citation, a description."""
+"""Commands that share a study: one file, a citation, a description."""
 
 import sys
 from pathlib import Path
@@ -31,8 +31,9 @@ def pack(
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write a stored study into one file, which others can read without boidsweep: its
-    tables, spec, code, origin, citation and checksums.
+    """Write a stored study into one file, which others can read without boidsweep.
+
+    It has its tables, spec, code, origin, citation and checksums.
     """
     from sweep.design.plan import size
     from sweep.sharing.packing import pack as write
@@ -63,8 +64,9 @@ def load(
     ] = None,
     results: Results = Path("results"),
 ) -> None:
-    """Make a study of a packed file again, after a check of all of it. No code of the
-    study runs.
+    """Make a study of a packed file again, after a check of all of it.
+
+    No code of the study runs.
     """
     from sweep.cli.spec_files import how_to_launch_on, what_the_spec_needs
     from sweep.sharing.laid_out import check_new, lay_out
@@ -86,8 +88,8 @@ def load(
         laid = lay_out(stored, to)
         print(*laid.files, sep="\n")
         print(how_to_launch_on(stored, laid), file=sys.stderr)
-    elif said := what_the_spec_needs(stored):
-        print(said, file=sys.stderr)
+    elif advice := what_the_spec_needs(stored):
+        print(advice, file=sys.stderr)
 
 
 @app.command()
@@ -100,18 +102,20 @@ def cite(
     as_json: Json = False,
     results: Results = Path("results"),
 ) -> None:
-    """What to cite: the program, and with a study the work behind its model, and the
-    study with a hash of its content. --json prints CSL, as Zotero and pandoc read it.
+    """Print what to cite: the program, and with a study more works.
+
+    These are the work behind its model, and the study with a hash of its content.
+    --json prints CSL, as Zotero and pandoc read it.
     """
     from sweep.sharing.citing import cite as cited
     from sweep.tables.stored_study import StoredStudy
 
     one_format(bibtex=bibtex, json=as_json)
-    found = cited(StoredStudy(study, results) if study else None)
+    citation = cited(StoredStudy(study, results) if study else None)
     if bibtex:
-        print(found.as_bibtex())
+        print(citation.as_bibtex())
     else:
-        print(found.as_json() if as_json else found.as_text())
+        print(citation.as_json() if as_json else citation.as_text())
 
 
 @app.command()
@@ -125,8 +129,10 @@ def odd(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """An ODD description (Grimm et al. 2020) of a model and a study in Markdown, made
-    of what the code and the spec say of themselves. What they do not say is a gap.
+    """Print an ODD description (Grimm et al. 2020) of a model and a study in Markdown.
+
+    It is made of what the code and the spec say of themselves. What they do not say is
+    a gap.
     """
     from sweep.design.design import expand
     from sweep.own_code.reading import load_spec
@@ -137,7 +143,7 @@ def odd(
 
     if study.endswith(SPEC_ENDINGS):
         spec = load_spec(Path(study), code=not no_code, code_from=code_from)
-        about = of_spec(spec, expand(spec))
+        facts = of_spec(spec, expand(spec))
     else:
-        about = of_stored(StoredStudy(study, results, trust=trust))
-    print(described(about), end="")
+        facts = of_stored(StoredStudy(study, results, trust=trust))
+    print(described(facts), end="")

@@ -1,5 +1,6 @@
-"""The command that opens the results explorer, at the studies, one study or two sides
-compared; or writes a study as one file.
+"""The command that opens the results explorer, or writes a study as one file.
+
+The explorer begins with the list of studies, one study, or a comparison of two sides.
 """
 
 import sys
@@ -25,11 +26,11 @@ from sweep.cli.completing import study_names
 from sweep.cli.reporting import Where
 from sweep.cli.supplementing import (
     FRAMES,
-    About,
     AcrossSetting,
     Authors,
     BySetting,
     Caption,
+    CitationFile,
     Doi,
     FigureMetric,
     Frames,
@@ -53,11 +54,11 @@ ALWAYS = ("study", "other", "results", "trust", "to")
 SERVED = ("port", "no_open", "launch")
 """Options of a page that is served."""
 LAUNCHED = ("workers", "no_code", "code_from")
-"""Options of what a page launches; of a file and of it, the workers."""
+"""Options of the studies that a page launches; a file has workers too."""
 JUDGED = ("margin", "confidence", "together")
-"""Options of two sides alone."""
+"""Options of a comparison that a file does not have."""
 COMPARED = ("metric", "over", *JUDGED)
-"""Options of two sides; all that are in none of these lists are of a file."""
+"""Options of a comparison. Options that are in no list here belong to a file."""
 
 
 @app.command()
@@ -108,7 +109,7 @@ def show(
     by: BySetting = "",
     trials: ShownTrials = None,
     frames: Frames = FRAMES,
-    about: About = None,
+    citation_file: CitationFile = None,
     title: Title = "",
     author: Authors = None,
     doi: Doi = "",
@@ -118,13 +119,12 @@ def show(
     force: Force = False,
     trust: Trust = False,
 ) -> None:
-    """Explore results in the browser: tables, figures, and each trial behind them,
-    played again.
+    """Explore results in the browser: tables, figures, and each trial behind them.
 
-    It only reads, and follows a launch that is running. The page is served to this
-    machine only. Ctrl-C ends it. Two studies, or two parts of one, are compared, with
-    the numbers of sweep compare. With --launch it may put more points into a region of
-    the study of a spec, and launch that, when you say so.
+    Trials are played again. It only reads, and follows a launch that is running. The
+    page is served to this machine only. Ctrl-C ends it. Two studies, or two parts of
+    one, are compared, with the numbers of sweep compare. With --launch it may put more
+    points into a region of the study of a spec, and launch that, when you say so.
 
     With --to it writes one study for readers instead, as one file of at most 16 MiB:
     its figure with intervals, and behind every point a stored trial that plays. Each of
@@ -137,11 +137,21 @@ def show(
         launcher = None
         if launch:
             options = ["--workers", str(workers)] if workers else []
-            launcher = _launcher(launch, results, options, no_code, code_from)
+            launcher = _launcher(
+                launch, results, options, no_code=no_code, code_from=code_from
+            )
             study = study or launcher.study
-        metrics, half = (metric,) if metric else (), over is Over.half
-        judged = (metrics, half, margin, confidence, together.value)
-        first = AskComparison(study, other, *judged) if study and other else study
+        first: AskComparison | str | None = study
+        if study and other:
+            first = AskComparison(
+                study,
+                other,
+                metric=(metric,) if metric else (),
+                half=over is Over.half,
+                margin=margin,
+                confidence=confidence,
+                together=together.value,
+            )
         _serve(results, first, port, launcher, trust=trust, no_open=no_open)
         return
     from sweep.explorer.publication import PaperTexts, publication, read_cff
@@ -149,41 +159,46 @@ def show(
     from sweep.tables.stored_study import StoredStudy
 
     check_file(to, force=force)
-    given = publication(title, tuple(author or ()), doi, licence, caption)
-    texts = given.or_else(read_cff(about) if about else PaperTexts())
-    roles = tuple(one.value for one in trials or [TrialRole.median])
+    named = publication(title, tuple(author or ()), doi, licence, caption=caption)
+    texts = named.or_else(read_cff(citation_file) if citation_file else PaperTexts())
     choice = SupplementChoice(
-        metric, over is Over.half, tuple(where or ()), x, by, roles, frames
+        metric,
+        over is Over.half,
+        tuple(where or ()),
+        x,
+        by=by,
+        trials=tuple(role.value for role in trials or [TrialRole.median]),
+        frames=frames,
     )
-    write_supplement(
-        StoredStudy(study, results, trust=trust), to, choice, texts, workers
-    )
+    stored = StoredStudy(study, results, trust=trust)
+    write_supplement(stored, to, choice, texts, workers=workers)
     print(to)
 
 
 def _check_options(
     context: typer.Context, study: str | None, other: str | None, to: Path | None
 ) -> None:
-    """End the command for options that do not go together."""
-    given = {
-        option.name: f"--{str(option.name).replace('_', '-')}"
+    """End the command for options that exclude each other."""
+    on_command_line = {
+        option.name: option.opts[0]
         for option in context.command.params
         if (source := context.get_parameter_source(str(option.name)))
         and source.name == "COMMANDLINE"
     }
 
     def named(*names: str) -> str:
-        return ", ".join(text for name, text in given.items() if name in names)
+        options = on_command_line.items()
+        return ", ".join(option for name, option in options if name in names)
 
     if other is None and (judged := named(*JUDGED)):
         stop(f"{judged}: for two sides; sweep show A B {judged} ...")
     if other and to:
         stop(f"--to {to}: a file shows one study, and two are given: {study}, {other}")
     if to is None:
-        if "launch" not in given and (launched := named(*LAUNCHED)):
+        if "launch" not in on_command_line and (launched := named(*LAUNCHED)):
             stop(f"{launched}: for a page that launches; add --launch SPEC")
         page = (*ALWAYS, *SERVED, *LAUNCHED, *(COMPARED if other else ()))
-        if of_file := named(*(given.keys() - set(page))):
+        if of_file := named(*(on_command_line.keys() - set(page))):
             stop(f"{of_file}: for a file; add --to FILE.html")
     elif study is None:
         stop(f"--to {to}: of which study? sweep show STUDY --to {to}")
@@ -195,10 +210,11 @@ def _launcher(
     file: Path,
     results: Results,
     options: list[str],
+    *,
     no_code: bool,
     code_from: Path | None,
 ) -> "Launcher":
-    """What launches the spec in a file, which must be there."""
+    """Return the launcher of the spec in a file, which must exist."""
     from sweep.cli.spec_files import check_spec_file
     from sweep.own_code.reading import load_spec
     from sweep.web.launching import Launcher
@@ -231,5 +247,5 @@ def _serve(
         open_page(url)
     with suppress(KeyboardInterrupt):
         server.run()
-    if launcher and (said := launcher.leave()):
-        print(said, file=sys.stderr)
+    if launcher and (message := launcher.leave()):
+        print(message, file=sys.stderr)

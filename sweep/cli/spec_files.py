@@ -1,4 +1,4 @@
-"""The file of a spec: that which a command line names, and that of a stored study."""
+"""The file of a spec: named on a command line, or of a stored study."""
 
 import shlex
 from contextlib import suppress
@@ -17,27 +17,30 @@ if TYPE_CHECKING:
     from sweep.tables.stored_study import StoredStudy
 
 
-def check_spec_file(given: Path, results: Location = Path("results")) -> None:
-    """Raise ChoiceError where there is no file of a spec that a user has named: if it
-    is the name of a stored study, it says how that is launched again. And for code.
+def check_spec_file(file: Path, results: Location = Path("results")) -> None:
+    """Raise ChoiceError if a file that a user named is missing or is code.
+
+    For the name of a stored study, the error explains how to launch it again.
     """
-    if given.suffix == SUFFIX:
+    if file.suffix == SUFFIX:
         raise ChoiceError(
-            f"{given}: this is code, and a spec is a YAML file that names it, as"
-            f' "model: ./{given.name}"'
+            f"{file}: this is code, and a spec is a YAML file that names it, as"
+            f' "model: ./{file.name}"'
         )
-    with suppress(PermissionError):  # who reads the file says so
-        if not given.exists():
-            name, said = given.as_posix(), f"{given}: no such file"
-            if given.suffix not in SPEC_ENDINGS:
-                said += "; a spec is a YAML file, as NAME.yaml"
+    with suppress(PermissionError):  # the reader of the file reports it
+        if not file.exists():
+            name = file.as_posix()
+            message = f"{file}: no such file"
+            if file.suffix not in SPEC_ENDINGS:
+                message += "; a spec is a YAML file, as NAME.yaml"
                 if name in stored_names(results):
-                    said += f", and {name} is a stored study: {_again(name, results)}"
-            raise ChoiceError(said)
+                    again = _again(name, results)
+                    message += f", and {name} is a stored study: {again}"
+            raise ChoiceError(message)
 
 
 def _again(name: str, results: Location) -> str:
-    """How to launch a stored study again, in words."""
+    """Return how to launch a stored study again, in words."""
     from sweep.tables.stored_study import StoredStudy
 
     try:
@@ -57,7 +60,7 @@ def _command(stored: "StoredStudy") -> str:
 
 
 def how_to_launch_on(study: "StoredStudy", laid: "LaidOut") -> str:
-    """How to launch a study on whose spec and code were laid out, in words."""
+    """Return how to resume a study from its spec and code in a folder, in words."""
     words = [str(laid.spec)]
     words += ["--code-from", str(laid.code_from)] if laid.code_from else []
     place = str(study.store.results)
@@ -66,17 +69,18 @@ def how_to_launch_on(study: "StoredStudy", laid: "LaidOut") -> str:
 
 
 def what_the_spec_needs(study: "StoredStudy") -> str:
-    """What to change in its spec before a study is launched on that was launched under
-    another name; "" where it was launched under this one.
+    """Return the change of the spec that a renamed study needs before a launch.
 
-    Where its file is not here, or describes another study that is stored too, it is a
-    copy of the stored spec that is changed.
+    The text is "" if the study was launched under its name. A copy of the stored spec
+    is changed if the spec file is missing, or describes another stored study.
     """
-    said, new = str(study.provenance.get("study")), f'"study: {study.name}"'
-    if said == study.name:
+    launched_as = str(study.provenance.get("study"))
+    if launched_as == study.name:
         return ""
-    old, place = shortened(said), study.store.results
-    file = None if said in stored_names(place) else _file_of(study)
+    old = shortened(launched_as)
+    new = f'"study: {study.name}"'
+    stored = stored_names(study.store.results)
+    file = None if launched_as in stored else _file_of(study)
     if file:
         return (
             f"the spec {shortened(str(file))} has the study {old}: write {new} there,"
@@ -89,11 +93,13 @@ def what_the_spec_needs(study: "StoredStudy") -> str:
 
 
 def _file_of(study: "StoredStudy") -> Path | None:
-    """The file from which a study was last launched; None where none is here that has
-    a study of that name, as on another machine.
+    """Return the file from which a study was last launched.
+
+    None if no such file has a study of that name here, for example on another machine.
     """
-    file, said = (str(study.provenance.get(key)) for key in ("spec_path", "study"))
+    file = str(study.provenance.get("spec_path"))
+    launched_as = str(study.provenance.get("study"))
     with suppress(OSError, ValueError):  # it may be anyone's, and no path
-        if Path(file).is_file() and said in studies_of(Path(file)):
+        if Path(file).is_file() and launched_as in studies_of(Path(file)):
             return Path(file)
     return None

@@ -1,4 +1,4 @@
-"""The commands that begin a study, or code, of one's own."""
+"""The commands that begin a new study, or custom code."""
 
 import shlex
 import sys
@@ -52,7 +52,7 @@ def init(
     sweep init                                    lists the built-in studies
     sweep init nguyen2024/separation wide.yaml    a copy of one of them
     sweep init wide.yaml --model nguyen2024       a small study of a model
-    """
+    """  # noqa: D301 (click keeps the lines of a paragraph that begins with \b)
     from sweep.cli.listing import built_in_table
     from sweep.cli.terminal import console
     from sweep.published.model_studies import begin_with_model
@@ -74,8 +74,8 @@ def init(
     else:
         console().print(built_in_table(core_count()))
         return
-    files, source = ", ".join(map(str, begun.written)), model or study
-    print(f"{files}: study {begun.study.name}, as {source}", file=sys.stderr)
+    files = ", ".join(map(str, begun.written))
+    print(f"{files}: study {begun.study.name}, as {model or study}", file=sys.stderr)
     run = "search" if begun.study.search else "launch"
     for command in ("plan", run):
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)
@@ -98,8 +98,9 @@ def new(
 
     written = create(kind, name, folder)
     print(", ".join(map(str, written)), file=sys.stderr)
-    code, *others = written
-    if others:
-        for command in (("check", code), ("launch", others[0]), ("view", others[0])):
+    code, *with_code = written
+    if with_code:
+        spec = with_code[0]
+        for command in (("check", code), ("launch", spec), ("view", spec)):
             words = ["sweep", *map(str, command)]
             print("  " + shlex.join(words), file=sys.stderr)

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 FRAMES = 601
 PANEL = "With --to"
-"""Above these options in the help."""
+"""The heading of these options in the help."""
 
 
 class TrialRole(StrEnum):
-    """Which trials of a point play."""
+    """A trial of a point that plays, by its rank or merit."""
 
     lowest = "lowest"
     median = "median"
@@ -77,9 +77,10 @@ Frames = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
-About = Annotated[
+CitationFile = Annotated[
     Path | None,
     typer.Option(
+        "--about",
         metavar="CITATION.cff",
         help="Take title, authors, doi, license and abstract from this file.",
         rich_help_panel=PANEL,
@@ -108,8 +109,23 @@ def write_supplement(
     texts: "PaperTexts",
     workers: int,
 ) -> None:
-    """Write a supplement; progress is shown on stderr. Raises as `planned` and
-    `Supplement.content`, and OutputError where the file cannot be written.
+    """Write a supplement. Progress is shown on stderr.
+
+    Errors are those of `planned` and `Supplement.content`, and OutputError if the file
+    cannot be written.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored study.
+    to : Path
+        The new file.
+    choice : SupplementChoice
+        The metric, points and trials of the figure.
+    texts : PaperTexts
+        Title, authors and other texts.
+    workers : int
+        The number of worker processes; 0 for one per core.
     """
     from sweep.explorer.supplement import planned
     from sweep.tables.outputs import unfinished
@@ -126,7 +142,7 @@ def write_supplement(
 
 
 def check_file(to: Path, *, force: bool) -> None:
-    """Raise OutputError for a place where the file cannot be."""
+    """Raise OutputError if the file cannot be at its path."""
     from sweep.tables.outputs import check_output
 
     check_output(to, [".html"], force=force)

@@ -13,23 +13,26 @@ PIPE_WIDTH = 200
 
 
 class Terminal(Console):
-    """A rich console to which every text is data: harmless, without markup and emoji
-    codes.
+    """A rich console that prints every text as data.
+
+    Text is made harmless; markup and emoji codes have no effect.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Make a text harmless, and spell what the encoding lacks while widths are not
-        yet decided. rich calls this for every text that it prints, each cell of a table
-        too.
+        """Make a text harmless, and spell characters that the encoding lacks.
+
+        rich calls this for every text that it prints, each cell of a table too, before
+        it decides on widths.
         """
         shown = spelled(harmless(text), self.encoding)
         return super().render_str(shown, **options)
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print as rich does, and the caption of a table below it in its own lines:
+        """Print as rich does, but with the caption of a table in its own lines.
+
         rich would wrap it to the width of the table.
         """
         match objects:
@@ -43,8 +46,6 @@ class Terminal(Console):
 
 
 def console() -> Terminal:
-    """Standard output. If it is no terminal it is wide, so that a pipe loses no
-    column.
-    """
+    """Return a console for standard output, wide enough in a pipe for all columns."""
     out = Terminal()
     return out if out.is_terminal else Terminal(width=PIPE_WIDTH)

@@ -1,8 +1,7 @@
-"""The topics of the guide: its chapters, and the pages below docs, as a terminal can
-show them and search them.
+"""The topics of the guide, in a form for a terminal: its chapters and pages of docs.
 
-What only the site or a checkout has, as pictures and lists of pages, is left out, and
-a link between topics becomes the command that shows the other one.
+Parts for the site or a checkout alone, such as figures and lists of pages, are left
+out. A link between topics becomes the command that shows the other topic.
 """
 
 import re
@@ -15,8 +14,7 @@ from sweep.spec.built_in import DOCS, GUIDE
 
 FENCE = "```"
 FOLDERS = ("tutorials", "explanations")
-"""Below docs: those whose pages are topics. The others are for developers, or belong
-to the site."""
+"""Folders in docs whose pages are topics; others are for developers or the site."""
 FENCED = re.compile(r"(^(```+)[^`\n]*\n.*?^\2$\n?)", re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(r"```\{(?P<name>\w+)\}[^\n]*\n(?P<text>.*?)^```", re.M | re.S)
 NAMED = re.compile(r"^<!-- file: ([^>]*?) -->$", re.MULTILINE)
@@ -28,8 +26,9 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
 class Topic(NamedTuple):
-    """A text in Markdown, and the path of its document from the root of the
-    repository, from which its links lead.
+    """A text in Markdown, and the path of its document.
+
+    The path starts at the root of the repository. Links of the text start at the path.
     """
 
     path: str
@@ -37,12 +36,12 @@ class Topic(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Its first heading."""
+        """The first heading."""
         return self.text.partition("\n")[0].lstrip("# ")
 
 
 class FoundLine(NamedTuple):
-    """A line of a topic that was searched for, and the heading that it stands under."""
+    """A line of a topic that matches a search, and the heading above it."""
 
     topic: str
     heading: str
@@ -50,11 +49,13 @@ class FoundLine(NamedTuple):
 
 
 def all_topics() -> dict[str, Topic]:
-    """Each topic by its name: the chapters of the guide as their headings are linked
-    to, then the pages below docs by their files, and a list of pages by its folder.
+    """Return all topics by their names.
+
+    A chapter of the guide has the name of its link, a page of docs that of its file,
+    and a list of pages that of its folder.
     """
     guide = GUIDE.read_text(encoding="utf-8")
-    found = {
+    topics = {
         slug(chapter.title): chapter
         for chapter in (Topic("GUIDE.md", text) for text in chapters(guide))
     }
@@ -65,32 +66,33 @@ def all_topics() -> dict[str, Topic]:
         path = PurePosixPath("docs", page.relative_to(DOCS).as_posix())
         if path != PurePosixPath("docs/index.md"):
             name = path.parent.name if path.stem == "index" else path.stem
-            found[name] = Topic(str(path), page.read_text(encoding="utf-8"))
-    return found
+            topics[name] = Topic(str(path), page.read_text(encoding="utf-8"))
+    return topics
 
 
 def chapters(text: str) -> list[str]:
-    """The chapters of a page, each from its heading `## ` on. A line in a block of code
-    is no heading.
+    """Return the chapters of a page, each with its heading, which begins with `## `.
+
+    A line in a block of code is no heading.
     """
-    found: list[list[str]] = []
+    chapters: list[list[str]] = []
     in_code = False
     for line in text.splitlines(keepends=True):
         in_code ^= line.startswith(FENCE)
         if line.startswith("## ") and not in_code:
-            found.append([])
-        if found:
-            found[-1].append(line)
-    return ["".join(lines).rstrip() + "\n" for lines in found]
+            chapters.append([])
+        if chapters:
+            chapters[-1].append(line)
+    return ["".join(lines).rstrip() + "\n" for lines in chapters]
 
 
 def slug(heading: str) -> str:
-    """A heading as links name it."""
+    """Return the name of a heading in links."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
 def readable(name: str, topics: dict[str, Topic]) -> str:
-    """The text of a topic without what a terminal cannot show or follow."""
+    """Return the text of a topic for a terminal, with commands in place of links."""
     path, text = topics[name]
     text = DIRECTIVE.sub(_caption, NAMED.sub(r"`\1`:\n", text))
 
@@ -114,30 +116,32 @@ def _outside_of_code(text: str, change: Callable[[str], str]) -> str:
 
 
 def _caption(directive: re.Match[str]) -> str:
-    """What stands in the place of a directive of the site: the caption of a figure."""
+    """Return the replacement of a directive of the site: the caption of a figure."""
     lines = directive["text"].splitlines()
     caption = " ".join(line for line in lines if line and not line.startswith(":"))
     return f"*(Figure: {caption})*" if directive["name"] == "figure" else ""
 
 
 def _led_to(place: str, path: str, topics: dict[str, Topic]) -> str | None:
-    """The topic to which a link of the document `path` leads, if it leads to one."""
+    """Return the topic to which a link in the document `path` leads, if any."""
     file, _, chapter = place.partition("#")
     document = normpath(PurePosixPath(path).parent / file) if file else path
-    found = [name for name, topic in topics.items() if topic.path == document]
-    if len(found) == 1:
-        return found[0]
-    for name in found:
+    matches = [name for name, topic in topics.items() if topic.path == document]
+    if len(matches) == 1:
+        return matches[0]
+    for name in matches:
         if chapter in map(slug, HEADING.findall(topics[name].text)):
             return name
     return None
 
 
 def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
-    """Find the paragraphs that have all these words, or words that begin so, whatever
-    their capital letters; of each the line with the first of them. `_` parts words.
+    """Find paragraphs that have all words, and yield the line of each with the first.
+
+    A word may be the beginning of one in the text. Capital letters do not matter, and
+    `_` separates words.
     """
-    wanted = [
+    patterns = [
         re.compile(r"(?<![^\W_])" + re.escape(word), re.IGNORECASE)
         for word in words.split()
     ]
@@ -146,14 +150,16 @@ def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
         for block in _blocks(readable(name, topics)):
             if title := HEADING.fullmatch(block):
                 heading = title[1]
-            if all(word.search(block) for word in wanted):
-                hit = next(line for line in block.split("\n") if wanted[0].search(line))
+            if all(pattern.search(block) for pattern in patterns):
+                first = patterns[0]
+                hit = next(line for line in block.split("\n") if first.search(line))
                 yield FoundLine(name, heading, hit.strip())
 
 
 def _blocks(text: str) -> Iterator[str]:
-    """The headings, paragraphs and items of lists of a text, and each line of its
-    tables and of its code.
+    """Yield the headings, paragraphs and list items of a text.
+
+    Each line of a table and of code is a block too.
     """
     lines: list[str] = []
     in_code = False

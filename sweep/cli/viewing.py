@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def view(
-    what: Annotated[
+    source: Annotated[
         str | None,
         typer.Argument(
             metavar="[SPEC | STUDY]",
@@ -77,23 +77,23 @@ def view(
     code_from: CodeFrom = None,
     trust: Trust = False,
 ) -> None:
-    """See the swarm in the browser: demos, a model, a spec or study from its first
-    point, or a stored trial again.
+    """See the swarm in the browser: demos, a model, a spec, a study or a stored trial.
 
-    The page is served to this machine only. Ctrl-C ends it.
+    A spec or a study is shown from its first point, a stored trial again. The page is
+    served to this machine only. Ctrl-C ends it.
     """
-    if what and (model or preset or map_name):
+    if source and (model or preset or map_name):
         stop(
-            f"--model, --preset and --map are for a view without {what},"
+            f"--model, --preset and --map are for a view without {source},"
             " which has its own"
         )
-    if what and trial and _is_spec(what):
+    if source and trial and _is_spec(source):
         stop(
-            f"{what} is a spec, and {trial} the trial of a study:"
+            f"{source} is a spec, and {trial} the trial of a study:"
             f" sweep view STUDY {trial}"
         )
     if launch:
-        _check_launch(launch, what, model)
+        _check_launch(launch, source, model)
     if trial and settings:
         stop("--set is for a live run, and a stored trial has its settings")
     try:
@@ -106,49 +106,52 @@ def view(
         needed = f"the live simulator needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
     known = None
-    if what and trial:
-        begin = _replayed(_stored(what, results, trust), trial)
-    elif what:
-        allowed = {"trust": trust, "code": not no_code}
-        state = _state_of(what, results, **allowed, code_from=code_from)
-        known, begin = state.known, _live(_with(settings, state))
+    if source and trial:
+        begin = _replayed(_stored(source, results, trust), trial)
     else:
-        state = _chosen(model, preset, map_name, code=not no_code)
-        known, begin = state.known, _live(_with(settings, state))
-    asked = what or model or preset or map_name or settings
-    launcher, site = None, PageSite()
+        if source:
+            allowed = {"trust": trust, "code": not no_code}
+            state = _state_of(source, results, **allowed, code_from=code_from)
+        else:
+            state = _chosen(model, preset, map_name, code=not no_code)
+        known = state.known
+        begin = _live(_with(settings, state))
+    chosen = source or model or preset or map_name or settings
+    launcher = None
+    site = PageSite()
     if launch and known:
         read = partial(_spec_of, code=not no_code, code_from=code_from)
         options = ["--code-from", str(code_from)] if code_from else []
         launcher = Launcher(launch, results, options, known=known, read=read)
         explorer = site_of(Watched(results, trust=trust), launcher)
         site = explorer._replace(home=site.home)
-    server = PageServer(_first_at_once(begin) if asked else begin, port, site)
-    address = server.url if asked else server.start
+    server = PageServer(_first_at_once(begin) if chosen else begin, port, site)
+    address = server.url if chosen else server.start
     print(address, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:
         open_page(address)
     with suppress(KeyboardInterrupt):
         server.run()
-    if launcher and (said := launcher.leave()):
-        print(said, file=sys.stderr)
+    if launcher and (message := launcher.leave()):
+        print(message, file=sys.stderr)
 
 
-def _check_launch(file: Path, what: str | None, model: str | None) -> None:
-    """End the command where the page could not launch what it shows from this file, or
-    would replace a spec that nobody has opened.
+def _check_launch(file: Path, source: str | None, model: str | None) -> None:
+    """End the command if the page cannot launch from a file.
+
+    The page also may not replace a spec that it has not opened.
     """
-    if what and not _is_spec(what):
-        stop(f"--launch {file}: {what} is stored: sweep show {what} --launch SPEC")
-    named = Path((what or model or "").partition(":")[0])
+    if source and not _is_spec(source):
+        stop(f"--launch {file}: {source} is stored: sweep show {source} --launch SPEC")
+    named = Path((source or model or "").partition(":")[0])
     home = named.parent
     if named.is_file() and file.resolve().parent != home.resolve():
         stop(
             f"--launch {file}: must lie in the folder {home}: what a spec names is"
             " looked for beside it"
         )
-    if file.exists() and (what is None or not file.samefile(what)):
+    if file.exists() and (source is None or not file.samefile(source)):
         stop(
             f"--launch {file}: is there already; open it, sweep view {file} --launch"
             f" {file}, or name a new file"
@@ -162,11 +165,12 @@ def _spec_of(file: Path, *, code: bool, code_from: Path | None) -> "Study":
 
 
 def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
-    """A function that makes a show for each page. The first show is made now, so that a
-    mistake is reported before the page opens.
+    """Return a function that makes a show for each page.
+
+    The first show is made now, so that a mistake is reported before the page opens.
     """
-    made = [begin()]
-    return lambda: made.pop() if made else begin()
+    first = [begin()]
+    return lambda: first.pop() if first else begin()
 
 
 def _stored(study: str, results: Results, trust: bool) -> "StoredStudy":
@@ -183,11 +187,11 @@ def _replayed(stored: "StoredStudy", trial: str) -> "Callable[[], Show]":
 
 
 def _of_then(stored: "StoredStudy", trial: str) -> "StoredTrial":
-    """A stored trial; which files beside the spec are other ones now is said."""
-    found = stored.trial(trial)
-    for path in stored.other_now(found):
+    """Return a stored trial, and print the files next to the spec that have changed."""
+    stored_trial = stored.trial(trial)
+    for path in stored.other_now(stored_trial):
         print(f"{path}: another file now; this is by that of then", file=sys.stderr)
-    return found
+    return stored_trial
 
 
 def _live(state: "ViewState") -> "Callable[[], Show]":
@@ -199,7 +203,7 @@ def _live(state: "ViewState") -> "Callable[[], Show]":
 def _chosen(
     model: str | None, preset: str | None, map_name: str | None, *, code: bool
 ) -> "ViewState":
-    """The state that shows a model, which may be one of a file."""
+    """Return the state that shows a built-in model, or a model of a file."""
     from kernels.catalogue import BUILT_IN
     from sweep.own_code.reading import named_model
     from sweep.web.state import begin
@@ -210,7 +214,7 @@ def _chosen(
 
 
 def _with(settings: list[str] | None, state: "ViewState") -> "ViewState":
-    """The state with these settings, each NAME=VALUE as a spec writes it."""
+    """Return the state with settings, each NAME=VALUE as in a spec."""
     from sweep.spec.strict_yaml import parse_document
 
     changes: dict[str, object] = {}
@@ -218,31 +222,32 @@ def _with(settings: list[str] | None, state: "ViewState") -> "ViewState":
         name, equals, value = text.partition("=")
         if not equals:
             stop(f"--set {text}: must be NAME=VALUE, as in --set n=50")
-        given = parse_document(f"{name}: {value}", Path("--set"))
-        changes |= given.value
+        changes |= parse_document(f"{name}: {value}", Path("--set")).value
     return state.with_settings(changes) if changes else state
 
 
-def _is_spec(what: str) -> bool:
-    return what.endswith(SPEC_ENDINGS) or Path(what).is_file()
+def _is_spec(source: str) -> bool:
+    return source.endswith(SPEC_ENDINGS) or Path(source).is_file()
 
 
 def _state_of(
-    what: str, results: Results, *, trust: bool, code: bool, code_from: Path | None
+    source: str, results: Results, *, trust: bool, code: bool, code_from: Path | None
 ) -> "ViewState":
-    """The first point of the first study of a spec, or a study's first stored trial
-    with all others of its spec to choose from.
+    """Return the state of the first point of a spec, or of the first trial of a study.
+
+    Of a spec of several studies it is the first study. Of a stored study the page can
+    choose among all trials of its spec.
     """
     from sweep.errors import StoreError
     from sweep.own_code.reading import load_specs
     from sweep.web.state import from_study
     from sweep.web.stored import from_stored
 
-    if _is_spec(what):
-        return from_study(load_specs(Path(what), code=code, code_from=code_from)[0])
-    study = _stored(what, results, trust)
+    if _is_spec(source):
+        return from_study(load_specs(Path(source), code=code, code_from=code_from)[0])
+    study = _stored(source, results, trust)
     if study.trials.empty:
-        raise StoreError(f"study {what}: no trial is stored yet")
+        raise StoreError(f"study {source}: no trial is stored yet")
     job = study.job(_of_then(study, study.trials["trial_id"].iloc[0]))
     return from_stored(study, job)
 

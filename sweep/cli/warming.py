@@ -12,7 +12,7 @@ from sweep.spec.study_folder import SPEC_ENDINGS
 
 @app.command()
 def warm(
-    what: Annotated[
+    sources: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[MODEL | SPEC]...",
@@ -34,11 +34,11 @@ def warm(
     from sweep.campaigns.warming import cache_folder, warm_model, warm_study
     from sweep.own_code.reading import load_spec
 
-    for one in what or list(MODELS):
-        if Path(one).suffix in SPEC_ENDINGS:
-            study = load_spec(Path(one), code=not no_code, code_from=code_from)
+    for source in sources or list(MODELS):
+        if Path(source).suffix in SPEC_ENDINGS:
+            study = load_spec(Path(source), code=not no_code, code_from=code_from)
             seconds = warm_study(study)
         else:
-            seconds = warm_model(one, code=not no_code)
-        print(f"{one}: ready after {seconds:.1f} s", flush=True)
+            seconds = warm_model(source, code=not no_code)
+        print(f"{source}: ready after {seconds:.1f} s", flush=True)
     print(f"compiled code is in {cache_folder()}")

@@ -1,9 +1,9 @@
-"""A stored trial again: compared bit by bit, as frames, as a film.
+"""A stored trial again: compared bit for bit, as frames, as an animation.
 
 replay     runs a stored trial again
 verify     runs a random sample of stored trials again
-bits       compares a result with what is stored, bit by bit
+bits       compares a result with the stored values, bit for bit
 flight     every frame of a trial
-animation  frames as pictures
-video      pictures as GIF or MP4
+animation  frames as figures
+video      figures as GIF or MP4
 """

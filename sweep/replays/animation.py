@@ -1,10 +1,10 @@
-"""A trial as pictures: one frame, or all of them as an animation.
+"""Figures of a trial: one frame, or an animation of all frames.
 
-Boids are triangles that point in their direction of flight; where they are of several
-kinds, each kind has a colour. Those that have failed have a cross. In an animation
-lines show whence they come. The picture shows the world with its obstacles, the goal if
-boids are drawn to it, and where boids have been if the trial records coverage. What
-does not change is drawn once: obstacles too, unless they move.
+Boids are triangles that point in their direction of motion, with one colour per kind.
+Boids that have failed have a cross. In an animation lines show the last positions. The
+figure shows the world with its obstacles, goals that attract boids, and visited pixels
+if the trial records coverage. Everything that does not change is drawn once: obstacles
+too, unless they move.
 """
 
 from collections import deque
@@ -25,7 +25,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
 from sweep.figures.drawing import colours_of_kinds, draw_obstacles, number_goals
-from sweep.replays.flight import Report, seen
+from sweep.replays.flight import Report, shown_frames
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
 from sweep.trial.kinds import kinds_of
@@ -33,40 +33,41 @@ from sweep.trial.robots import failures_of
 from sweep.trial.world import world_of
 
 MOST_FRAMES = 600
-WIDTH_INCHES, DPI = 6.4, 110
+WIDTH_INCHES = 6.4
+DPI = 110
 TRIANGLES = 45
-"""The size of a boid: so many triangles, one behind the other, are as long as the
-longer side of the world.
-"""
+"""The number of boids, one behind the other, along the longer side of the world."""
 
 BOIDS = "0.1"
-"""Their colour, where there are no kinds."""
-TRAIL, TRAIL_COLOUR = 15, "0.75"
-"""How many pictures a trail goes back in an animation."""
+"""The colour of boids without kinds."""
+TRAIL = 15
+"""The number of earlier figures that a trail shows in an animation."""
+TRAIL_COLOUR = "0.75"
 
-VISITED, OPACITY = (0.94, 0.73, 0.25), 0.45
-"""The colour of pixels that boids have visited."""
+VISITED = (0.94, 0.73, 0.25)
+"""The colour of pixels that boids have visited: red, green and blue."""
+OPACITY = 0.45
 ON_WHITE = 248, 224, 169
-"""The same on a white ground, as a picture of 8 bits has it."""
+"""The same colour on white, in a figure of 8 bits."""
 
 NO_ROWS = np.empty((0, 5))
-"""Of obstacles: those that move are drawn in each frame."""
+"""An empty table of obstacles: the map is drawn without obstacles that move."""
 
 Picture = NDArray[np.uint8]
 """Pixels (rows, columns, 3): red, green and blue."""
 
 
 class Scene:
-    """The world of a trial as a figure. Frames are drawn into it, one after the other;
-    with trails where they are `every` so many steps of an animation.
+    """A figure of the world of a trial, into which frames are drawn in order.
+
+    `every` is the number of steps between two frames of an animation, which has trails;
+    None for one frame.
     """
 
     def __init__(self, study: str, job: Job, every: int | None = None) -> None:
-        self.job, self.world, self.model = (
-            job,
-            world_of(job),
-            job.known.models[job.model],
-        )
+        self.job = job
+        self.world = world_of(job)
+        self.model = job.known.models[job.model]
         self.failures = failures_of(job)
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):
@@ -109,15 +110,23 @@ class Scene:
         bodies: NDArray[np.float64],
         visits: NDArray[np.int32] | None = None,
     ) -> Picture:
-        """The picture of one frame; `bodies` (4, N) are x, y, vx and vy, and `visits`
-        those of pixels (rows, columns), -1 in obstacles.
+        """Draw one frame and return the figure.
+
+        Parameters
+        ----------
+        step : int
+            The step of the frame.
+        bodies : ndarray of float64, shape (4, N)
+            x, y, vx and vy.
+        visits : ndarray of int32, shape (rows, columns), optional
+            The visits of pixels, -1 in obstacles.
         """
         with style.context(STYLE):
             self.canvas.restore_region(self.still)
             if visits is not None:
                 self._draw_visits(visits)
             self.past.append(bodies[:2])
-            self.trail.set_data(*self._ways())
+            self.trail.set_data(*self._trails())
             self.axes.draw_artist(self.trail)
             if self.world.paths is not None:
                 self._draw_obstacles(step)
@@ -128,41 +137,41 @@ class Scene:
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
-            self.title.set_text(self._words(step, bodies) + _covered(visits))
+            self.title.set_text(self._words(step, bodies) + _coverage_words(visits))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
 
     def _draw_obstacles(self, step: int) -> None:
-        """Obstacles that move, where they are after so many steps."""
+        """Draw obstacles that move at their positions after `step` steps."""
         for layer in draw_obstacles(self.axes, self.world.at(step)):
             self.axes.draw_artist(layer)
             layer.remove()
 
     def _draw_ground(self) -> AxesImage:
-        """Room for the visits of pixels, a pixel about the point that it stands for."""
+        """Add an image for the visits of pixels, each centred on its point."""
         ground = self.axes.imshow(
             np.zeros((1, 1, 4)), origin="lower", zorder=0.5, animated=True
         )
-        width, height = self.world.width, self.world.height
-        upside_down = self.world.y_down
-        self.axes.set(
-            xlim=(0.0, width), ylim=(height, 0.0) if upside_down else (0.0, height)
-        )
+        height = self.world.height
+        limits = (height, 0.0) if self.world.y_down else (0.0, height)
+        self.axes.set(xlim=(0.0, self.world.width), ylim=limits)
         return ground
 
     def _draw_visits(self, visits: NDArray[np.int32]) -> None:
         pixel = float(self.job.settings["pixel"])
         rows, columns = visits.shape
-        ends = ((columns - 0.5) * pixel, (rows - 0.5) * pixel)
-        self.ground.set_extent((-0.5 * pixel, ends[0], -0.5 * pixel, ends[1]))
+        right = (columns - 0.5) * pixel
+        top = (rows - 0.5) * pixel
+        self.ground.set_extent((-0.5 * pixel, right, -0.5 * pixel, top))
         self.ground.set_data(
             np.where((visits > 0)[:, :, None], (*VISITED, OPACITY), 0.0)
         )
         self.axes.draw_artist(self.ground)
 
-    def _ways(self) -> NDArray[np.float64]:
-        """The ways of boids in the last pictures as one line (2, K), broken by NaN. A
-        border may be joined to the opposite one; jumps across it are left out.
+    def _trails(self) -> NDArray[np.float64]:
+        """Return the trails of boids in the last frames as one line, broken by NaN.
+
+        The line has the shape (2, K). Jumps across a periodic boundary are left out.
         """
         past = np.stack(self.past)
         steps = np.stack([past[:-1], past[1:], np.full_like(past[1:], np.nan)])
@@ -171,8 +180,9 @@ class Scene:
         return steps.transpose(2, 1, 3, 0)[:, ~jumps].reshape(2, -1)
 
     def _size(self) -> tuple[float, float]:
-        """Width and height in inches. They give even numbers of pixels, which MP4
-        needs, and leave room for titles and labels.
+        """Return width and height in inches, with room for titles and labels.
+
+        Both give even numbers of pixels, which MP4 needs.
         """
         height = (
             WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5)
@@ -181,16 +191,21 @@ class Scene:
         return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
 
     def _colours(self) -> str | list[str]:
-        """The colour of boids; where there are kinds one for each, and a legend."""
-        found, names = list[str](), kinds_of(self.job)
-        for name, colour in colours_of_kinds(names).items():
-            self.axes.plot([], [], ">", color=colour, label=f"{names[name]:,} {name}")
-            found += names[name] * [colour]
-        return found or BOIDS
+        """Return the colour of all boids, or of each if there are kinds.
+
+        The legend gets an entry for each kind.
+        """
+        colours = list[str]()
+        counts = kinds_of(self.job)
+        for name, colour in colours_of_kinds(counts).items():
+            self.axes.plot([], [], ">", color=colour, label=f"{counts[name]:,} {name}")
+            colours += counts[name] * [colour]
+        return colours or BOIDS
 
     def _draw_crosses(self) -> Line2D:
-        """Room for the crosses below boids that have failed, which the legend explains;
-        a white edge lets them be seen on any colour.
+        """Add a line for the crosses of failed boids, and the legend.
+
+        Crosses have a white edge, which contrasts with any colour.
         """
         (crosses,) = self.axes.plot(
             *([], [], "x"),
@@ -225,10 +240,12 @@ class Scene:
         number_goals(self.axes, self.world, GREEN)
 
     def _words(self, step: int, bodies: NDArray[np.float64]) -> str:
-        """The title of a frame: its step, its time, the number of boids, and how many
-        of them are outside of the picture.
+        """Return the title of a frame: step, time, and numbers of boids.
+
+        The numbers are those of all boids and of boids outside the figure.
         """
-        settings, (x, y) = self.job.settings, bodies[:2]
+        settings = self.job.settings
+        x, y = bodies[:2]
         time = float(settings.get("dt", 1.0)) * step
         clock = (
             ""
@@ -244,15 +261,15 @@ class Scene:
         )
 
 
-def _covered(visits: NDArray[np.int32] | None) -> str:
-    """How much of the ground outside obstacles has been visited, in words."""
+def _coverage_words(visits: NDArray[np.int32] | None) -> str:
+    """Return the visited fraction of the world outside obstacles, in words."""
     if visits is None:
         return ""
     return f"; coverage {100.0 * np.mean(visits[visits >= 0] > 0):.1f} %"
 
 
 def check_frame(job: Job, frame: int) -> None:
-    """Raise ChoiceError if a trial has no such frame."""
+    """Raise ChoiceError if a trial does not have a frame."""
     steps = int(job.settings["steps"])
     if not 0 <= frame <= steps:
         raise ChoiceError(
@@ -264,28 +281,39 @@ def check_frame(job: Job, frame: int) -> None:
 def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) -> None:
     """Write one frame as PNG.
 
-        study   the name of the study
-        job     the trial
-        frame   the step of the frame
-        path    the new file
-        report  is told how many of how many steps are done
+    Parameters
+    ----------
+    study : str
+        The name of the study.
+    job : Job
+        The trial.
+    frame : int
+        The step of the frame.
+    path : Path
+        The new file.
+    report : Report
+        The callback that reports progress in steps.
 
-    Raises ChoiceError if the trial ends before that frame.
+    Raises
+    ------
+    ChoiceError
+        The trial does not have the frame, or diverges before it.
     """
     from PIL import Image
 
     check_frame(job, frame)
-    flown = seen(job, max(1, frame), report)
-    found = next((one for one in flown if one.step == frame), None)
-    if found is None:
+    frames = shown_frames(job, max(1, frame), report)
+    shown = next((candidate for candidate in frames if candidate.step == frame), None)
+    if shown is None:
         raise ChoiceError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
     with unfinished(path) as file:
-        Image.fromarray(Scene(study, job).draw(*found)).save(file, "png")
+        Image.fromarray(Scene(study, job).draw(*shown)).save(file, "png")
 
 
 def frames_apart(job: Job) -> int:
-    """The default number of steps between two frames of an animation. It gives at most
-    MOST_FRAMES frames.
+    """Return the default number of steps between two frames of an animation.
+
+    An animation has at most MOST_FRAMES frames.
     """
     return max(1, -(-int(job.settings["steps"]) // (MOST_FRAMES - 1)))
 
@@ -295,14 +323,21 @@ def write_animation(
 ) -> None:
     """Write an animation as GIF or MP4.
 
-    study   the name of the study
-    job     the trial
-    path    the new file; its ending says which format
-    every   steps between two frames
-    report  is told how many of how many steps are done
+    Parameters
+    ----------
+    study : str
+        The name of the study.
+    job : Job
+        The trial.
+    path : Path
+        The new file; its ending, .gif or .mp4, determines the format.
+    every : int
+        Steps between two frames.
+    report : Report
+        The callback that reports progress in steps.
     """
     scene = Scene(study, job, every)
-    pictures = (scene.draw(*one) for one in seen(job, every, report))
+    pictures = (scene.draw(*frame) for frame in shown_frames(job, every, report))
     with unfinished(path) as file:
         if path.suffix == ".gif":
             write_gif(pictures, file, [ON_WHITE])

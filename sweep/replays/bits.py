@@ -1,4 +1,4 @@
-"""Compares a trial that was run again with what is stored of it, bit by bit."""
+"""The comparison of a repeated trial with its stored values, bit for bit."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -12,16 +12,17 @@ from sweep.tables.stored_trials import Columns, StoredTrial
 from sweep.trial.result import Result
 
 NOT_COMPARED = ("seconds", "error", "replay")
-"""Columns of trials that differ from run to run. Of an error its kind is compared."""
+"""Columns of trials that differ between runs. Of an error the kind is compared."""
 LOWEST = int(np.iinfo(np.int64).min)
 
 
 class BitDifference(NamedTuple):
-    """A column of a table that differs, and the first row in which it does.
+    """A column of a table that differs, and the first row that does.
 
-    `differing` of `total` values differ. `ulps` says how many floating-point numbers
-    lie between the first two; None for what is no number. If the number of rows
-    differs, `stored` and `found` are these numbers, and `row` is None.
+    `differing` of `total` values differ. `stored` and `recomputed` are the first pair
+    that differs, `ulps` the number of steps between them; None if they are not floats.
+    If the number of rows differs, `stored` and `recomputed` are these numbers, and
+    `row` is None.
     """
 
     trial: str
@@ -31,15 +32,16 @@ class BitDifference(NamedTuple):
     total: int
     row: int | None
     stored: object
-    found: object
+    recomputed: object
     ulps: int | None = None
 
     def __str__(self) -> str:
         place = f"trial {self.trial}: {self.table}.{self.column}"
         if self.row is None:
-            return f"{place} has {self.stored} values stored, and {self.found} now"
+            stored_now = f"{self.stored} values stored, and {self.recomputed} now"
+            return f"{place} has {stored_now}"
         apart = "" if self.ulps is None else f" ({self.ulps:,} ulp)"
-        values = f"stored {self.stored!r}, now {self.found!r}{apart}"
+        values = f"stored {self.stored!r}, now {self.recomputed!r}{apart}"
         if self.total == 1:
             return f"{place}: {values}"
         return (
@@ -49,36 +51,51 @@ class BitDifference(NamedTuple):
 
 
 def differences(study: str, stored: StoredTrial, result: Result) -> list[BitDifference]:
-    """Where `result`, the same trial run again, differs from what is stored: every
-    column of every table, to the last bit.
+    """Compare a repeated trial with its stored values, bit for bit.
 
-    Of an error only the kind must be the same. The seconds that the trial took are not
-    compared.
+    Every column of every table is compared, but not the seconds that the trial took. Of
+    an error only the kind must be the same.
+
+    Parameters
+    ----------
+    study : str
+        The name of the study.
+    stored : StoredTrial
+        The stored values of the trial.
+    result : Result
+        The same trial, run again.
+
+    Returns
+    -------
+    list of BitDifference
+        One for each column that differs.
     """
-    trial, found = str(stored.row["trial_id"]), _found(study, stored, result)
-    then = {"trials": _row(stored.row)} | stored.tables
+    trial = str(stored.row["trial_id"])
+    recomputed = _recomputed_tables(study, stored, result)
     return [
         difference
-        for table, columns in then.items()
+        for table, columns in _stored_tables(stored).items()
         for column, values in columns.items()
         for difference in _compared(
-            trial, table, column, values, found.get(table, {}).get(column, np.empty(0))
+            (trial, table, column),
+            values,
+            recomputed.get(table, {}).get(column, np.empty(0)),
         )
     ]
 
 
 def values_compared(stored: StoredTrial) -> dict[str, int]:
-    """How many stored values `differences` compares, by table."""
-    tables = {"trials": _row(stored.row)} | stored.tables
+    """Return the number of stored values that `differences` compares, by table."""
     return {
         name: sum(len(values) for values in columns.values())
-        for name, columns in tables.items()
+        for name, columns in _stored_tables(stored).items()
     }
 
 
 def error_kind(status: str, error: str) -> str:
-    """The kind of an error: the name of the exception in a traceback, or else its whole
-    text.
+    """Return the exception name of a traceback, or else the complete text of an error.
+
+    Only a trial of status "failed" has a traceback.
     """
     lines = error.strip().splitlines()
     return (
@@ -86,19 +103,26 @@ def error_kind(status: str, error: str) -> str:
     )
 
 
+def _stored_tables(stored: StoredTrial) -> dict[str, Columns]:
+    return {"trials": _row(stored.row)} | stored.tables
+
+
 def _row(row: dict[str, Any]) -> Columns:
-    """A row of trials, as columns of one value each."""
-    kept = {name: value for name, value in row.items() if name not in NOT_COMPARED}
-    kept["error"] = error_kind(row["status"], row["error"] or "")
+    """Return the compared values of a row of trials as columns of one value each."""
+    compared = {name: value for name, value in row.items() if name not in NOT_COMPARED}
+    compared["error"] = error_kind(row["status"], row["error"] or "")
     return {
         name: np.array([value], None if isinstance(value, float) else object)
-        for name, value in kept.items()
+        for name, value in compared.items()
     }
 
 
-def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns]:
+def _recomputed_tables(
+    study: str, stored: StoredTrial, result: Result
+) -> dict[str, Columns]:
     row = dict.fromkeys(stored.row) | trial_row(study, result)
-    nothing, job = np.empty(0), result.job
+    job = result.job
+    nothing = np.empty(0)
     frames = nothing if result.frames is None else result.frames
     tables = {"trials": _row(row)}
     tables["series"] = {"frame": frames} | {
@@ -114,30 +138,42 @@ def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns
 
 
 def _heatmap(visits: NDArray[np.int32] | None) -> Columns:
-    """A heatmap as its columns in the store; empty columns if there is none."""
+    """Return a heatmap as its columns in the store; empty columns if there is none."""
     rows, columns = ([], []) if visits is None else ([size] for size in visits.shape)
     flat = np.empty(0) if visits is None else visits.ravel()
     return {"rows": np.array(rows), "columns": np.array(columns), "visits": flat}
 
 
 def _compared(
-    trial: str, table: str, column: str, stored: NDArray[Any], found: NDArray[Any]
+    column: tuple[str, str, str], stored: NDArray[Any], recomputed: NDArray[Any]
 ) -> Iterator[BitDifference]:
-    if len(stored) != len(found):
-        had, has = len(stored), len(found)
-        yield BitDifference(trial, table, column, abs(had - has), had, None, had, has)
+    """Yield the difference of a column, named by trial, table and column."""
+    if len(stored) != len(recomputed):
+        yield BitDifference(
+            *column,
+            differing=abs(len(stored) - len(recomputed)),
+            total=len(stored),
+            row=None,
+            stored=len(stored),
+            recomputed=len(recomputed),
+        )
         return
-    floats = stored.dtype.kind == found.dtype.kind == "f"
+    floats = stored.dtype.kind == recomputed.dtype.kind == "f"
     differing = np.flatnonzero(
-        _bits(stored) != _bits(found) if floats else stored != found
+        _bits(stored) != _bits(recomputed) if floats else stored != recomputed
     )
     if len(differing):
         row = int(differing[0])
-        one, other = stored[row : row + 1], found[row : row + 1]
-        apart = ulps(float(one[0]), float(other[0])) if floats else None
-        count, total = len(differing), len(stored)
+        before = stored[row : row + 1].item()
+        now = recomputed[row : row + 1].item()
         yield BitDifference(
-            trial, table, column, count, total, row, one.item(), other.item(), apart
+            *column,
+            differing=len(differing),
+            total=len(stored),
+            row=row,
+            stored=before,
+            recomputed=now,
+            ulps=ulps(float(before), float(now)) if floats else None,
         )
 
 
@@ -145,12 +181,13 @@ def _bits(values: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.ascontiguousarray(values, np.float64).view(np.int64)
 
 
-def ulps(one: float, other: float) -> int:
-    """The number of steps between two numbers, where a step goes from one
-    floating-point number to the next. From -0 to 0 is one step.
+def ulps(a: float, b: float) -> int:
+    """Return the number of steps between two numbers.
+
+    A step leads from one floating-point number to the next. From -0 to 0 is one step.
     """
-    first, second = (
+    a_steps, b_steps = (
         int(bits) if bits >= 0 else LOWEST - int(bits) - 1
-        for bits in _bits(np.array([one, other]))
+        for bits in _bits(np.array([a, b]))
     )
-    return abs(first - second)
+    return abs(a_steps - b_steps)

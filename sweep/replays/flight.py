@@ -1,4 +1,4 @@
-"""One trial at full resolution: its frames one after the other, or all in a file."""
+"""One trial at full resolution: its frames one by one, or all of them in a file."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -19,43 +19,58 @@ from sweep.trial.simulation import BOID_STEPS_A_CALL, Simulation
 from sweep.trial.state import Taken
 
 NOTHING = RecordSpec(())
-"""Records nothing but where boids are."""
+"""A record of positions and velocities alone."""
 Report = Callable[[int, int], None]
-"""Is told how many of how many steps are done."""
+"""A callback with the number of steps done and the number of all steps."""
 FLIGHTS: dict[str, Callable[..., Any]] = {".parquet": table_writer, ".csv": csv_writer}
-"""How files of flights end, and what writes them: a row a frame with lists, as
-trajectories are stored, or a row a frame and boid.
+"""Writers of trajectories by the ending of the file.
+
+Parquet has one row per frame with lists, in the form of stored trajectories. CSV has
+one row per frame and boid.
 """
 
 
 def frames(
     job: Job, every: int, report: Report, record: RecordSpec = NOTHING
 ) -> Iterator[Taken]:
-    """The frames 0, `every`, 2 `every`, ... and the last of a trial, some at a time.
+    """Simulate a trial and yield frames 0, `every`, 2 `every`, ... and the last one.
 
-        job      the trial
-        every    steps between two frames
-        report   is told how many of how many steps are done
-        record   the metrics that are measured at each frame
+    Frames come in batches. The record does not change the simulation. A trial that
+    diverges ends with its last finite frame.
 
-    Each `Taken` has the values of the metrics (M, F), x, y, vx and vy (F, 4, N), in the
-    model's length and length/time, and the state of boids (F, S, N). The flight is the
-    same whatever is recorded. A trial that diverges ends with its last finite frame.
+    Parameters
+    ----------
+    job : Job
+        The trial.
+    every : int
+        Steps between two frames.
+    report : Report
+        The callback that reports progress in steps.
+    record : RecordSpec, optional
+        The metrics that are measured at each frame; by default none.
+
+    Yields
+    ------
+    Taken
+        Values of the metrics (M, F); x, y, vx and vy (F, 4, N), in the length and
+        length/time of the model; and the state of boids (F, S, N).
     """
     steps = int(job.settings["steps"])
-    whole = replace(record, every=every, trajectories=True)
-    simulation = Simulation(replace(job, record=whole))
-    going = True
+    with_frames = replace(record, every=every, trajectories=True)
+    simulation = Simulation(replace(job, record=with_frames))
+    finite = True
     yield simulation.take_frames()
-    while going and simulation.steps_left > 0:
-        going = simulation.advance(max(1, BOID_STEPS_A_CALL // int(job.settings["n"])))
+    while finite and simulation.steps_left > 0:
+        finite = simulation.advance(max(1, BOID_STEPS_A_CALL // int(job.settings["n"])))
         report(simulation.step, steps)
         yield simulation.take_frames()
 
 
 class ShownFrame(NamedTuple):
-    """A frame of a flight: its step, x, y, vx and vy (4, N), and the visits of pixels
-    (rows, columns), -1 in obstacles; None where the trial records no coverage.
+    """A frame of a trial: its step, positions, velocities and visits.
+
+    `bodies` are x, y, vx and vy (4, N). `visits` are the visits of pixels (rows,
+    columns), -1 in obstacles; None if the trial records no coverage.
     """
 
     step: int
@@ -63,10 +78,19 @@ class ShownFrame(NamedTuple):
     visits: NDArray[np.int32] | None = None
 
 
-def seen(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
-    """The frames of a trial one by one, at steps as `frames` has them.
+def shown_frames(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
+    """Simulate a trial and yield its frames one by one, at the steps of `frames`.
 
-    Visits of pixels are counted if a metric that the job records is of them.
+    Visits of pixels are counted if the job records a metric of coverage.
+
+    Parameters
+    ----------
+    job : Job
+        The trial.
+    every : int
+        Steps between two frames.
+    report : Report
+        The callback that reports progress in steps.
     """
     metrics = (job.known.metrics[name] for name in job.record.metrics)
     if not any(metric.covers for metric in metrics):
@@ -74,32 +98,44 @@ def seen(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
             yield from map(ShownFrame, taken.steps.tolist(), taken.bodies)
         return
     steps = int(job.settings["steps"])
-    whole = replace(NOTHING, every=every, trajectories=True, heatmaps=True)
-    simulation = Simulation(replace(job, record=whole))
-    going = True
+    with_visits = replace(NOTHING, every=every, trajectories=True, heatmaps=True)
+    simulation = Simulation(replace(job, record=with_visits))
+    finite = True
     while True:
         taken = simulation.take_frames()
         for step, bodies in zip(taken.steps.tolist(), taken.bodies, strict=True):
             yield ShownFrame(step, bodies, simulation.visits)
-        if not going or simulation.steps_left == 0:
+        if not finite or simulation.steps_left == 0:
             return
-        going = simulation.advance(every)
+        finite = simulation.advance(every)
         report(simulation.step, steps)
 
 
 def write_flight(
-    job: Job, path: Path, every: int, about: dict[bytes, bytes], report: Report
+    job: Job, path: Path, every: int, metadata: dict[bytes, bytes], report: Report
 ) -> list[Path]:
-    """Write the frames of a trial as a table like `trajectories`. Returns the files: a
-    CSV file has one beside it with units and provenance.
+    """Write the frames of a trial as a table in the form of `trajectories`.
 
-    job     the trial
-    path    the new file, which ends in one of FLIGHTS
-    every   steps between two frames
-    about   the metadata of the table
-    report  is told how many of how many steps are done
+    Parameters
+    ----------
+    job : Job
+        The trial.
+    path : Path
+        The new file, which ends in one of FLIGHTS.
+    every : int
+        Steps between two frames.
+    metadata : dict of bytes to bytes
+        The metadata of the table.
+    report : Report
+        The callback that reports progress in steps.
+
+    Returns
+    -------
+    list of Path
+        The files: next to a CSV file is a file with units and provenance.
     """
-    schema = trajectories_schema(job.known.models[job.model], {}).with_metadata(about)
+    schema = trajectories_schema(job.known.models[job.model], {})
+    schema = schema.with_metadata(metadata)
     with unfinished(path) as file, FLIGHTS[path.suffix](file, schema) as writer:
         for taken in frames(job, every, report):
             writer.write_table(_table(job, taken, schema))

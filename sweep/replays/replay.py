@@ -1,4 +1,4 @@
-"""Runs one stored trial again, from its row."""
+"""A stored trial that runs again, from its row."""
 
 from sweep.replays.bits import differences
 from sweep.store.rows import trial_metrics
@@ -8,11 +8,17 @@ from sweep.trial.simulation import simulate
 
 
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
-    """Run a trial again. Returns a report, and whether everything that is stored came
-    out with the same bits.
+    """Run a stored trial again and compare it with its stored values.
 
-    `trial` is its id or the beginning of that, as `study.trial` takes it. An
-    exception of the trial is raised as it is.
+    `trial` is the id of a trial or its beginning, as `study.trial` takes it. An
+    exception of the trial is raised unchanged.
+
+    Returns
+    -------
+    report : str
+        The status, last step and metrics, and each difference.
+    same : bool
+        True if all stored values are bitwise identical.
     """
     stored = study.trial(trial)
     job = study.job(stored)

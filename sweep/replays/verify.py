@@ -1,16 +1,18 @@
-"""Runs a random sample of stored trials again and compares every bit. Trials that a
-device has flown have those of a processor, and the other way round: so a sample of them
-may be flown where they were not.
+"""A random sample of stored trials, run again and compared bit for bit.
 
-On one machine, with the same versions, a job always gives the same bits. Between
-machines nobody can promise that: sin, cos, exp and log come from the mathematics
-library of the system, and LLVM compiles for the processor of the machine.
+Results of a GPU are bitwise identical to those of a processor. So the sample may run on
+the kind of device that did not compute it.
+
+On one machine, with the same versions, results of a job are bitwise identical. Between
+machines that is not certain: sin, cos, exp and log come from the mathematics library of
+the system, and LLVM compiles for the processor of the machine.
 """
 
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,8 +38,9 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
 REPEATABLE = ("done", "diverged", "failed")
-"""A repeated trial has the same status if it is one of these. Timeouts and dead workers
-depend on the machine.
+"""Statuses that a repeated trial has again.
+
+Timeouts and dead workers depend on the machine.
 """
 CONFIDENCE = 0.95
 MOST_LISTED = 20
@@ -51,7 +54,7 @@ NOT_PROMISED = (
 
 
 class Refused(NamedTuple):
-    """Why a stored trial cannot run again."""
+    """The reason why a stored trial cannot run again."""
 
     why: str
 
@@ -61,15 +64,33 @@ class Refused(NamedTuple):
 
 @dataclass
 class Verification:
-    """What was compared, and what differs.
+    """The result of a comparison of stored trials with the same trials, run again.
 
-    `stored` counts the trials of the spec that can be compared, `left_out` the others
-    by their reason. `checked` counts compared trials by status, `values` the compared
-    values by table, and `origins` the trials by the processor and versions with which
-    they were computed. `other_now` are the files beside the spec that are no longer the
-    code by which trials ran, then and now. `among` says what the trials of which it is
-    a sample have in common, and `device` on what they are flown again, if not on a
-    processor.
+    Attributes
+    ----------
+    study : str
+        The name of the study.
+    stored : int
+        The number of trials of the spec that can be compared.
+    seed : int
+        The seed of the sample.
+    left_out : Counter
+        Numbers of trials that cannot be compared, by reason.
+    checked : Counter
+        Numbers of compared trials, by status.
+    values : Counter
+        Numbers of compared values, by table.
+    origins : Counter
+        Numbers of trials, by the processor and versions that computed them.
+    differing : dict
+        The differences of trials that differ, by trial id.
+    other_now : set of Path
+        Files next to the spec that have changed. Trials ran, and run again, with the
+        stored code.
+    among : str
+        The common property of the sampled trials, in words, or "".
+    device : dict, optional
+        The device that runs the trials again; None for a processor.
     """
 
     study: str
@@ -88,27 +109,42 @@ class Verification:
 
     @property
     def same(self) -> bool:
-        """Whether no bit differs."""
+        """True if all compared values are bitwise identical."""
         return not self.differing
 
-    def note(self, stored: StoredTrial, found: list[BitDifference]) -> None:
-        """Count a trial that has been run again."""
+    def count(self, stored: StoredTrial, differing: list[BitDifference]) -> None:
+        """Count a trial that ran again.
+
+        Parameters
+        ----------
+        stored : StoredTrial
+            The stored trial.
+        differing : list of BitDifference
+            The differences of its values; empty if all are bitwise identical.
+        """
         self.checked[stored.row["status"]] += 1
         self.values.update(values_compared(stored))
         self.origins[machine_said(stored.provenance)] += 1
-        if found:
-            self.differing[stored.row["trial_id"]] = found
+        if differing:
+            self.differing[stored.row["trial_id"]] = differing
 
-    def refuse(self, stored: StoredTrial, why: StoreError) -> None:
-        """Count a trial that cannot run again. It counts as one that differs from its
-        row.
+    def count_refused(self, stored: StoredTrial, reason: StoreError) -> None:
+        """Count a trial that cannot run again as one that differs.
+
+        Parameters
+        ----------
+        stored : StoredTrial
+            The stored trial.
+        reason : StoreError
+            The reason why it cannot run again.
         """
         self.checked[str(stored.row["status"])] += 1
-        self.differing[stored.row["trial_id"]] = [Refused(str(why))]
+        self.differing[stored.row["trial_id"]] = [Refused(str(reason))]
 
     def as_text(self) -> str:
-        """The verification as text."""
-        checked, differing = self.checked.total(), len(self.differing)
+        """Return the verification as text."""
+        checked = self.checked.total()
+        differing = len(self.differing)
         compared = ", ".join(
             f"{count:,} values of {name}"
             for name, count in self.values.items()
@@ -133,11 +169,11 @@ class Verification:
             f"result     {checked - differing:,} of {checked:,} the same",
         ]
         lines.append(f"bound      {self._bound()}")
-        every = [one for found in self.differing.values() for one in found]
-        lines += [str(difference) for difference in every[:MOST_LISTED]]
-        if len(every) > MOST_LISTED:
+        differences = [*chain.from_iterable(self.differing.values())]
+        lines += [str(difference) for difference in differences[:MOST_LISTED]]
+        if len(differences) > MOST_LISTED:
             lines.append(
-                f"{len(every) - MOST_LISTED:,} more differ; trials:"
+                f"{len(differences) - MOST_LISTED:,} more differ; trials:"
                 f" {', '.join(self.differing)}"
             )
         return "\n".join([*lines, NOT_PROMISED])
@@ -146,7 +182,8 @@ class Verification:
         return machine() | ({"device": self.device} if self.device else {})
 
     def _bound(self) -> str:
-        checked, differing = self.checked.total(), len(self.differing)
+        checked = self.checked.total()
+        differing = len(self.differing)
         if checked == self.stored:
             return (
                 f"{differing:,} of all {checked:,} trials differ:"
@@ -168,40 +205,58 @@ def verify(
     elsewhere: bool = False,
     report: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Verification:
-    """Run a random sample of the stored trials of the spec again, and compare every
-    bit.
+    """Run a random sample of the stored trials again and compare it, bit for bit.
 
-        study      the stored study
-        executor   runs the trials
-        fraction   how much of all trials, from 0 to 1; at least one trial is drawn
-        most       the largest sample
-        seed       the sample is drawn from it, without replacement
-        elsewhere  whether the sample is drawn from trials that flew elsewhere than the
-                   executor flies them, on a device or not, where there are such
-        report     is told how many of how many trials have been compared
+    A trial that no launch can have written counts as one that differs. A trial that the
+    executor cannot run is left out.
 
-    A trial that no launch can have written counts as one that differs; one that cannot
-    fly where the executor flies it is left out. Raises
-    ChoiceError for another fraction; StoreError if the trials were computed by other
-    kernels, if there are none, and for a damaged part.
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored study.
+    executor : ExecutorFactory
+        The engine that runs the trials.
+    fraction : float, default 0.01
+        The fraction of all trials, from 0 to 1; at least one trial is drawn.
+    most : int, default 1000
+        The largest sample.
+    seed : int, default 0
+        The seed of the sample, which is drawn without replacement.
+    elsewhere : bool, default False
+        Prefer trials that ran on the other kind of device: on a GPU if the executor
+        uses processors, and the other way round.
+    report : callable, optional
+        The callback that reports how many of how many trials are compared.
+
+    Returns
+    -------
+    Verification
+        The result.
+
+    Raises
+    ------
+    ChoiceError
+        `fraction` is not from 0 to 1.
+    StoreError
+        Other code computed the trials, no trial can be compared, or a part is damaged.
     """
     if not 0 <= fraction <= 1:
         raise ChoiceError(f"fraction: {fraction:g}; allowed: from 0 to 1, as 0.01")
     device = executor.flying.device
-    among = _flown_elsewhere(study, device) if elsewhere else None
-    sample, verification = _drawn(study, fraction, most, seed, among)
+    among = _ran_elsewhere(study, device) if elsewhere else None
+    sample, verification = _drawn(study, fraction, most, seed, among=among)
     verification.device = device
     report(0, len(sample))
     for trial_ids in by_part(study.store, sample):
-        found = stored_trials(study.store, trial_ids)
-        repeatable = [trial for trial in found if not _worker_died(trial)]
-        verification.left_out["worker died"] += len(found) - len(repeatable)
+        stored = stored_trials(study.store, trial_ids)
+        repeatable = [trial for trial in stored if not _worker_died(trial)]
+        verification.left_out["worker died"] += len(stored) - len(repeatable)
         _check(
             study,
             repeatable,
             executor,
             verification,
-            lambda: report(verification.checked.total(), len(sample)),
+            checked=lambda: report(verification.checked.total(), len(sample)),
         )
     verification.left_out = +verification.left_out
     verification.stored -= verification.left_out["worker died"]
@@ -214,25 +269,26 @@ def verify(
 
 
 class Among(NamedTuple):
-    """Some of the stored trials, and what they have in common, in words."""
+    """A group of stored trials, and their common property in words."""
 
     trial_ids: set[str]
     words: str
 
 
-def _flown_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among | None:
-    """The stored trials that flew on a device if those now do not, and the other way
-    round; None where there are none.
+def _ran_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among | None:
+    """Return the stored trials that ran on the other kind of device, None if none did.
+
+    Without a `device` these are trials that ran on one.
     """
-    stored = by_origin(study.store, [*study.store.trial_ids()])
-    found = {
+    by_provenance = by_origin(study.store, [*study.store.trial_ids()])
+    elsewhere = {
         trial
-        for about, trial_ids in stored
+        for provenance, trial_ids in by_provenance
         for trial in trial_ids
-        if ("device" in about) != bool(device)
+        if ("device" in provenance) != bool(device)
     }
     words = " that a processor flew" if device else " that a device flew"
-    return Among(found, words) if found else None
+    return Among(elsewhere, words) if elsewhere else None
 
 
 def _drawn(
@@ -240,13 +296,15 @@ def _drawn(
     fraction: float,
     most: int,
     seed: int,
+    *,
     among: Among | None = None,
 ) -> tuple[list[str], Verification]:
-    """The sample, and a verification with no comparison yet."""
+    """Draw the sample, and return it with a verification without comparisons."""
     check_code(study)
-    stored, plan = study.store.trial_ids(), study.plan["trial_id"].to_pylist()
+    stored = study.store.trial_ids()
+    plan = study.plan["trial_id"].to_pylist()
     comparable = [trial for trial in plan if stored.get(trial) in REPEATABLE]
-    if among and (some := [one for one in comparable if one in among.trial_ids]):
+    if among and (some := [trial for trial in comparable if trial in among.trial_ids]):
         comparable = some
     else:
         among = None
@@ -271,8 +329,9 @@ def _drawn(
 
 
 def check_code(study: StoredStudy) -> None:
-    """Raise StoreError if other code than this has computed the trials of a study: run
-    again, they would be compared with nothing.
+    """Raise StoreError if other code computed the trials of a study.
+
+    A comparison with results of this code would then mean nothing.
     """
     if changes := _code_changes(study):
         commit = study.provenance["git"].get("commit")
@@ -284,7 +343,7 @@ def check_code(study: StoredStudy) -> None:
 
 
 def _code_changes(study: StoredStudy) -> list[str]:
-    """What is no longer the code that computed the trials, in words."""
+    """Return the changes of the code since it computed the trials, in words."""
     then = study.code
     return (
         then.changes(as_now(then, study.running(study.provenance)))
@@ -304,15 +363,18 @@ def _check(
     trials: list[StoredTrial],
     executor: ExecutorFactory,
     verification: Verification,
+    *,
     checked: Callable[[], None],
 ) -> None:
-    stored, jobs = {trial.row["trial_id"]: trial for trial in trials}, list[Job]()
+    """Run stored trials again and count them; call `checked` after each batch."""
+    stored = {trial.row["trial_id"]: trial for trial in trials}
+    jobs = list[Job]()
     for trial in trials:
         verification.other_now.update(study.other_now(trial))
         try:
             job = study.job(trial)
         except StoreError as error:
-            verification.refuse(trial, error)
+            verification.count_refused(trial, error)
             continue
         if why := executor.flying.refusal(job):
             verification.left_out[f"cannot fly on a GPU ({why})"] += 1
@@ -333,16 +395,30 @@ def _check(
     ):
         for result in results:
             trial = stored[result.job.trial_id]
-            verification.note(trial, differences(study.name, trial, result))
+            verification.count(trial, differences(study.name, trial, result))
         checked()
 
 
 def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) -> float:
-    """The one-sided upper bound of Clopper and Pearson for the share of trials that
-    differ, if `differing` of `checked` do.
+    """Return an upper bound for the fraction of trials that differ.
 
-    The bound is exact for a sample drawn with replacement. Our sample is drawn without;
-    for it the bound is somewhat too high, which is the safe side.
+    The bound is the one-sided bound of Clopper and Pearson. It is exact for a sample
+    with replacement. The sample is drawn without, for which the bound is somewhat too
+    high: the safe side.
+
+    Parameters
+    ----------
+    checked : int
+        The size of the sample.
+    differing : int
+        The number of trials in it that differ.
+    confidence : float, default 0.95
+        The confidence level.
+
+    Returns
+    -------
+    float
+        The bound, from 0 to 1.
     """
     from scipy.stats import beta
 

@@ -1,4 +1,4 @@
-"""Writes pictures as a GIF, or through ffmpeg as an MP4."""
+"""Animations from figures: GIF, or MP4 through ffmpeg."""
 
 import re
 import shutil
@@ -20,24 +20,30 @@ from sweep.text import installing
 FRAMES_A_SECOND = 25
 COLOURS = 64
 SHADES_APART = 17
-"""The distance between two shades of a colour in the palette of a GIF. With it, white
-and light grey stay different.
+"""The distance between two shades of a colour in the palette of a GIF.
+
+With it, white and light grey stay different.
 """
 
 FFMETADATA = ";FFMETADATA1"
 """The first line of a file of metadata, https://ffmpeg.org/ffmpeg-formats.html."""
-ESCAPED, ESCAPE = re.compile(r"([=;#\\\n])"), r"\\\1"
-TOLD = ("-map_metadata", "1", "-map", "0:v")
+ESCAPED = re.compile(r"([=;#\\\n])")
+ESCAPE = r"\\\1"
+FROM_SECOND_INPUT = ("-map_metadata", "1", "-map", "0:v")
 
 Pictures = Iterator[NDArray[np.uint8]]
 
 
 def find_ffmpeg() -> str:
-    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises OutputError if there
-    is neither.
+    """Return the path of ffmpeg: of the system, or else of imageio-ffmpeg.
+
+    Raises
+    ------
+    OutputError
+        Neither is installed.
     """
-    if found := shutil.which("ffmpeg"):
-        return found
+    if of_system := shutil.which("ffmpeg"):
+        return of_system
     if find_spec("imageio_ffmpeg"):
         from imageio_ffmpeg import get_ffmpeg_exe
 
@@ -54,9 +60,18 @@ def write_gif(
     later: Sequence[tuple[int, int, int]] = (),
     comment: str = "",
 ) -> None:
-    """Write pictures (rows, columns, 3) as a GIF that plays again and again. Its
-    colours are those of the first picture, and those that come `later`. `comment`
-    becomes its comment extension, in UTF-8.
+    """Write figures as a GIF that plays in a loop.
+
+    Parameters
+    ----------
+    pictures : iterator of ndarray of uint8, shape (rows, columns, 3)
+        The figures. The palette has the colours of the first one.
+    file : binary file
+        The new file.
+    later : sequence of (int, int, int), optional
+        Colours of later figures, red, green and blue, which the palette has too.
+    comment : str, default ""
+        The text of the comment extension, written in UTF-8.
     """
     from PIL import Image
 
@@ -68,44 +83,62 @@ def write_gif(
     )
     palette = few.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     images = (
-        Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE)
-        for one in chain([first], pictures)
+        Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in chain([first], pictures)
     )
     pace = {"duration": 1000 // FRAMES_A_SECOND, "loop": 0}
-    said = {"comment": comment.encode()} if comment else {}
-    next(images).save(file, "gif", save_all=True, append_images=images, **pace, **said)
+    extra = {"comment": comment.encode()} if comment else {}
+    next(images).save(file, "gif", save_all=True, append_images=images, **pace, **extra)
 
 
 def write_mp4(pictures: Pictures, file: BinaryIO, comment: str = "") -> None:
-    """Write pictures (rows, columns, 3) of even size as an MP4 with a `comment` in its
-    metadata. Raises OutputError if ffmpeg fails.
+    """Write figures as an MP4.
+
+    Parameters
+    ----------
+    pictures : iterator of ndarray of uint8, shape (rows, columns, 3)
+        The figures; the numbers of rows and columns are even.
+    file : binary file
+        The new file.
+    comment : str, default ""
+        The comment in the metadata.
+
+    Raises
+    ------
+    OutputError
+        ffmpeg fails.
     """
     if not comment:
         by_path(lambda path: _run_ffmpeg(pictures, path), file)
         return
     with TemporaryDirectory(prefix="boidsweep-") as folder:
-        about = Path(folder) / "about"
-        about.write_text(_ffmetadata(comment), encoding="utf-8")
-        by_path(lambda path: _run_ffmpeg(pictures, path, about), file)
+        metadata = Path(folder) / "metadata"
+        metadata.write_text(_ffmetadata(comment), encoding="utf-8")
+        by_path(lambda path: _run_ffmpeg(pictures, path, metadata), file)
 
 
 def _ffmetadata(comment: str) -> str:
-    """A comment in the format of metadata that ffmpeg reads. An argument of a command
-    would be too short for a spec with many shapes.
+    """Return a comment in the metadata format of ffmpeg.
+
+    An argument of a command would be too short for a spec with many shapes.
     """
     return f"{FFMETADATA}\ncomment={ESCAPED.sub(ESCAPE, comment)}\n"
 
 
-def _run_ffmpeg(pictures: Pictures, path: Path, about: Path | None = None) -> None:
+def _run_ffmpeg(pictures: Pictures, path: Path, metadata: Path | None = None) -> None:
     first = next(pictures)
     rows, columns, _ = first.shape
-    taken = (
+    source = (
         f"-y -loglevel error -f rawvideo -pix_fmt rgb24 -s {columns}x{rows}"
         f" -r {FRAMES_A_SECOND} -i -"
     )
-    made = "-an -vcodec libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
-    metadata = ["-f", "ffmetadata", "-i", f"file:{about}", *TOLD] if about else []
-    options = [*taken.split(), *metadata, *made.split()]
+    target = "-an -vcodec libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
+    comment = (
+        ["-f", "ffmetadata", "-i", f"file:{metadata}", *FROM_SECOND_INPUT]
+        if metadata
+        else []
+    )
+    options = [*source.split(), *comment, *target.split()]
     command = [find_ffmpeg(), *options, f"file:{path}"]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE
@@ -121,5 +154,5 @@ def _run_ffmpeg(pictures: Pictures, path: Path, about: Path | None = None) -> No
             pass
         error = process.stderr.read().decode(errors="replace").strip()
     if process.returncode != 0:
-        said = error.splitlines()[-1] if error else "no reason given"
-        raise OutputError(f"ffmpeg cannot write the MP4: {said}")
+        reason = error.splitlines()[-1] if error else "no reason given"
+        raise OutputError(f"ffmpeg cannot write the MP4: {reason}")

@@ -172,6 +172,15 @@ def test_what_a_module_exports_is_there_with_its_docstring(
         assert (inspect.getdoc(one) or "").splitlines()[0] in text
 
 
+def test_sections_of_docstrings_are_lists_and_examples_are_code(made: Made) -> None:
+    text = made.pages["reference/python/sweep"]
+    assert "**Parameters**\n\n- `study` : str\\\n  The name of the study" in text
+    assert "**Examples**\n\n```text\n>>> sweep.load(" in text
+    for module in MODULES:
+        page = made.pages[f"reference/python/{module.__name__.replace('.', '-')}"]
+        assert re.findall(r"^-{3,}$", page, re.MULTILINE) == []
+
+
 def test_columns_are_those_of_what_is_stored(made: Made) -> None:
     parts = chapters(made.pages["reference/columns"])
     assert set(parts) - {""} == {"trials", "series", "heatmaps", "trajectories"}

@@ -17,10 +17,14 @@ VAGUE = {
     *("seen", "there", "these", "those", "told", "wanted", "what", "whole"),
 }
 """Names that fit any value, so that a reader must look for what they hold."""
+PUBLIC = {"sweep/__init__.py": {"one"}}
+"""Names of that list that are parameters of the public interface, kept for programs."""
 RELATIVE = {"Of", "That", "What", "Whether", "Which", "Who", "Whom", "Whose", "Those"}
 MOST_POSITIONAL = 4
 FEW_PARAMETERS = 3
 SECTION = "\n----"
+COMMANDS = ("app.command(", "report_command")
+"""Decorators of commands: the docstring is the help, and each option has its own."""
 
 
 def modules_are_plain(checkout: Checkout) -> Iterator[Finding]:
@@ -67,7 +71,7 @@ def _names_fit_any_value(module: Module) -> Iterator[Finding]:
             name = node.arg
         else:
             continue
-        if name.strip("_") in VAGUE:
+        if name.strip("_") in VAGUE - PUBLIC.get(module.name, set()):
             what = f"the name {name} fits any value: name what it holds"
             yield module.finding(node, what)
 
@@ -110,6 +114,8 @@ def _docstrings_open_with_a_clause(module: Module) -> Iterator[Finding]:
 def _parameters_are_not_described(module: Module) -> Iterator[Finding]:
     for node in module.nodes:
         if not isinstance(node, Function) or node.name[0] == "_":
+            continue
+        if any(ast.unparse(one).startswith(COMMANDS) for one in node.decorator_list):
             continue
         arguments = node.args
         named = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]

@@ -502,10 +502,16 @@ def test_what_breaks_a_rule_is_found_in_its_line(
         "def f(a, b): 'Add.'",
         "def _f(a, b, c): 'Add.'",
         "def f(a, b, c): 'Add.\\n\\nParameters\\n----------'",
+        "@app.command()\ndef f(a, b, c): 'Add.'",
     ],
 )
 def test_what_is_plain_is_no_finding(line: str, tmp_path: Path) -> None:
     checkout = made_up({"sweep/new/a.py": line}, tmp_path)
+    assert [*plain.modules_are_plain(checkout)] == []
+
+
+def test_a_parameter_of_the_public_interface_keeps_its_name(tmp_path: Path) -> None:
+    checkout = made_up({"sweep/__init__.py": "def compare(one): 1"}, tmp_path)
     assert [*plain.modules_are_plain(checkout)] == []
 
 

@@ -17,11 +17,11 @@ from pyarrow import csv
 
 import sweep.replays.flight as flight
 import sweep.replays.video as video
-from sweep.cli.replay_files import Wanted, check, show
+from sweep.cli.replay_files import ReplayFiles, check, show
 from sweep.errors import ChoiceError, OutputError
 from sweep.figures import COLOURS
 from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
-from sweep.replays.flight import frames, seen, write_flight
+from sweep.replays.flight import frames, shown_frames, write_flight
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import run
 from tests import builders, oscillators
@@ -50,7 +50,7 @@ def silent(_done: int, _whole: int) -> None:
 def test_every_frame_is_written_and_agrees_with_those_stored(
     study: StoredStudy, trial: str, tmp_path: Path
 ) -> None:
-    show(study, trial, Wanted(trajectory=tmp_path / "flight.parquet"))
+    show(study, trial, ReplayFiles(trajectory=tmp_path / "flight.parquet"))
     table = pq.read_table(tmp_path / "flight.parquet")
     assert table["frame"].to_pylist() == list(range(10))
     steps, stored = study.trajectory(trial)
@@ -167,7 +167,7 @@ def test_visited_pixels_are_shown_where_coverage_is_recorded() -> None:
     """
     metrics = ("coverage",)
     a_job = builders.job("aziel_chen2025", metrics=metrics, n=3, steps=40)
-    found = list(seen(a_job, 10, silent))
+    found = list(shown_frames(a_job, 10, silent))
     assert [one.step for one in found] == [0, 10, 20, 30, 40]
     visits = found[-1].visits
     assert visits is not None
@@ -196,7 +196,7 @@ def test_visited_pixels_are_shown_where_coverage_is_recorded() -> None:
 
 def test_a_trial_without_coverage_shows_no_visits() -> None:
     a_job = builders.job("nguyen2024", n=2, steps=4, metrics=("speed",))
-    assert [one.visits for one in seen(a_job, 2, silent)] == [None] * 3
+    assert [one.visits for one in shown_frames(a_job, 2, silent)] == [None] * 3
 
 
 def test_kinds_have_colours_of_their_own_and_a_legend() -> None:
@@ -220,7 +220,7 @@ def test_every_frame_has_the_state_and_the_kinds_of_boids(tmp_path: Path) -> Non
     with builders.entered(oscillators.MODEL, order=oscillators.ORDER):
         study = launched(oscillators.SPEC, tmp_path)
         trial = str(study.plan["trial_id"][1].as_py())
-        show(study, trial, Wanted(trajectory=tmp_path / "flight.parquet"))
+        show(study, trial, ReplayFiles(trajectory=tmp_path / "flight.parquet"))
         written = pq.read_table(tmp_path / "flight.parquet")
         stored = study.read("trajectories", pa.array([trial]))
     assert written.column_names == stored.column_names
@@ -353,7 +353,7 @@ def test_without_ffmpeg_mp4_says_what_to_do(
             r" a .gif needs none"
         ),
     ):
-        check(study, trial, Wanted(animation=tmp_path / "x.mp4"))
+        check(study, trial, ReplayFiles(animation=tmp_path / "x.mp4"))
 
 
 def test_an_ffmpeg_that_fails_is_quoted(
@@ -381,8 +381,8 @@ def test_an_mp4_has_a_comment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     """
     told = tmp_path / "told"
     told.write_text(
-        '#!/bin/sh\nfor last; do\ncase "$last" in */about) about="${last#file:}";; esac'
-        '\ndone\ncat >/dev/null\ncat "$about" > "${last#file:}"\n',
+        '#!/bin/sh\nfor last; do\ncase "$last" in */metadata) comment="${last#file:}"'
+        ';; esac\ndone\ncat >/dev/null\ncat "$comment" > "${last#file:}"\n',
         encoding="utf-8",
     )
     told.chmod(0o755)
@@ -416,18 +416,21 @@ def test_an_mp4_is_written_where_it_will_be(
 
 
 WRONG = [
-    (Wanted(trajectory=Path("x.txt")), 'unknown kind of file ".txt"'),
-    (Wanted(animation=Path("x.avi")), 'unknown kind of file ".avi"'),
-    (Wanted(picture=(3, Path("x.jpg"))), 'unknown kind of file ".jpg"'),
-    (Wanted(picture=(10, Path("x.png"))), "there is no frame 10; it has frames 0 to 9"),
-    (Wanted(picture=(-1, Path("x.png"))), "there is no frame -1"),
-    (Wanted(animation=Path("no/folder/x.gif")), "there is no folder"),
+    (ReplayFiles(trajectory=Path("x.txt")), 'unknown kind of file ".txt"'),
+    (ReplayFiles(animation=Path("x.avi")), 'unknown kind of file ".avi"'),
+    (ReplayFiles(picture=(3, Path("x.jpg"))), 'unknown kind of file ".jpg"'),
+    (
+        ReplayFiles(picture=(10, Path("x.png"))),
+        "there is no frame 10; it has frames 0 to 9",
+    ),
+    (ReplayFiles(picture=(-1, Path("x.png"))), "there is no frame -1"),
+    (ReplayFiles(animation=Path("no/folder/x.gif")), "there is no folder"),
 ]
 
 
 @pytest.mark.parametrize(("wanted", "message"), WRONG)
 def test_a_mistake_is_said_before_any_work(
-    study: StoredStudy, trial: str, wanted: Wanted, message: str
+    study: StoredStudy, trial: str, wanted: ReplayFiles, message: str
 ) -> None:
     with pytest.raises((ChoiceError, OutputError)) as error:
         check(study, trial, wanted)
@@ -438,7 +441,7 @@ def test_a_flight_in_csv_has_a_row_a_frame_and_boid(
     study: StoredStudy, trial: str, tmp_path: Path
 ) -> None:
     place = tmp_path / "flight.csv"
-    wanted = Wanted(trajectory=place, every=3)
+    wanted = ReplayFiles(trajectory=place, every=3)
     check(study, trial, wanted)
     written = show(study, trial, wanted)
     assert written == [place, tmp_path / "flight.csv.json"]
@@ -448,7 +451,7 @@ def test_a_flight_in_csv_has_a_row_a_frame_and_boid(
     assert set(flight["trial_id"]) == {trial}
     assert flight["boid"].tolist() == list(range(12)) * len(steps)
     assert flight["frame"].tolist() == np.repeat(steps, 12).tolist()
-    taken = list(seen(study.job(study.trial(trial)), 3, silent))
+    taken = list(shown_frames(study.job(study.trial(trial)), 3, silent))
     bodies = np.concatenate([one.bodies for one in taken], axis=1)
     columns = flight[["x", "y", "vx", "vy"]].to_numpy(np.float64)
     assert columns.T.tobytes() == bodies.tobytes()

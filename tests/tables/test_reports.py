@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from sweep.cli.app import app
-from sweep.cli.reporting import FORMATS, print_report
+from sweep.cli.reporting import FORMATS, help_of, print_report
 from sweep.tables.reports import LATEX_SIGNS, Report, TextTable
 from tests.commands import sweep
 from tests.studies import SMALL, launched
@@ -114,3 +114,18 @@ def test_every_report_has_every_format() -> None:
     ]
     assert len(options) >= 8
     assert all(FORMATS.keys() <= names for names in options)
+
+
+def test_the_help_of_a_report_ends_before_the_sections_of_its_docstring() -> None:
+    def spread(study: object, metric: str = "speed") -> Report:
+        """Print the spread of a metric.
+
+        It is a range.
+
+        Parameters
+        ----------
+        study : StoredStudy
+        """
+        raise NotImplementedError
+
+    assert help_of(spread) == "Print the spread of a metric.\n\nIt is a range."

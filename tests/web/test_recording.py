@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page
 
 import sweep.web.recording as recording
 from kernels.identity import kernels_sha
-from sweep.cli.replay_files import Wanted, check, show
+from sweep.cli.replay_files import ReplayFiles, check, show
 from sweep.errors import ChoiceError
 from sweep.sharing.stranger import NO_LICENCE
 from sweep.web.export import File
@@ -127,7 +127,7 @@ def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
 def test_a_stored_trial_is_written_as_a_page_that_compares_it(tmp_path: Path) -> None:
     study, path = launched(SMALL, tmp_path), tmp_path / "flight.html"
     trial = str(study.trials["trial_id"][0])
-    assert show(study, trial, Wanted(animation=path, every=3)) == [path]
+    assert show(study, trial, ReplayFiles(animation=path, every=3)) == [path]
     content = content_of(path.read_bytes())
     assert content["steps"] == [0, 3, 6, 9]
     assert content["state"]["replay"]["trial"] == trial
@@ -139,7 +139,7 @@ def test_a_page_of_too_many_boids_is_refused_before_any_work(
 ) -> None:
     study, wanted = (
         launched(SMALL, tmp_path),
-        Wanted(animation=tmp_path / "flight.html"),
+        ReplayFiles(animation=tmp_path / "flight.html"),
     )
     trial = str(study.trials["trial_id"][0])
     check(study, trial, wanted)
