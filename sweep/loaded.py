@@ -170,10 +170,10 @@ class LoadedStudy(StoredStudy):
 
     @property
     def stopping(self) -> pd.DataFrame:
-        """When and why points got their last trials, of a study that adds trials until
-        intervals are narrow: see `sweep.methods.adaptive.stopping`.
+        """When and why each point got its last trial, where `replicates` are a rule.
 
-        Raises ChoiceError for another study.
+        See `sweep.methods.adaptive.stopping` for the columns. Raises ChoiceError for a
+        study with a fixed number of trials.
         """
         return stopping(self)
 
