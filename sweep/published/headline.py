@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import StoreError
-from sweep.published.publications import FULL, Publication, read_unasked
+from sweep.published.publications import FULL, Publication, read_without_code
 from sweep.published.scorecard import ORDER
 from sweep.published.statements import GROUPS, Group, group_of
 from sweep.spec.study_folder import SCORECARD
@@ -126,7 +126,7 @@ def main() -> None:
     folder with the publications, and the third that with the results.
     """
     readme, experiments, results = map(Path, sys.argv[1:])
-    publications = read_unasked(experiments)
+    publications = read_without_code(experiments)
     text = readme.read_text(encoding="utf-8")
     found = BLOCK.search(text)
     verdicts = known_verdicts(found[0] if found else "", results, publications)

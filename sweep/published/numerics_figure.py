@@ -76,7 +76,7 @@ def numerics_figure(
                 axes.tick_params(axis="y", labelleft=False)
             number_rows(line[-1], [_text(one) for one in shown])
         for axes, (name, one) in zip(places[0], tried.items(), strict=True):
-            axes.set_title(f"{name}\n{one.about}", fontsize=8)
+            axes.set_title(f"{name}\n{one.description}", fontsize=8)
         # Above the names of the columns, which have two lines.
         places[0, 0].set_title(f"{title}\n\n", loc="left")
         name_verdicts(figure, places[0, 0], JUDGED)

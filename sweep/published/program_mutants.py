@@ -25,10 +25,10 @@ OF_TRIALS = ("sweep/design/", "sweep/trial/")
 
 class ProgramMutant(NamedTuple):
     """A mistake: in one file, of `kernels/` or `sweep/`, each place of the text `right`
-    becomes `wrong`. `about` says in words what is wrong.
+    becomes `wrong`. `description` has it in words.
     """
 
-    about: str
+    description: str
     file: str
     right: str
     wrong: str

@@ -49,13 +49,13 @@ class Contradiction:
 class Mutant:
     """A wrong version of the studies of a document, which its claims must notice.
 
-    name     its name
-    about    what is wrong, in words
-    changes  by spec what is changed, as the quick scale writes its changes
+    name         its name
+    description  what is wrong, in words
+    changes      by spec what is changed, as the quick scale writes its changes
     """
 
     name: str
-    about: str
+    description: str
     changes: Mapping[str, Sequence[Entry]]
 
 
@@ -64,7 +64,7 @@ class Publication:
     """One document: its claims, its figures, and the studies that test it by the names
     of their specs.
 
-    If the publication is not `asked` for, its code is not run: then it has no figures,
+    If the publication is not `selected`, its code is not run: then it has no figures,
     and its claims have no measures. `clocks` has, by spec, how many steps of a study
     with a shorter time step are one of the steps that claims and functions speak of.
     """
@@ -78,7 +78,7 @@ class Publication:
     contradictions: Sequence[Contradiction]
     drawings: Mapping[str, Drawing]
     functions: Mapping[str, Callable[..., Any]]
-    asked: bool
+    selected: bool
     clocks: Mapping[str, int] = field(default_factory=dict)
 
     @property
@@ -94,10 +94,12 @@ class Publication:
 
 def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
     """The files whose code `read_all` runs. Raises SpecError."""
-    asked = [file for file in _files(experiments, only) if _is_asked(file, only)]
-    drawing = [file.with_name(CODE) for file in asked if file.with_name(CODE).exists()]
+    selected = [file for file in _files(experiments, only) if _is_selected(file, only)]
+    drawing = [
+        file.with_name(CODE) for file in selected if file.with_name(CODE).exists()
+    ]
     found = [code for file in drawing for code in files_of_code(file)]
-    own = [code for file in asked for spec in _specs(file) for code in _code(spec)]
+    own = [code for file in selected for spec in _specs(file) for code in _code(spec)]
     return list(dict.fromkeys([*found, *own]))
 
 
@@ -131,9 +133,9 @@ def read_all(
     """
     publications, mistakes = [], []
     for file in _files(experiments, only):
-        asked = _is_asked(file, only)
+        selected = _is_selected(file, only)
         try:
-            publications.append(read_publication(file, quick=quick, asked=asked))
+            publications.append(read_publication(file, quick=quick, selected=selected))
         except SpecError as error:
             mistakes += [
                 f"{file.parent.name}/{line}" for line in str(error).splitlines()
@@ -153,12 +155,12 @@ def read_all(
     return publications
 
 
-def read_unasked(experiments: Path) -> list[Publication]:
+def read_without_code(experiments: Path) -> list[Publication]:
     """The publications of the folders in `experiments`, by name, without running any of
     their code. Raises SpecError.
     """
     return [
-        read_publication(file, quick=False, asked=False)
+        read_publication(file, quick=False, selected=False)
         for file in _files(experiments, ())
     ]
 
@@ -178,14 +180,14 @@ def _files(experiments: Path, only: Collection[str]) -> list[Path]:
     return files
 
 
-def _is_asked(file: Path, only: Collection[str]) -> bool:
+def _is_selected(file: Path, only: Collection[str]) -> bool:
     return not only or file.parent.name in only
 
 
 def read_publication(
-    file: Path, *, quick: bool, asked: bool = True, mutant: str | None = None
+    file: Path, *, quick: bool, selected: bool = True, mutant: str | None = None
 ) -> Publication:
-    """The publication of a `published.yaml`. Runs its code if it is `asked` for.
+    """The publication of a `published.yaml`. Runs its code if it is `selected`.
 
     With `mutant`, the specs that this mutant changes are changed as it says, and stored
     apart from others. Raises SpecError.
@@ -197,24 +199,24 @@ def read_publication(
     )
     about = bibliography(root)
     specs = dict(root.child("specs").mapping())
-    mutants = _mutants(root.get("mutants"), specs) if asked else []
+    mutants = _mutants(root.get("mutants"), specs) if selected else []
     if mutant is None:
         _try_changes(mutants, specs, file.parent)
     wrong = next((one.changes for one in mutants if one.name == mutant), {})
     designs = {
         spec: _designed(entry, file.parent, quick, wrong.get(spec, ()), mutant)
         for spec, entry in specs.items()
-        if asked or not _runs_code(file.with_name(f"{spec}.yaml"))
+        if selected or not _runs_code(file.with_name(f"{spec}.yaml"))
     }
     studies = {spec: study for spec, (study, _) in designs.items()}
-    module = run_code(file.with_name(CODE)) if asked else {}
+    module = run_code(file.with_name(CODE)) if selected else {}
     drawings = check_drawings(module, studies)
     functions = {
         name: value
         for name, value in module.items()
         if callable(value) and not name.startswith("_")
     }
-    reader = MeasureReader(designs, functions) if asked else None
+    reader = MeasureReader(designs, functions) if selected else None
     return Publication(
         folder=file.parent,
         title=about.title,
@@ -225,7 +227,7 @@ def read_publication(
         contradictions=_contradictions(root.get("contradictions")),
         drawings=drawings,
         functions=functions,
-        asked=asked,
+        selected=selected,
     )
 
 

@@ -46,14 +46,14 @@ class PageFolder(NamedTuple):
 @dataclass
 class Outcome:
     """What a reproduction did: new trials, trials that are not done, figures drawn and
-    kept, failures, and by document how many of its statements have which verdict.
+    up to date, failures, and by document how many of its statements have which verdict.
     """
 
     page: Path
     new: int = 0
     not_done: int = 0
     drawn: int = 0
-    kept: int = 0
+    up_to_date: int = 0
     failures: list[str] = field(default_factory=list)
     statements: dict[str, Counter[Status]] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
@@ -75,7 +75,7 @@ class Outcome:
             f"trials: {self.new:,} new"
             + (f", {self.not_done:,} not done" if self.not_done else "")
         )
-        lines.append(f"figures: {self.drawn} drawn, {self.kept} up to date")
+        lines.append(f"figures: {self.drawn} drawn, {self.up_to_date} up to date")
         for document, found in self.statements.items():
             counts = [f"{count} {status}" for status, count in sorted(found.items())]
             said = ", ".join(counts) or "none was compared with the document"
@@ -94,7 +94,7 @@ def reproduce(
     """Run, draw and judge the publications. Write `scorecard.html`, `.md` and `.json`
     below `results`.
 
-        publications  all of them; those that are `asked` for are run and drawn, and the
+        publications  all of them; those that are `selected` are run and drawn, and the
                       page shows them; the others are named in one line
         results       the folder with the stored studies
         engine        runs the trials
@@ -105,7 +105,7 @@ def reproduce(
     of variants. If a trial, a figure or a measure fails, that is noted and the rest
     goes on.
     """
-    wanted = [publication for publication in publications if publication.asked]
+    wanted = [publication for publication in publications if publication.selected]
     root = results / QUICK if quick else results
     outcome, times = Outcome(root / SCORECARD[0]), [time.monotonic()]
     known = read_turned(results)
@@ -150,7 +150,7 @@ def reproduce(
 
 def _draw(file: FigureFile | ClaimsFile, what: str, outcome: Outcome) -> None:
     if file.current():
-        outcome.kept += 1
+        outcome.up_to_date += 1
         return
     try:
         file.draw()
@@ -195,7 +195,7 @@ def _section(
         [study.provenance for study in stored.values()],
         tried,
     )
-    if publication.asked:
+    if publication.selected:
         outcome.statements[publication.name] = section.tallies["statement"]
     return section
 

@@ -176,13 +176,15 @@ class Page(NamedTuple):
     @property
     def shown(self) -> list[Section]:
         """The sections of the documents that were asked for."""
-        return [one for one in self.sections if one.publication.asked]
+        return [one for one in self.sections if one.publication.selected]
 
     @property
     def unasked(self) -> str:
         """The documents that were not asked for, in one sentence; "" for none."""
         names = [
-            one.publication.name for one in self.sections if not one.publication.asked
+            one.publication.name
+            for one in self.sections
+            if not one.publication.selected
         ]
         return f"Not asked for, and so not here: {', '.join(names)}." if names else ""
 

@@ -35,8 +35,8 @@ def _document(section: Section) -> dict[str, Any]:
         "study": publication.name,
         "title": publication.title,
         "source": publication.source,
-        "asked": publication.asked,
-        "family": publication.family if publication.asked else None,
+        "asked": publication.selected,
+        "family": publication.family if publication.selected else None,
         "statements": _counts(tallies["statement"]),
         "exact": _counts(tallies["exact"]),
         "hypotheses": _counts(tallies["hypothesis"]),
@@ -68,7 +68,7 @@ def _variants(section: Section, kind: Kind) -> dict[str, Any] | None:
         return None
     return {
         "before": found.before,
-        "variants": {name: vars(one) for name, one in found.tried(kind).items()},
+        "variants": {name: one.stored() for name, one in found.tried(kind).items()},
     }
 
 

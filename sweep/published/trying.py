@@ -65,7 +65,7 @@ def chosen_variants(
     `named` are names, or patterns such as `n-*`; without any it is all variants. Raises
     SpecError for one that no variant has, and as `mutants`.
     """
-    known = [(one, MAKERS[kind](one)) for one in publications if one.asked]
+    known = [(one, MAKERS[kind](one)) for one in publications if one.selected]
     names = dict.fromkeys(name for _, makers in known for name in makers)
     for pattern in named:
         if not any(fnmatchcase(name, pattern) for name in names):
@@ -197,7 +197,7 @@ def _turned(
         if claim not in unjudged and after[claim].status != status
     }
     estimates = _estimates({claim: after[claim] for claim in before})
-    return Turned(variant.about, variant.share, turned, unjudged, estimates)
+    return Turned(variant.description, variant.share, turned, unjudged, estimates)
 
 
 def _estimates(found: Mapping[str, _Found]) -> dict[str, Estimated]:

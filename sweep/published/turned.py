@@ -53,19 +53,24 @@ class Estimated(TypedDict):
 class Turned:
     """What one variant turned.
 
-    about      what is changed, in words
-    share      by which share of its value one setting is changed; None for what is no
-               such change
-    turned     by id the claims with another verdict, and which
-    unjudged   by id the claims on which it says nothing, and why
-    estimates  by id what was measured of the claims that have an interval
+    description  what is changed, in words
+    share        by which share of its value one setting is changed; None for what is
+                 no such change
+    turned       by id the claims with another verdict, and which
+    unjudged     by id the claims on which it says nothing, and why
+    estimates    by id what was measured of the claims that have an interval
     """
 
-    about: str
+    description: str
     share: float | None
     turned: Mapping[str, Status]
     unjudged: Mapping[str, str]
     estimates: Mapping[str, Estimated] = field(default_factory=dict)
+
+    def stored(self) -> dict[str, Any]:
+        """The fields, as files and the scorecard have them."""
+        fields = dict(vars(self))
+        return {"about": fields.pop("description"), **fields}
 
 
 @dataclass(frozen=True)
@@ -224,7 +229,13 @@ def _read(document: Mapping[str, Any]) -> DocumentVariants:
     """What is stored of a document. Raises ValueError."""
     kinds = {
         kind: {
-            name: Turned(**{key: one[key] for key in FIELDS}, estimates=_estimates(one))
+            name: Turned(
+                one["about"],
+                one["share"],
+                one["turned"],
+                one["unjudged"],
+                estimates=_estimates(one),
+            )
             for name, one in document[kind].items()
         }
         for kind in KINDS
@@ -251,7 +262,7 @@ def write_turned(found: Mapping[str, DocumentVariants], results: Path) -> None:
             "before": dict(one.before),
             "estimates": dict(one.estimates),
             **{
-                kind: {variant: vars(it) for variant, it in one.tried(kind).items()}
+                kind: {variant: it.stored() for variant, it in one.tried(kind).items()}
                 for kind in KINDS
             },
         }

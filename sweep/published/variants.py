@@ -40,7 +40,7 @@ class Variant:
 
     kind         what is changed
     name         its name, once in a kind
-    about        what is changed, in words
+    description  what is changed, in words
     publication  the publication with the changed studies
     share        by which share of its value one setting is changed; None for what is no
                  such change
@@ -49,7 +49,7 @@ class Variant:
 
     kind: Kind
     name: str
-    about: str
+    description: str
     publication: Publication
     share: float | None = None
     program: ProgramMutant | None = None
@@ -81,7 +81,7 @@ def mutants(publication: Publication) -> Makers:
 
 def _mutant(publication: Publication, one: Mutant) -> Variant:
     changed = read_mutant(publication, one.name)
-    return Variant("mutants", one.name, one.about, changed)
+    return Variant("mutants", one.name, one.description, changed)
 
 
 def of_program(publication: Publication, name: str, specs: Collection[str]) -> Variant:
@@ -90,7 +90,7 @@ def of_program(publication: Publication, name: str, specs: Collection[str]) -> V
     """
     mistake = PROGRAM_MUTANTS[name]
     changes = {spec: SpecChange() for spec in specs}
-    variant = altered(publication, "mutants", name, mistake.about, changes)
+    variant = altered(publication, "mutants", name, mistake.description, changes)
     return replace(variant, program=mistake)
 
 
