@@ -337,7 +337,7 @@ def reproduce(
     if plan_only:
         few = read_all(experiments, quick=True, only=only or ())
         for full, pilot in zip(publications, few, strict=True):
-            if full.asked:
+            if full.selected:
                 foreseen = outlooks(full, pilot, folder)
                 print(*outlook_lines(full.name, foreseen), sep="\n")
         return

@@ -1,4 +1,4 @@
-"""Who wrote what a publication tests, and when: what a citation needs of it."""
+"""Title, authors, year and source of a publication, as a citation needs them."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,8 +15,9 @@ BIBLIOGRAPHIC = ("title", "source", "authors", "year")
 
 @dataclass(frozen=True)
 class Bibliography:
-    """A document: its title, its authors and year where they are known, and in words
-    where it comes from.
+    """Title and source of a publication, and its authors and year where they are known.
+
+    `source` has in words where the publication appeared.
     """
 
     title: str
@@ -26,20 +27,27 @@ class Bibliography:
 
 
 def bibliography(root: Entry) -> Bibliography:
-    """What a published.yaml says of its document. Raises SpecError."""
-    authors, year = root.get("authors"), root.get("year")
+    """Return the bibliography of a published.yaml.
+
+    Raises SpecError.
+    """
+    authors = root.get("authors")
+    year = root.get("year")
     return Bibliography(
         title=root.child("title").text(),
         source=root.child("source").text(),
-        authors=tuple(one.text() for one in authors.entries()) if authors else (),
+        authors=tuple(author.text() for author in authors.entries()) if authors else (),
         year=year.whole(0, LATEST) if year else None,
     )
 
 
 @cache
 def bibliography_of(model: str) -> Bibliography | None:
-    """The document behind a model: that of the publication of its name, if there is
-    one. Raises SpecError for a damaged file.
+    """Return the bibliography of the publication that has the name of a model.
+
+    None means that there is no such publication.
+
+    Raises SpecError for a damaged file.
     """
     file = EXPERIMENTS / model / FILE
     return bibliography(read_document(file)) if file.is_file() else None

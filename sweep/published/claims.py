@@ -1,5 +1,6 @@
-"""The claims of a document: what it says, and what is expected of our trials. They are
-read from the list `claims` of published.yaml, and checked.
+"""Claims of a publication: their texts, and the expectations for our trials.
+
+The list `claims` of published.yaml is read and checked.
 """
 
 import re
@@ -34,44 +35,71 @@ from sweep.spec.strict_yaml import parse_document
 
 ABOUT = ("id", "where", "says", "kind", "registered")
 TESTED = ("measure", "expect", "looked")
-UNTESTABLE, ALTERNATIVES = "untestable", "alternatives"
+UNTESTABLE = "untestable"
+ALTERNATIVES = "alternatives"
 UNVERIFIED = "unverified"
 MAY_HAVE = (
     *("statement", "spec", "figure", *TESTED),
     *(ALTERNATIVES, UNTESTABLE, UNVERIFIED),
 )
-ORDER, ORDERS = "order", ("continuous", "first order")
+ORDER = "order"
+ORDERS = ("continuous", "first order")
 SHARE = re.compile(r"([0-9]+(?:\.[0-9]+)?) %")
 
 Kind = Literal["number", "reading", "exact", "hypothesis", "fit"]
-"""What a claim is: a number that the document prints, or that its own data have; our
-reading of one of its sentences; what follows from the equations without any trial; a
-hypothesis of ours; a test of what was fitted to it.
+"""Kind of a claim, which decides how the claim is counted.
+
+    number      a number that the paper prints, or that its own data have
+    reading     our reading of a sentence of the paper
+    exact       a consequence of the equations, without any trial
+    hypothesis  a hypothesis of our own
+    fit         a test of a value that was fitted to the number
 """
 FIT: Kind = "fit"
 """The kind that is shown and not counted."""
 Looked = Literal["before", "after"]
-"""When results of such trials were first seen: before or after the expectation was
-fixed.
-"""
+"""Time when results of such trials were first seen, relative to the registration."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One published number or statement: where it stands, what it says, how it is
-    measured and what is expected.
+    """A published number or statement, its measure, and the expectation.
 
-    kind          what it is
-    statement     the name that claims on the same statement share
-    registered    the day on which the expectation got its present form
-    spec, figure  whose trials test it, and which figure shows it
-    looked        when results were first seen
-    alternatives  other expectations or measures that were tried; "" for none
-    untestable    the reason why it cannot be tested, or ""
-    unverified    why what it says has not been compared with the document, or ""
+    Attributes
+    ----------
+    id : str
+        Name of the claim, unique in its publication.
+    where : str
+        Place in the paper.
+    says : str
+        Text of the claim.
+    kind : Kind
+        Origin of the claim.
+    statement : str
+        Name that claims on the same statement share.
+    registered : date
+        Day on which the expectation got its present form.
+    spec : str, optional
+        Spec whose trials test the claim.
+    figure : str, optional
+        Figure that shows the claim.
+    measure : Measure, optional
+        Quantity that is measured.
+    expect : Expectation, optional
+        Expectation for the quantity.
+    looked : Looked, optional
+        Time when results were first seen.
+    alternatives : str
+        Other expectations or measures that were tried; "" for none.
+    untestable : str
+        Reason why the claim cannot be tested, or "".
+    unverified : str
+        Reason why `says` has not been compared with the paper, or "".
 
-    A claim that cannot be tested has no measure, no expectation and no look. Neither
-    has one of a publication that was not asked for.
+    Notes
+    -----
+    A claim that cannot be tested has no measure, no expectation and no look. Claims of
+    a publication that is not selected have none either.
     """
 
     id: str
@@ -91,13 +119,15 @@ class Claim:
 
     @property
     def counted(self) -> bool:
-        """Whether it is tested, and counts. What was fitted to a number does not."""
+        """True if the claim is tested and counts; a fit does not count."""
         return self.measure is not None and self.kind != FIT
 
 
 class Shown(NamedTuple):
-    """What a claim expects, for the figure that shows it: its kind, its spec, what it
-    measures as it is written, and what it allows.
+    """Expectation of a claim, for the figure that shows the claim.
+
+    `measure` is the mapping under `measure` as it is written. `region` is the range of
+    values that the expectation allows.
     """
 
     kind: Kind
@@ -107,11 +137,15 @@ class Shown(NamedTuple):
 
 
 def shown(file: Path, figure: str) -> list[Shown]:
-    """The tested claims of a published.yaml that name `figure`, in their order; without
-    those on the order of a transition, which allow no region.
+    """Return the tested claims of a published.yaml that name `figure`, in their order.
 
-    Neither specs nor functions are read: a figure calls this while it is drawn. Raises
-    SpecError for an expectation that is none.
+    Claims on the order of a transition allow no region, and are left out. A figure
+    calls this function while it is drawn, so neither specs nor functions are read.
+
+    Raises
+    ------
+    SpecError
+        If an expectation is not valid.
     """
     document = parse_document(file.read_text("utf-8"), file)
     claims = document.child("claims").entries()
@@ -131,18 +165,33 @@ def shown(file: Path, figure: str) -> list[Shown]:
 def read_claims(
     root: Entry, drawings: Mapping[str, Drawing], reader: MeasureReader | None
 ) -> list[Claim]:
-    """The claims of a list. Without a `reader` of measures they have none.
+    """Return the claims of a list.
 
-    Raises one SpecError with the first mistake of each claim.
+    Parameters
+    ----------
+    root : Entry
+        The list `claims` of a published.yaml.
+    drawings : mapping of str to Drawing
+        Figures of the publication by name.
+    reader : MeasureReader or None
+        Reads the measures; None leaves all claims without measures.
+
+    Raises
+    ------
+    SpecError
+        One error with the first mistake of each claim.
     """
-    claims, mistakes = [], []
+    claims = []
+    mistakes = []
     places: dict[str, int] = {}
     for entry in root.entries():
         try:
             entry.keys([*ABOUT, *MAY_HAVE], required=ABOUT)
-            about = _about(entry)
-            tested = _tested(entry, about["kind"], drawings, reader) if reader else {}
-            claim = Claim(**about, **tested)
+            fields = _common_fields(entry)
+            test = (
+                _test_fields(entry, fields["kind"], drawings, reader) if reader else {}
+            )
+            claim = Claim(**fields, **test)
             if claim.id in places:
                 raise entry.child("id").error(
                     f'"{claim.id}" stands twice, first as number {places[claim.id]}'
@@ -156,38 +205,42 @@ def read_claims(
     return claims
 
 
-def _tested(
+def _test_fields(
     entry: Entry, kind: Kind, drawings: Mapping[str, Drawing], reader: MeasureReader
 ) -> dict[str, Any]:
-    """How a claim is tested."""
-    spec, figure, others = (entry.get(key) for key in ("spec", "figure", ALTERNATIVES))
+    """Return the fields of a claim that describe its test."""
+    spec = entry.get("spec")
+    figure = entry.get("figure")
+    alternatives = entry.get(ALTERNATIVES)
     chosen = spec.one_of("spec", reader.designs) if spec else None
     shown = figure.one_of("figure", drawings) if figure else None
-    found: dict[str, Any] = {"spec": chosen, "figure": shown}
-    given = [key for key in TESTED if key in entry.value]
-    if len(given) != (0 if UNTESTABLE in entry.value else len(TESTED)):
+    fields: dict[str, Any] = {"spec": chosen, "figure": shown}
+    present = [key for key in TESTED if key in entry.value]
+    if len(present) != (0 if UNTESTABLE in entry.value else len(TESTED)):
         raise entry.error(
             'a claim needs either "measure", "expect" and "looked",'
             ' or "untestable" with the reason'
         )
-    if not given:
-        return found
+    if not present:
+        return fields
     if chosen is None:
         raise entry.error('missing key "spec": whose trials test the claim')
-    measure, wanted = reader.read(entry.child("measure"), chosen), entry.child("expect")
+    measure = reader.read(entry.child("measure"), chosen)
+    expect = entry.child("expect")
     of_order = isinstance(measure, Transition)
-    return found | {
+    return fields | {
         "measure": measure,
-        "expect": _order(wanted) if of_order else _expectation(wanted, measure, kind),
+        "expect": _order(expect) if of_order else _expectation(expect, measure, kind),
         "looked": entry.child("looked").one_of("time of the look", get_args(Looked)),
-        ALTERNATIVES: others.text() if others else "",
+        ALTERNATIVES: alternatives.text() if alternatives else "",
     }
 
 
-def _about(entry: Entry) -> dict[str, Any]:
-    """What every claim says about itself, tested or not."""
+def _common_fields(entry: Entry) -> dict[str, Any]:
+    """Return the fields of a claim that do not depend on its test."""
     statement = entry.get("statement") or entry.child("id")
-    reason, unread = entry.get(UNTESTABLE), entry.get(UNVERIFIED)
+    untestable = entry.get(UNTESTABLE)
+    unverified = entry.get(UNVERIFIED)
     for name in (entry.child("id"), statement):
         if not NAME.fullmatch(name.text()):
             raise name.expected('a name of letters, digits, "_", "-" and "."')
@@ -198,8 +251,8 @@ def _about(entry: Entry) -> dict[str, Any]:
         "kind": entry.child("kind").one_of("kind of claim", get_args(Kind)),
         "statement": statement.text(),
         "registered": _day(entry.child("registered")),
-        UNTESTABLE: reason.text() if reason else "",
-        UNVERIFIED: unread.text() if unread else "",
+        UNTESTABLE: untestable.text() if untestable else "",
+        UNVERIFIED: unverified.text() if unverified else "",
     }
 
 
@@ -218,15 +271,15 @@ def _order(entry: Entry) -> OfOrder:
 def _expectation(entry: Entry, measure: Measure | None, kind: Kind) -> Numeric:
     kinds = ("value", "above", "below", "within")
     entry.keys([*kinds, "rounding", "trials", "margin", "because"])
-    given = [kind for kind in kinds if kind in entry.value]
-    if len(given) != 1:
+    present = [kind for kind in kinds if kind in entry.value]
+    if len(present) != 1:
         raise entry.error(f"an expectation needs exactly one of {', '.join(kinds)}")
-    if given == ["value"]:
+    if present == ["value"]:
         return _value(entry, measure, kind)
-    entry.keys(given)
-    bound = entry.child(given[0])
-    if given != ["within"]:
-        return Above(bound.number()) if given == ["above"] else Below(bound.number())
+    entry.keys(present)
+    bound = entry.child(present[0])
+    if present != ["within"]:
+        return Above(bound.number()) if present == ["above"] else Below(bound.number())
     numbers = [child.number() for child in bound.entries()]
     if len(numbers) != 2 or numbers[0] >= numbers[1]:
         raise bound.expected("a list of two numbers, the smaller one first")
@@ -238,7 +291,8 @@ def _value(entry: Entry, measure: Measure | None, kind: Kind) -> Value:
         raise entry.error('missing key "margin": how far ours may be from the number')
     if ("margin" in entry.value) != ("because" in entry.value):
         raise entry.error('"margin" and "because", its reason, go together')
-    trials, because = entry.get("trials"), entry.get("because")
+    trials = entry.get("trials")
+    because = entry.get("because")
     if trials and isinstance(measure, RankCorrelation):
         raise trials.error('"trials" has no meaning for a rank correlation')
     value = entry.child("value").number()
@@ -259,7 +313,7 @@ def _rounding(entry: Entry | None) -> float:
 
 
 def _margin(entry: Entry | None, value: float) -> float:
-    """A margin in the unit of `value`, which may be given as a share of it."""
+    """Return a margin in the unit of `value`; a fraction of `value` is allowed too."""
     if entry is None:
         return 0.0
     if isinstance(entry.value, str):

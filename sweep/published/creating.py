@@ -1,7 +1,7 @@
-"""A model, a metric, a map or a start of one's own, begun as a copy of an example.
+"""A custom model, metric, map or initial condition, begun as a copy of an example.
 
-The examples are real files, which are checked and tested as they stand. A copy has
-another name in the place of theirs, wherever that is a word of its own.
+The examples are real files, which are checked and tested. A copy replaces the name of
+the example by another one wherever the name is a separate word.
 """
 
 import re
@@ -24,7 +24,7 @@ from sweep.text import shortened, unknown
 
 @dataclass(frozen=True)
 class Template:
-    """An example: its name, and its files, of which the first is the code."""
+    """An example: its name and its files, the first of which is the code."""
 
     name: str
     files: tuple[str, ...]
@@ -36,21 +36,37 @@ TEMPLATES = {
     "map": Template("pillars", ("pillars.py",)),
     "start": Template("ring", ("ring.py",)),
 }
-"""By the kind of what they are."""
+"""Examples by the kind of code."""
 
 
 def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
-    """Write the files of something called `name` into `folder`.
+    """Write the files of a custom entry `name` into `folder`.
 
-        kind    one of TEMPLATES
-        name    a name for Python that nothing of the kind has yet
-        folder  a folder that is there
+    A spec among the files is the study my/NAME, and its first line leads editors to the
+    schema. Nothing is written if an error is raised before the first file.
 
-    Returns the files, the code first. A spec of it is the study my/NAME, and leads
-    editors to the schema.
+    Parameters
+    ----------
+    kind : str
+        A key of TEMPLATES.
+    name : str
+        A Python name that no entry of the kind has yet.
+    folder : Path
+        An existing folder.
 
-    Raises UserError for another kind, CodeError for a name that cannot be, OutputError
-    where a file is there already or cannot be written. Nothing is written then.
+    Returns
+    -------
+    tuple of Path
+        The files, the code first.
+
+    Raises
+    ------
+    UserError
+        If `kind` is unknown.
+    CodeError
+        If an entry, a study or a file cannot have the name.
+    OutputError
+        If a file already exists or cannot be written.
     """
     if kind not in TEMPLATES:
         raise UserError(unknown("kind of code", kind, TEMPLATES))
@@ -61,10 +77,10 @@ def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
         folder / file.replace(template.name, name): _copied(template, file, name)
         for file in template.files
     }
-    there = [path for path in contents if path.exists() or path.is_symlink()]
-    if there:
+    existing = [path for path in contents if path.exists() or path.is_symlink()]
+    if existing:
         raise OutputError(
-            f"{', '.join(map(str, there))}: there already, and nothing is replaced;"
+            f"{', '.join(map(str, existing))}: there already, and nothing is replaced;"
             " another name or --folder keeps them apart"
         )
     for path, text in contents.items():
@@ -100,10 +116,10 @@ def _check_name(kind: str, name: str) -> None:
 
 
 def _fitting(kind: str, name: str) -> str:
-    """The question after a name that cannot be, with a similar one that can, if any."""
+    """Return a question with a similar name that is allowed; "" if there is none."""
     plain = re.sub("[^a-z0-9_]", "_", name.lower())
-    for one in (plain, f"my_{plain}"):
+    for candidate in (plain, f"my_{plain}"):
         with suppress(CodeError):
-            check_name("", kind, one[:60])
-            return f'; did you mean "{one[:60]}"?'
+            check_name("", kind, candidate[:60])
+            return f'; did you mean "{candidate[:60]}"?'
     return ""

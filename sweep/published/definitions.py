@@ -1,8 +1,8 @@
-"""What is recorded of trials, against what its definition makes of what else is stored
-of them. It shares no code with kernels, nor with what sums up a trial.
+"""Recorded values, compared with values that are computed again from stored tables.
 
-So a row of a document that asks for it notices mistakes of the program that its other
-rows cannot: they compare trials with each other, of which each has the same mistake.
+The definitions here share no code with kernels, nor with the summary of a trial. A
+claim that calls them notices mistakes of the program that other claims miss. Other
+claims compare trials with each other, and each of these trials has the same mistake.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -17,11 +17,12 @@ from sweep.tables.stored_study import StoredStudy
 Floats = NDArray[np.float64]
 
 CLOSE = 1e-6
-"""Relative: the order of a sum differs."""
+"""Relative tolerance: the order of a sum differs."""
 
 
 def _polarization(bodies: Floats, _trial: "pd.Series[Any]") -> Floats:
-    vx, vy = bodies[:, 2], bodies[:, 3]
+    vx = bodies[:, 2]
+    vy = bodies[:, 3]
     flying = (vx != 0.0) | (vy != 0.0)
     headings = flying * np.exp(1j * np.arctan2(vy, vx))
     return np.asarray(np.abs(headings.mean(axis=1)))
@@ -51,43 +52,62 @@ DEFINITIONS: Mapping[str, Callable[[Floats, "pd.Series[Any]"], Floats]] = {
     "speed": _speed,
     "in_contact": _in_contact,
 }
-"""By metric its values (F,) of bodies (F, 4, N): x, y, vx, vy; and of the row of the
-trial, which has the settings.
+"""By metric, the function that computes its values (F,).
+
+The arguments are the bodies (F, 4, N) with x, y, vx and vy, and the row of the trial.
+The row has the parameters.
 """
 
 
 def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
-    """100 for each trial of a spec that is done and as defined, 0 for each other one.
+    """Return 100 for each finished trial that is as defined, and 0 for each other one.
 
-    Of each metric of DEFINITIONS of which trajectories are stored, and of each series,
-    the value of a trial must be that of its last frame, and its mean that over the
-    frames of the last half. And no other replicate of its point may have the same
-    frames. Raises ValueError for a study that stores neither.
+    The check covers each recorded series. Where trajectories are stored, it covers each
+    metric of DEFINITIONS too. The value of a trial must be that of its last frame. The
+    mean of a trial must be the mean over the frames of its second half. No other
+    replicate of the same point may have the same frames.
+
+    Parameters
+    ----------
+    studies : mapping of str to StoredStudy
+        Stored studies by spec.
+    spec : str
+        Spec whose trials are checked.
+
+    Returns
+    -------
+    ndarray of float, shape (trials,)
+
+    Raises
+    ------
+    ValueError
+        If a trial has neither series nor trajectories.
     """
     study = studies[spec]
     trials = study.trials[study.trials["status"] == "done"]
     series = dict(list(study.series.groupby("trial_id")))
-    shares, seen = list[float](), set[bytes]()
+    shares = list[float]()
+    earlier = set[bytes]()
     for _, trial in trials.iterrows():
         frames = dict(_frames(study, trial, series))
         if not frames:
             raise ValueError(f"{study.name} stores nothing that defines its metrics")
-        values = [one.tobytes() for _, one in frames.values()]
+        values = [recorded.tobytes() for _, recorded in frames.values()]
         mark = b"".join([trial["point"].encode(), *values])
         as_stored = [
             np.isclose(trial[column], value, rtol=CLOSE, equal_nan=True)
             for name, known in frames.items()
             for column, value in _summed(name, *known, trial["steps"])
         ]
-        shares.append(100.0 * (all(as_stored) and mark not in seen))
-        seen.add(mark)
+        shares.append(100.0 * (all(as_stored) and mark not in earlier))
+        earlier.add(mark)
     return np.array(shares)
 
 
 def _frames(
     study: StoredStudy, trial: "pd.Series[Any]", series: Mapping[Any, pd.DataFrame]
 ) -> Iterator[tuple[str, tuple[NDArray[np.int64], Floats]]]:
-    """By metric the frames (F,) of a trial that are stored, and its values in them."""
+    """Yield each metric with its stored frames (F,) and its values (F,) in them."""
     for name in study.series_metrics:
         rows = series[trial["trial_id"]]
         yield name, (rows["frame"].to_numpy(), rows[name].to_numpy())
@@ -101,6 +121,6 @@ def _frames(
 def _summed(
     name: str, frames: NDArray[np.int64], values: Floats, steps: int
 ) -> Iterator[tuple[str, float]]:
-    """The columns of a metric in the table of trials, and what must stand there."""
+    """Yield the columns of a metric in the table of trials, with correct values."""
     yield name, float(values[-1])
     yield f"{name}_mean", float(values[frames > steps / 2].mean())

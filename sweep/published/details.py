@@ -1,7 +1,7 @@
-"""Details: variants with other values of single settings.
+"""Details: variants with other values of single parameters.
 
 Each number that the specs of a publication do not vary is moved up and down by a small
-and a large share, and each detail of the other presets of the model is tried alone.
+and a large percentage. Each detail of the other presets of the model is tried alone.
 """
 
 from collections import defaultdict
@@ -27,36 +27,47 @@ PERCENTS = (2, 10)
 WAYS = {"up": 1, "down": -1}
 
 Moves = dict[str, Mapping[str, Value]]
-"""By spec the new values of settings."""
+"""By spec, the new values of parameters."""
 
 
 def details(publication: Publication) -> Makers:
-    """The details of a publication: `n-up-2`, `n-down-2`, ... and `drag-of-as_run`.
+    """Return the details of a publication, such as `n-up-2` and `drag-of-as_run`.
 
-    A variant whose values are those of one before it is left out.
+    A variant with the values of an earlier variant is left out.
     """
     studies = needed_studies(publication)
-    shifted, seen = _shifted(studies), list[Moves]()
-    found: dict[str, Callable[[], Variant]] = {}
+    shifted = _shifted(studies)
+    earlier = list[Moves]()
+    makers: dict[str, Callable[[], Variant]] = {}
     for name, moves in (shifted | _of_other_presets(studies)).items():
-        if moves not in seen:
-            seen.append(moves)
-            found[name] = partial(
+        if moves not in earlier:
+            earlier.append(moves)
+            makers[name] = partial(
                 altered,
                 publication,
-                "details",
-                name,
-                _about(studies, moves),
-                {spec: SpecChange(values) for spec, values in moves.items()},
+                kind="details",
+                name=name,
+                description=_description(studies, moves),
+                changes={spec: SpecChange(values) for spec, values in moves.items()},
                 share=_share(studies, moves) if name in shifted else None,
             )
-    return found
+    return makers
 
 
 def moved(setting: Setting, value: float, percent: int) -> float:
-    """A value moved by so many percent, within the bounds of its setting. A whole
-    number is moved by 1 at least, unless it is 0, and by no more than so many percent
-    otherwise. It is the same where no other is allowed.
+    """Return a value moved by a percentage, within the bounds of its parameter.
+
+    An integer moves by at least 1, unless it is 0, and otherwise by at most the
+    percentage. The value is unchanged where no other value is allowed.
+
+    Parameters
+    ----------
+    setting : Setting
+        The parameter.
+    value : float
+        Its value.
+    percent : int
+        Percentage of the move; negative for a move down.
     """
     if setting.kind == "int":
         step = max(1, abs(int(value)) * abs(percent) // 100) if value else 0
@@ -70,8 +81,9 @@ def moved(setting: Setting, value: float, percent: int) -> float:
 
 
 def _numbers(study: Study) -> dict[str, float]:
-    """The numbers that a study does not vary. The size of the world is none of them
-    where a map brings it along.
+    """Return the numbers that a study does not vary.
+
+    The size of the world is left out where a map defines it.
     """
     maps = {str(value) for axis in study.axes for value in axis.columns.get("map", ())}
     if is_free(study, "map"):
@@ -87,40 +99,42 @@ def _numbers(study: Study) -> dict[str, float]:
 
 
 def _shifted(studies: Mapping[str, Study]) -> dict[str, Moves]:
-    """Each number moved, by the name of the variant. What would not change is left
-    out.
+    """Return each number moved, by the name of the variant.
+
+    Moves that change nothing are left out.
     """
-    found: dict[str, Moves] = defaultdict(dict)
+    moves_by_name: dict[str, Moves] = defaultdict(dict)
     for spec, study in studies.items():
         for name, value in _numbers(study).items():
             for percent in PERCENTS:
                 for way, sign in WAYS.items():
                     new = moved(study.settings[name], value, sign * percent)
                     if new != value:
-                        found[f"{name}-{way}-{percent}"][spec] = {name: new}
-    return found
+                        moves_by_name[f"{name}-{way}-{percent}"][spec] = {name: new}
+    return moves_by_name
 
 
 def _of_other_presets(studies: Mapping[str, Study]) -> dict[str, Moves]:
-    """Each detail of another preset alone, by the name of the variant. What a spec
-    gives itself stays as given.
+    """Return each detail of another preset alone, by the name of the variant.
+
+    Values that a spec has itself are unchanged.
     """
-    found: dict[str, Moves] = defaultdict(dict)
+    moves_by_name: dict[str, Moves] = defaultdict(dict)
     for spec, study in studies.items():
-        given = [name for name in study.settings if study.place_of(name)]
+        in_spec = [name for name in study.settings if study.place_of(name)]
         before = fitted_preset(study.model, study.preset, study.known)
         for preset in study.known.models[study.model].presets:
             after = fitted_preset(study.model, preset, study.known)
-            for detail in differing(before, after, given):
+            for detail in differing(before, after, in_spec):
                 values = {name: after[name] for name in detail}
                 if values.get("borders") == TORUS and not after["minimum_image"]:
                     values["minimum_image"] = False
-                found[f"{detail[0]}-of-{preset}"][spec] = values
-    return found
+                moves_by_name[f"{detail[0]}-of-{preset}"][spec] = values
+    return moves_by_name
 
 
 def _share(studies: Mapping[str, Study], moves: Moves) -> float:
-    """By which share of its value a number is moved: the largest of all specs."""
+    """Return the largest fraction, over all specs, by which a number is moved."""
     shares = [
         abs(cast(float, new) / cast(float, value_of(studies[spec], name)) - 1.0)
         for spec, values in moves.items()
@@ -129,8 +143,8 @@ def _share(studies: Mapping[str, Study], moves: Moves) -> float:
     return round(max(shares), 6)
 
 
-def _about(studies: Mapping[str, Study], moves: Moves) -> str:
-    """The values before and after, such as `n 40 to 41`."""
+def _description(studies: Mapping[str, Study], moves: Moves) -> str:
+    """Return the values before and after, such as `n 40 to 41`."""
     words = {
         f"{name} {_plain(value_of(studies[spec], name))} to {_plain(new)}": None
         for spec, values in moves.items()

@@ -1,6 +1,4 @@
-"""The figures of a publication. A figure is drawn only if what it depends on has
-changed.
-"""
+"""Figures of a publication, drawn only if their inputs have changed."""
 
 import hashlib
 import json
@@ -22,7 +20,7 @@ from sweep.spec.study_folder import FIGURES
 from sweep.tables.stored_study import StoredStudy
 
 WATERMARK = "QUICK: FEW TRIALS"
-"""Across pages and figures of the quick scale."""
+"""Watermark of pages and figures of the quick scale."""
 CLAIM_SOURCES = [
     Path(__file__).with_name(f"{name}.py")
     for name in ("forest", "numerics_figure", "margins")
@@ -30,14 +28,21 @@ CLAIM_SOURCES = [
 
 
 class FigureFile:
-    """One figure of a publication, and its two files.
+    """A figure of a publication, and its two files.
 
-    publication  the publication
-    name         the name of the figure
-    stored       the stored studies, by the names of their specs
-    root         the folder below which the figure is written
-    watermark    a text across the figure; "" for none
-    results      the folder that the user has named; `root` is it, or lies in it
+    Parameters
+    ----------
+    publication : Publication
+    name : str
+        Name of the figure.
+    stored : mapping of str to StoredStudy
+        Stored studies by spec.
+    root : Path
+        Folder below which the figure is written.
+    watermark : str
+        Text across the figure; "" for none.
+    results : Path
+        Folder that the user has named; `root` is this folder or is below it.
     """
 
     def __init__(
@@ -62,18 +67,26 @@ class FigureFile:
 
     @property
     def possible(self) -> bool:
-        """Whether all studies that the figure needs are stored."""
+        """True if all studies that the figure needs are stored."""
         return len(self.studies) == len(self.drawing.specs)
 
     def current(self) -> bool:
-        """Whether the files exist and were drawn from what is stored now."""
+        """Return True if the files exist and show the trials that are stored now."""
         return (
             self.possible
             and saved_about(self.path).get("Inputs") == self.about["Inputs"]
         )
 
     def draw(self) -> None:
-        """Draw and save it. Whatever the function of the figure raises is raised."""
+        """Draw the figure and save it.
+
+        Errors of the function of the figure are passed on.
+
+        Raises
+        ------
+        TypeError
+            If the function does not return a figure of matplotlib.
+        """
         figure = self.drawing.draw(self.studies)
         if not isinstance(figure, Figure):
             raise TypeError(
@@ -84,9 +97,7 @@ class FigureFile:
 
     @cached_property
     def about(self) -> dict[str, str]:
-        """The metadata of the files. `Inputs` is a hash of everything that the figure
-        depends on.
-        """
+        """Metadata of the files; `Inputs` is a hash of all inputs of the figure."""
         done = {study.name: _done(study) for study in self.studies.values()}
         specs = [study.spec for study in self.studies.values()]
         sources = [
@@ -113,16 +124,25 @@ class FigureFile:
 
 
 class ClaimsFile:
-    """A picture of the claims of a document, and its two files.
+    """A figure of the claims of a publication, and its two files.
 
-    publication  the document
-    name         what the picture is called
-    text         what it shows, in a line
-    make         makes the figure
-    inputs       what the figure shows
-    root         the folder below which the picture is written
-    watermark    a text across it; "" for none
-    results      the folder that the user has named; `root` is it, or lies in it
+    Parameters
+    ----------
+    publication : Publication
+    name : str
+        Name of the figure.
+    text : str
+        Caption of one line.
+    make : callable
+        Makes the figure.
+    inputs : object
+        Contents of the figure; its representation decides if the files are up to date.
+    root : Path
+        Folder below which the figure is written.
+    watermark : str
+        Text across the figure; "" for none.
+    results : Path
+        Folder that the user has named; `root` is this folder or is below it.
     """
 
     def __init__(
@@ -136,22 +156,26 @@ class ClaimsFile:
         watermark: str,
         results: Path,
     ) -> None:
-        self.publication, self.name, self.text = publication, name, text
-        self.make, self.inputs = make, inputs
-        self.results, self.watermark = results, watermark
+        self.publication = publication
+        self.name = name
+        self.text = text
+        self.make = make
+        self.inputs = inputs
+        self.results = results
+        self.watermark = watermark
         self.path = root / FIGURES / f"{name}-{publication.name}"
 
     def current(self) -> bool:
-        """Whether the files exist and show these claims."""
+        """Return True if the files exist and show these claims."""
         return saved_about(self.path).get("Inputs") == self.about["Inputs"]
 
     def draw(self) -> None:
-        """Draw and save it."""
+        """Draw the figure and save it."""
         save(self.make(), self.path, self.about, self.watermark, below=self.results)
 
     @cached_property
     def about(self) -> dict[str, str]:
-        """The metadata of the files."""
+        """Metadata of the files."""
         sources = [file.read_text(encoding="utf-8") for file in CLAIM_SOURCES]
         inputs = [repr(self.inputs), sources, _house_sources(), matplotlib.__version__]
         return {
@@ -167,19 +191,31 @@ def forest_file(
     watermark: str,
     results: Path,
 ) -> ClaimsFile | None:
-    """The picture of the judged rows of a document; None where none has an interval."""
+    """Return the forest plot of judged rows; None if no row has a confidence interval.
+
+    Parameters
+    ----------
+    publication : Publication
+    rows : sequence of Row
+        Judged rows of the publication.
+    root : Path
+        Folder below which the figure is written.
+    watermark : str
+        Text across the figure; "" for none.
+    results : Path
+        Folder that the user has named; `root` is this folder or is below it.
+    """
     if not any(row.verdict.interval for row in rows):
         return None
-    title, family = publication.title, publication.family
     return ClaimsFile(
         publication,
-        "scorecard",
-        "every tested claim: ours, both intervals, what was published, the margin",
-        lambda: forest_figure(title, rows, family),
-        rows,
-        root,
-        watermark,
-        results,
+        name="scorecard",
+        text="every tested claim: ours, both intervals, what was published, the margin",
+        make=lambda: forest_figure(publication.title, rows, publication.family),
+        inputs=rows,
+        root=root,
+        watermark=watermark,
+        results=results,
     )
 
 
@@ -189,29 +225,41 @@ def numerics_file(
     root: Path,
     results: Path,
 ) -> ClaimsFile | None:
-    """The picture of what numerics do to the claims of a document; None where none were
-    tried. They are tried at the quick scale, and it has the watermark of that.
+    """Return the figure of the effect of numerics; None if none were tried.
+
+    Numerics are tried at the quick scale, so the figure has its watermark.
+
+    Parameters
+    ----------
+    publication : Publication
+    tried : DocumentVariants or None
+        Stored effects of the variants of the publication.
+    root : Path
+        Folder below which the figure is written.
+    results : Path
+        Folder that the user has named; `root` is this folder or is below it.
     """
     claims = publication.claims
     if not (tried and tried.tried("numerics") and compared(claims, tried)):
         return None
-    title, family = publication.title, publication.family
     return ClaimsFile(
         publication,
-        "numerics",
-        "every tested claim with few trials, as it is and with half the time step,"
+        name="numerics",
+        text="every tested claim with few trials, as it is and with half the time step,"
         " another order of updates and another seed",
-        lambda: numerics_figure(title, claims, tried, family),
-        (compared(claims, tried), tried.tried("numerics")),
-        root,
-        WATERMARK,
-        results,
+        make=lambda: numerics_figure(
+            publication.title, claims, tried, publication.family
+        ),
+        inputs=(compared(claims, tried), tried.tried("numerics")),
+        root=root,
+        watermark=WATERMARK,
+        results=results,
     )
 
 
 @cache
 def _house_sources() -> list[str]:
-    """The source texts that all figures share: style, pieces and estimates."""
+    """Return the source texts that all figures share: style, pieces and estimates."""
     shared = [
         STYLE,
         *sorted(STYLE.parent.glob("*.py")),

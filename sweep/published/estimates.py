@@ -1,5 +1,6 @@
-"""Turns a measure into an estimate from stored trials. Trials without a result are left
-out, and counted.
+"""Estimates of measures from stored trials.
+
+Trials without a result are left out, and counted.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,9 +37,18 @@ Studies = Mapping[str, StoredStudy]
 
 
 class Measured(NamedTuple):
-    """An estimate, or what the sizes of a study tell of a transition; the number of its
-    trials in words and in all, and the number of trials that were left out because they
-    have no result.
+    """An estimate, or the scaling of a transition, with the numbers of its trials.
+
+    Attributes
+    ----------
+    estimate : Estimate or Scaling
+        A Scaling for a transition.
+    trials : str
+        Number of trials, in words.
+    used : int
+        Number of trials.
+    left_out : int
+        Number of trials that have no result.
     """
 
     estimate: Estimate | Scaling
@@ -48,77 +58,102 @@ class Measured(NamedTuple):
 
 
 class MeasureError(Exception):
-    """A function of figures.py raised an error, or did not return what a
-    measure needs; or the points of a study are not those of one transition.
+    """A measure that failed.
+
+    Either a function of figures.py raised an error or returned the wrong type, or the
+    points of a study are not those of one transition.
     """
 
 
-def metrics_left_out(studies: Studies, what: Measure) -> str:
-    """The metrics that `what` measures and its studies leave out, with the reasons;
-    "" where there are none.
+def metrics_left_out(studies: Studies, quantity: Measure) -> str:
+    """Return the metrics of `quantity` that its studies leave out, with the reasons.
+
+    The text is "" if there are none.
     """
     reasons = (
-        _said(studies[spec], Column.read(column).metric)
-        for spec, column in columns_read(what)
+        _left_out_text(studies[spec], Column.read(column).metric)
+        for spec, column in columns_read(quantity)
     )
     return "; ".join(dict.fromkeys(filter(None, reasons)))
 
 
-def _said(study: StoredStudy, metric: str) -> str:
+def _left_out_text(study: StoredStudy, metric: str) -> str:
     reason = study.left_out.get(metric)
     return f"{metric} {reason}" if reason else ""
 
 
 def measure(
-    studies: Studies, what: Measure, functions: Mapping[str, Callable[..., Any]]
+    studies: Studies, quantity: Measure, functions: Mapping[str, Callable[..., Any]]
 ) -> Measured:
-    """The estimate of `what` in `studies`, which are found by the names of their specs.
+    """Return the estimate of a quantity from stored studies.
 
-    Raises MeasureError if a function of figures.py that it calls fails, and where the
-    points of a study are not those of one transition.
+    Parameters
+    ----------
+    studies : mapping of str to StoredStudy
+        Stored studies by spec.
+    quantity : Measure
+        Quantity to estimate.
+    functions : mapping of str to callable
+        Functions of figures.py by name.
+
+    Raises
+    ------
+    MeasureError
+        If a function of figures.py fails, or the points are not those of one
+        transition.
     """
-    if isinstance(what, Mean):
-        found = _units(studies[what.spec], what, set(what.settings))
+    if isinstance(quantity, Mean):
+        sample = _units(studies[quantity.spec], quantity, set(quantity.settings))
         return Measured(
-            mean_estimate(found.array(), distribution=_distribution(studies, what)),
-            f"{found.trials:,}",
-            found.trials,
-            found.left_out,
+            mean_estimate(
+                sample.array(), distribution=_distribution(studies, quantity)
+            ),
+            f"{sample.trials:,}",
+            sample.trials,
+            sample.left_out,
         )
-    if isinstance(what, MeanDifference):
-        return _difference(studies, what)
-    if isinstance(what, RankCorrelation):
-        return _rank_correlation(studies[what.spec], what)
-    if isinstance(what, Transition):
-        return _transition(studies[what.spec], what)
-    return _called(studies, what, functions)
+    if isinstance(quantity, MeanDifference):
+        return _difference(studies, quantity)
+    if isinstance(quantity, RankCorrelation):
+        return _rank_correlation(studies[quantity.spec], quantity)
+    if isinstance(quantity, Transition):
+        return _transition(studies[quantity.spec], quantity)
+    return _called(studies, quantity, functions)
 
 
-def _difference(studies: Studies, what: MeanDifference) -> Measured:
-    """The first mean minus the second: between pairs if both sides have the same units,
-    otherwise between independent samples.
+def _difference(studies: Studies, difference: MeanDifference) -> Measured:
+    """Return the first mean minus the second.
+
+    The difference is between pairs if both sides have the same units. Otherwise it is
+    between independent samples.
     """
-    named = {*what.first.settings, *what.second.settings}
-    one, other = (
-        _units(studies[side.spec], side, named) for side in (what.first, what.second)
+    named = {*difference.first.settings, *difference.second.settings}
+    first, second = (
+        _units(studies[side.spec], side, named)
+        for side in (difference.first, difference.second)
     )
-    found = compare(other, one, _distribution(studies, what.first))
-    trials = f"{one.trials:,} and {other.trials:,}" + (
-        ", paired" if found.paired else ""
+    comparison = compare(second, first, _distribution(studies, difference.first))
+    trials = f"{first.trials:,} and {second.trials:,}" + (
+        ", paired" if comparison.paired else ""
     )
-    return Measured(found.estimate, trials, one.trials + other.trials, found.left_out)
+    return Measured(
+        comparison.estimate, trials, first.trials + second.trials, comparison.left_out
+    )
 
 
-def _distribution(studies: Studies, what: Mean) -> Declaration:
-    """How the values of a mean are distributed, and what they lie in: as its metric
-    declares it, whether they are of trials or means of some.
+def _distribution(studies: Studies, mean: Mean) -> Declaration:
+    """Return the declared distribution of the metric of a mean.
+
+    The declaration holds for values of trials and for means of such values.
     """
-    return studies[what.spec].distributions[what.metric]
+    return studies[mean.spec].distributions[mean.metric]
 
 
 def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:
-    """The units of a mean. Units pair by the varied settings, except those `named` by
-    the measure.
+    """Return the units of a mean.
+
+    Units are paired by the varied parameters, except those that the measure has
+    `named`.
     """
     trials = chosen(study.trials, mean.settings)
     free = [name for name in study.varied if name not in named]
@@ -128,7 +163,7 @@ def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:
 def _trial_values(
     study: StoredStudy, trials: pd.DataFrame, mean: Mean
 ) -> "pd.Series[float]":
-    """One value a row of `trials`, NaN where it is not done."""
+    """Return one value per row of `trials`, NaN where the trial is not done."""
     if mean.frames is None:
         values = trials[mean.metric]
     else:
@@ -138,51 +173,53 @@ def _trial_values(
     return values.astype(np.float64).where(trials["status"] == "done")
 
 
-def _rank_correlation(study: StoredStudy, what: RankCorrelation) -> Measured:
-    trials = chosen(study.trials, what.settings)
-    values = trials[what.column].where(trials["status"] == "done")
+def _rank_correlation(study: StoredStudy, correlation: RankCorrelation) -> Measured:
+    trials = chosen(study.trials, correlation.settings)
+    values = trials[correlation.column].where(trials["status"] == "done")
     points = trials.assign(_value=values).groupby("point", sort=False)
-    settings = points[what.setting].first().to_numpy(np.float64)
+    settings = points[correlation.setting].first().to_numpy(np.float64)
     estimate = rank_estimate(settings, points["_value"].mean().to_numpy(np.float64))
     count = int(values.notna().sum())
     words = f"{count:,} at {estimate.n:,} points"
     return Measured(estimate, words, count, int(values.isna().sum()))
 
 
-def _transition(study: StoredStudy, what: Transition) -> Measured:
+def _transition(study: StoredStudy, transition: Transition) -> Measured:
     try:
-        found = finite_size_scaling(study.where(**what.settings), what.series)
+        scaling = finite_size_scaling(
+            study.where(**transition.settings), transition.series
+        )
     except ChoiceError as error:
         raise MeasureError(str(error)) from None
-    used = int(found.states["trials"].sum())
-    words = f"{used:,} at {len(found.states):,} points"
-    return Measured(found, words, used, found.left_out)
+    used = int(scaling.states["trials"].sum())
+    words = f"{used:,} at {len(scaling.states):,} points"
+    return Measured(scaling, words, used, scaling.left_out)
 
 
 def _called(
-    studies: Studies, what: Call, functions: Mapping[str, Callable[..., Any]]
+    studies: Studies, call: Call, functions: Mapping[str, Callable[..., Any]]
 ) -> Measured:
     try:
-        found = functions[what.function](studies, **what.settings)
+        returned = functions[call.function](studies, **call.settings)
         samples = [
             np.asarray(values, np.float64)
-            for values in (found if isinstance(found, tuple) else (found,))
+            for values in (returned if isinstance(returned, tuple) else (returned,))
         ]
     except Exception as error:
         left_out = dict.fromkeys(
-            f"; {_said(study, metric)}"
+            f"; {_left_out_text(study, metric)}"
             for study in studies.values()
             for metric in study.left_out
         )
         raise MeasureError(
-            f"{what.function}: {type(error).__name__}: {error}{''.join(left_out)}"
+            f"{call.function}: {type(error).__name__}: {error}{''.join(left_out)}"
         ) from error
     if len(samples) > 2 or any(values.ndim != 1 for values in samples):
         raise MeasureError(
-            f"{what.function} must return an array of one value each, or a tuple of two"
+            f"{call.function} must return an array of one value each, or a tuple of two"
         )
     missing = sum(int(np.isnan(values).sum()) for values in samples)
-    estimate = mean_estimate(*reversed(samples), distribution=what.distribution)
+    estimate = mean_estimate(*reversed(samples), distribution=call.distribution)
     counts = [sample.n for sample in estimate.samples]
     words = " and ".join(f"{count:,}" for count in counts)
     return Measured(estimate, words, sum(counts), missing)

@@ -1,8 +1,8 @@
-"""What each claim of a document could notice with its planned trials, before these run.
+"""Differences that the claims of a publication could notice with its planned trials.
 
-A pilot tells the spread: the trials that are stored at the full scale, or else those of
-the quick scale. A claim whose noticeable difference exceeds its margin is weak: its
-planned trials cannot confirm it.
+They are estimated before these trials run. A pilot has the spread: the trials that are
+stored at the full scale, or else those of the quick scale. A claim is weak if its
+noticeable difference exceeds its margin: the planned trials cannot confirm the claim.
 """
 
 import math
@@ -21,19 +21,31 @@ from sweep.spec.study import Study
 
 
 class Outlook(NamedTuple):
-    """A claim and what it could notice; None without a pilot that has an interval."""
+    """A claim and its foreseen power.
+
+    `foreseen` is None without a pilot that has a confidence interval.
+    """
 
     claim: Claim
     foreseen: Foreseen | None
 
 
 def outlooks(full: Publication, quick: Publication, results: Path) -> list[Outlook]:
-    """What the claims of a document that are tested could notice with all its trials,
-    from those that are stored below `results`: `quick` is the document at that scale.
-    What decides the order of a transition is no width: those claims are left out.
+    """Return the outlooks of the tested claims with all planned trials.
+
+    Claims on the order of a transition are left out: no width decides them.
+
+    Parameters
+    ----------
+    full : Publication
+        The publication at the full scale.
+    quick : Publication
+        The publication at the quick scale.
+    results : Path
+        Folder with the stored studies, which are the pilots.
     """
     planned = {spec: _planned(study) for spec, study in full.studies.items()}
-    pilots = [_pilot(one, results, planned) for one in (full, quick)]
+    pilots = [_pilot(publication, results, planned) for publication in (full, quick)]
     return [
         Outlook(claim, _foreseen(claim, full.family, pilots))
         for claim in full.claims
@@ -42,7 +54,7 @@ def outlooks(full: Publication, quick: Publication, results: Path) -> list[Outlo
 
 
 class _Pilot(NamedTuple):
-    """Rows by id, and by spec how many times as many trials are planned."""
+    """Judged rows by claim, and by spec the ratio of planned to stored trials."""
 
     rows: Mapping[str, Row]
     times: Mapping[str, float]
@@ -55,7 +67,10 @@ def _pilot(
     rows, _ = judged(publication, stored)
     return _Pilot(
         {row.claim.id: row for row in rows},
-        {spec: planned[spec] / one.statuses()["done"] for spec, one in stored.items()},
+        {
+            spec: planned[spec] / study.statuses()["done"]
+            for spec, study in stored.items()
+        },
     )
 
 
@@ -64,8 +79,9 @@ def _planned(study: Study) -> int:
 
 
 def _foreseen(claim: Claim, family: int, pilots: Sequence[_Pilot]) -> Foreseen | None:
-    """By the first of the pilots that has an interval. A claim on several specs has the
-    factor of the one that grows least.
+    """Return the foresight from the first pilot that has a confidence interval.
+
+    A claim on several specs has the factor of the spec that grows least.
     """
     expect = claim.expect
     if claim.measure is None or claim.spec is None or expect is None:
@@ -74,39 +90,41 @@ def _foreseen(claim: Claim, family: int, pilots: Sequence[_Pilot]) -> Foreseen |
         return None
     specs = specs_of(claim.measure, [claim.spec])
     for pilot in pilots:
-        found = pilot.rows[claim.id].measured
-        if found is None or isinstance(found.estimate, Scaling):
+        measured = pilot.rows[claim.id].measured
+        if measured is None or isinstance(measured.estimate, Scaling):
             continue
-        if found.estimate.testable:
+        if measured.estimate.testable:
             times = min(pilot.times[spec] for spec in specs)
-            return foresee(found.estimate, expect, family, found.used, times)
+            return foresee(
+                measured.estimate, expect, family, trials=measured.used, times=times
+            )
     return None
 
 
-def outlook_lines(name: str, found: Sequence[Outlook]) -> Iterator[str]:
-    """What the claims of a document could notice, in words: the weak ones first."""
-    known = [one for one in found if one.foreseen]
-    weak = [one for one in known if one.foreseen and one.foreseen.weak]
-    unknown = [one.claim.id for one in found if not one.foreseen]
+def outlook_lines(name: str, claim_outlooks: Sequence[Outlook]) -> Iterator[str]:
+    """Yield the outlooks of a publication in words, the weak claims first."""
+    known = [outlook for outlook in claim_outlooks if outlook.foreseen]
+    weak = [outlook for outlook in known if outlook.foreseen and outlook.foreseen.weak]
+    unknown = [outlook.claim.id for outlook in claim_outlooks if not outlook.foreseen]
     yield (
         f"{name}: {len(weak)} of {len(known)} claims are weak, as their planned trials"
         " cannot confirm them"
     )
-    for one in sorted(known, key=lambda one: one not in weak):
-        if one.foreseen:
-            mark = "weak  " if one in weak else "      "
-            yield f"  {mark}{_line(one.claim, one.foreseen)}"
+    for outlook in sorted(known, key=lambda outlook: outlook not in weak):
+        if outlook.foreseen:
+            mark = "weak  " if outlook in weak else "      "
+            yield f"  {mark}{_line(outlook.claim, outlook.foreseen)}"
     if unknown:
         yield f"  no trial to judge from: {', '.join(unknown)}"
 
 
-def _line(claim: Claim, found: Foreseen) -> str:
-    said = f"{claim.id}: {found.trials:,} trials notice {brief(found.noticeable)}"
-    if found.margin < math.inf:
-        said += f", the margin is {brief(found.margin)}"
+def _line(claim: Claim, foreseen: Foreseen) -> str:
+    text = f"{claim.id}: {foreseen.trials:,} trials notice {brief(foreseen.noticeable)}"
+    if foreseen.margin < math.inf:
+        text += f", the margin is {brief(foreseen.margin)}"
         does = "would notice it"
     else:
         does = "would decide it if our mean stayed"
-    if found.enough is None:
-        return f"{said}; no number {does}"
-    return f"{said}; about {found.enough:,} {does}"
+    if foreseen.enough is None:
+        return f"{text}; no number {does}"
+    return f"{text}; about {foreseen.enough:,} {does}"

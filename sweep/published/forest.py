@@ -1,4 +1,4 @@
-"""The scorecard as a picture: a forest plot of the tested claims of one document."""
+"""The scorecard as a figure: a forest plot of the tested claims of a publication."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,9 +28,10 @@ from sweep.published.verdicts import OfOrder, brief
 
 
 class Drawn(NamedTuple):
-    """A row in the unit of its panel: ours, and both intervals with their widths.
+    """A row in the unit of its panel.
 
-    `wide` is whether its expectation has two bounds, and so a width.
+    `ours` is our estimate. `intervals` has two confidence intervals with line widths.
+    `wide` is True if the expectation has two bounds, and so a width.
     """
 
     row: Row
@@ -41,22 +42,29 @@ class Drawn(NamedTuple):
 
 
 def forest_figure(title: str, rows: Sequence[Row], family: int) -> Figure:
-    """The picture of the rows that have an interval, of which there is one or more.
+    """Return the forest plot of the rows that have a confidence interval.
 
-    title   the name of the document
-    rows    its rows, drawn in their order
-    family  the number of claims whose intervals hold together
+    Parameters
+    ----------
+    title : str
+        Title of the publication.
+    rows : sequence of Row
+        Rows in the order of the plot, at least one with a confidence interval.
+    family : int
+        Number of claims whose intervals are simultaneous.
     """
-    drawn = [one for row in rows if (one := _scaled(row))]
+    drawn = [shown for row in rows if (shown := _scaled(row))]
     panels = [
-        found for wide in AXES if (found := [one for one in drawn if one.wide is wide])
+        panel
+        for wide in AXES
+        if (panel := [shown for shown in drawn if shown.wide is wide])
     ]
-    heights = [ROW * len(found) + PANEL for found in panels]
+    heights = [ROW * len(panel) + PANEL for panel in panels]
     with style.context(STYLE):
         figure = Figure(figsize=(8.6, sum(heights) + FRAME))
         places = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)
-        for axes, found in zip(places[:, 0], panels, strict=True):
-            _panel(axes, found)
+        for axes, panel in zip(places[:, 0], panels, strict=True):
+            _panel(axes, panel)
         name_verdicts(figure, places[0, 0], LOOK)
         places[0, 0].set_title(title)
         note(
@@ -69,30 +77,33 @@ def forest_figure(title: str, rows: Sequence[Row], family: int) -> Figure:
 
 
 def _scaled(row: Row) -> Drawn | None:
-    """A row in the unit of its panel; None where nothing was measured."""
-    expect, verdict, found = row.claim.expect, row.verdict, row.measured
-    if not (expect and found and verdict.interval and verdict.simultaneous):
+    """Return a row in the unit of its panel; None if nothing was measured."""
+    expect = row.claim.expect
+    verdict = row.verdict
+    measured = row.measured
+    if not (expect and measured and verdict.interval and verdict.simultaneous):
         return None
-    if isinstance(expect, OfOrder) or isinstance(found.estimate, Scaling):
+    if isinstance(expect, OfOrder) or isinstance(measured.estimate, Scaling):
         return None
-    ours, scaled = found.estimate.value, margins(expect, verdict.noticeable or 0.0)
+    ours = measured.estimate.value
+    scaled = margins(expect, verdict.noticeable or 0.0)
     intervals = ((verdict.simultaneous, 0.8), (verdict.interval, 2.2))
     return Drawn(
-        row,
-        scaled.wide,
-        scaled.place(ours),
-        tuple((scaled.span(bounds), width) for bounds, width in intervals),
-        f"{brief(ours)}  ({scaled.text})",
+        row=row,
+        wide=scaled.wide,
+        ours=scaled.place(ours),
+        intervals=tuple((scaled.span(bounds), width) for bounds, width in intervals),
+        text=f"{brief(ours)}  ({scaled.text})",
     )
 
 
-def _panel(axes: Axes, found: Sequence[Drawn]) -> None:
+def _panel(axes: Axes, panel: Sequence[Drawn]) -> None:
     """Draw rows below each other, with their numbers on the right."""
-    frame_panel(axes, wide=found[0].wide)
-    for place, one in enumerate(found):
-        look = LOOK[one.row.verdict.status]
-        for span, width in one.intervals:
-            draw_line(axes, place, span, look[0], width)
-        draw_mark(axes, place, one.ours, look, filled=one.row.claim.counted)
-    name_rows(axes, [one.row.claim.id for one in found])
-    number_rows(axes, [one.text for one in found])
+    frame_panel(axes, wide=panel[0].wide)
+    for place, drawn in enumerate(panel):
+        look = LOOK[drawn.row.verdict.status]
+        for span, width in drawn.intervals:
+            draw_line(axes, place, span, colour=look[0], width=width)
+        draw_mark(axes, place, drawn.ours, look, filled=drawn.row.claim.counted)
+    name_rows(axes, [drawn.row.claim.id for drawn in panel])
+    number_rows(axes, [drawn.text for drawn in panel])

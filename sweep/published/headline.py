@@ -1,10 +1,9 @@
-"""The headline of README.md: by document, how many statements have which verdict.
+"""The headline of README.md: by publication, the number of statements per verdict.
 
-`make documents` writes it between two marks. How many statements, exact results,
-hypotheses and fits a document has, follows from its claims. Verdicts are those of the
-stored scorecard. The repository keeps no results: of a document that no stored
-scorecard judges, the verdicts that stand there stay, as long as they are of as many
-statements.
+`make documents` writes the headline between two marks. The numbers of statements, exact
+results, hypotheses and fits follow from the claims. Verdicts are read from the stored
+scorecard. The repository has no results. So the verdicts of a publication without a
+stored scorecard are unchanged, as long as the number of its statements is the same.
 """
 
 import re
@@ -14,16 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import StoreError
-from sweep.published.publications import FULL, Publication, read_unasked
+from sweep.published.publications import FULL, Publication, read_without_code
 from sweep.published.scorecard import ORDER
 from sweep.published.statements import GROUPS, Group, group_of
 from sweep.spec.study_folder import SCORECARD
 from sweep.store.regular import read_json
 
-FIRST, LAST = (
-    "<!-- headline: `make documents` writes it -->",
-    "<!-- end of headline -->",
-)
+FIRST = "<!-- headline: `make documents` writes it -->"
+LAST = "<!-- end of headline -->"
 BLOCK = re.compile(f"{re.escape(FIRST)}\n.*?{re.escape(LAST)}", re.DOTALL)
 NAMES: Mapping[Group, str] = {
     "statement": "statements",
@@ -39,33 +36,52 @@ SHAPE = {
 }
 
 Verdicts = Mapping[str, Mapping[str, int]]
-"""By document how many statements have which status."""
+"""By publication, the number of statements per status."""
 
 
 def counted(publication: Publication) -> dict[Group, int]:
-    """How many statements, exact results, hypotheses and fits a document has."""
-    found = {(group_of(one), one.statement) for one in publication.claims}
-    return {group: sum(kind == group for kind, _ in found) for group in GROUPS}
+    """Return the numbers of statements, exact results, hypotheses and fits."""
+    statements = {(group_of(claim), claim.statement) for claim in publication.claims}
+    return {group: sum(kind == group for kind, _ in statements) for group in GROUPS}
 
 
 def known_verdicts(
     block: str, results: Path, publications: Sequence[Publication]
 ) -> Verdicts:
-    """The verdicts of a headline, and those of the scorecard below `results` in their
-    place. Raises StoreError for a damaged scorecard.
+    """Return the verdicts of a headline, replaced by those of the stored scorecard.
+
+    Parameters
+    ----------
+    block : str
+        The present headline.
+    results : Path
+        Folder with the scorecard.
+    publications : sequence of Publication
+        All publications.
+
+    Raises
+    ------
+    StoreError
+        If the scorecard is damaged.
     """
-    there: Verdicts = {
+    present: Verdicts = {
         row["document"]: {str(status): int(row[status]) for status in ORDER}
         for row in rows(block)
         if row.keys() >= {*ORDER}
     }
     judged = read_verdicts(results, publications)
-    return {**_of_these(there, publications), **judged}
+    return {**_with_same_count(present, publications), **judged}
 
 
 def read_verdicts(results: Path, publications: Sequence[Publication]) -> Verdicts:
-    """The verdicts of the scorecard below `results`, of the documents that were asked;
-    none if there is none at the full scale. Raises StoreError for a damaged one.
+    """Return the verdicts of the scorecard below `results`, for selected publications.
+
+    The mapping is empty without a scorecard at the full scale.
+
+    Raises
+    ------
+    StoreError
+        If the scorecard is damaged.
     """
     path = results / SCORECARD[-1]
     try:
@@ -76,35 +92,44 @@ def read_verdicts(results: Path, publications: Sequence[Publication]) -> Verdict
         raise StoreError(f"{path}: {error}; remove it and reproduce again") from None
     if content["scale"] != FULL:
         return {}
-    asked = [one for one in content["documents"] if one["asked"]]
-    return _of_these({one["study"]: one["statements"] for one in asked}, publications)
+    selected = [document for document in content["documents"] if document["asked"]]
+    return _with_same_count(
+        {document["study"]: document["statements"] for document in selected},
+        publications,
+    )
 
 
-def _of_these(verdicts: Verdicts, publications: Sequence[Publication]) -> Verdicts:
-    """The verdicts that are of as many statements as the documents have now."""
-    wanted = {one.name: counted(one)["statement"] for one in publications}
+def _with_same_count(
+    verdicts: Verdicts, publications: Sequence[Publication]
+) -> Verdicts:
+    """Return the verdicts on as many statements as the publications have now."""
+    statements = {
+        publication.name: counted(publication)["statement"]
+        for publication in publications
+    }
     return {
         name: counts
         for name, counts in verdicts.items()
-        if sum(counts.values()) == wanted.get(name)
+        if sum(counts.values()) == statements.get(name)
     }
 
 
 def headline(publications: Sequence[Publication], verdicts: Verdicts) -> str:
-    """The table in Markdown, with the marks. Where some documents have verdicts, the
-    statements of the others are not run.
+    """Return the table in Markdown, with the marks.
+
+    Where some publications have verdicts, the statements of the others are not run.
     """
     shown = [status for status in ORDER[::-1] if verdicts]
     apart = GROUPS[1:]
-    names = ["document", NAMES["statement"], *shown, *(NAMES[one] for one in apart)]
+    names = ["document", NAMES["statement"], *shown, *(NAMES[group] for group in apart)]
     lines = [f"| {' | '.join(names)} |", f"|---|{'---:|' * (len(names) - 1)}"]
-    for one in publications:
-        counts = counted(one)
-        found = verdicts.get(one.name, {"not run": counts["statement"]})
+    for publication in publications:
+        counts = counted(publication)
+        statuses = verdicts.get(publication.name, {"not run": counts["statement"]})
         cells = [
-            one.name,
+            publication.name,
             counts["statement"],
-            *(found.get(status, 0) for status in shown),
+            *(statuses.get(status, 0) for status in shown),
             *(counts[group] for group in apart),
         ]
         lines.append(f"| {' | '.join(map(str, cells))} |")
@@ -112,7 +137,7 @@ def headline(publications: Sequence[Publication], verdicts: Verdicts) -> str:
 
 
 def rows(block: str) -> list[dict[str, str]]:
-    """The rows of a headline, by the names of its columns."""
+    """Return the rows of a headline, by the names of its columns."""
     lines = [
         [cell.strip() for cell in line.strip("|").split("|")]
         for line in block.splitlines()
@@ -122,16 +147,18 @@ def rows(block: str) -> list[dict[str, str]]:
 
 
 def main() -> None:
-    """Write the headline into the file that the first argument names. The second is the
-    folder with the publications, and the third that with the results.
+    """Write the headline into the file that the first argument names.
+
+    The second argument is the folder of the publications, the third that of the
+    results.
     """
     readme, experiments, results = map(Path, sys.argv[1:])
-    publications = read_unasked(experiments)
+    publications = read_without_code(experiments)
     text = readme.read_text(encoding="utf-8")
-    found = BLOCK.search(text)
-    verdicts = known_verdicts(found[0] if found else "", results, publications)
-    made = headline(publications, verdicts)
-    written = BLOCK.sub(lambda _: made, text)
+    block = BLOCK.search(text)
+    verdicts = known_verdicts(block[0] if block else "", results, publications)
+    table = headline(publications, verdicts)
+    written = BLOCK.sub(lambda _: table, text)
     readme.write_text(written, encoding="utf-8")
 
 

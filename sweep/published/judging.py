@@ -1,4 +1,4 @@
-"""Judges the claims of a document by the trials that are stored."""
+"""Verdicts on the claims of a publication by its stored trials."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,13 +29,13 @@ from sweep.tables.stored_study import StoredStudy
 
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
 NO_RESULT = ("missing", "failed", "timeout")
-"""Planned trials of these statuses are not there; one that diverged is a result."""
+"""Statuses of planned trials without a result; a trial that diverged has one."""
 
 Stored = Mapping[str, StoredStudy]
 
 
 class Row(NamedTuple):
-    """A claim with its verdict, and what was measured; None where nothing was."""
+    """A claim, its verdict and its measured values, None if there are none."""
 
     claim: Claim
     verdict: Verdict
@@ -43,10 +43,11 @@ class Row(NamedTuple):
 
 
 def stored_studies(publication: Publication, results: Path) -> dict[str, StoredStudy]:
-    """The stored studies of a publication, by the names of their specs. Only those of
-    the same spec and code count, with at least one trial that is done.
+    """Return the stored studies of a publication by spec.
+
+    A study counts if it has the same spec and code, and at least one finished trial.
     """
-    found = {}
+    usable = {}
     for spec, study in publication.studies.items():
         try:
             stored = _stored(study, results, publication.clocks.get(spec, 1))
@@ -54,8 +55,8 @@ def stored_studies(publication: Publication, results: Path) -> dict[str, StoredS
             continue
         same = stored.spec == study.text and stored.code == study_code(study)
         if same and stored.statuses()["done"]:
-            found[spec] = stored
-    return found
+            usable[spec] = stored
+    return usable
 
 
 def _stored(study: Study, results: Path, clock: int) -> StoredStudy:
@@ -65,12 +66,13 @@ def _stored(study: Study, results: Path, clock: int) -> StoredStudy:
 
 
 def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[str]]:
-    """The rows of a publication in the order of its claims, and what failed.
+    """Return the rows of a publication in the order of its claims, and the failures.
 
-    `stored` are its studies, by the names of their specs.
+    `stored` has the stored studies by spec.
     """
     gaps = {spec: gap for spec, study in stored.items() if (gap := _gap(study))}
-    rows, failures = [], []
+    rows = []
+    failures = []
     for claim in publication.claims:
         try:
             rows.append(_row(publication, claim, stored, gaps))
@@ -81,12 +83,13 @@ def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[st
 
 
 def _gap(study: StoredStudy) -> str:
-    """What is missing of a study, in words; "" where every planned trial is there."""
+    """Return in words the missing trials of a study; "" if none is missing."""
     counts = study.statuses()
-    planned, missing = counts.total(), sum(counts[status] for status in NO_RESULT)
+    planned = counts.total()
+    missing = sum(counts[status] for status in NO_RESULT)
     if missing:
-        there = planned - missing
-        return f"{there:,} of {planned:,} trials of {study.name} are there"
+        present = planned - missing
+        return f"{present:,} of {planned:,} trials of {study.name} are there"
     whys = (method.unfinished(study) for method in methods().values())
     return next(filter(None, whys), "")
 
@@ -94,7 +97,10 @@ def _gap(study: StoredStudy) -> str:
 def _row(
     publication: Publication, claim: Claim, stored: Stored, gaps: Mapping[str, str]
 ) -> Row:
-    """The row of a claim. Raises MeasureError."""
+    """Return the row of a claim.
+
+    Raises MeasureError.
+    """
     if claim.untestable:
         return Row(claim, untestable(claim.untestable))
     if claim.measure is None or claim.expect is None:
@@ -105,15 +111,15 @@ def _row(
         return Row(claim, not_run(f"no trial of {', '.join(missing)} is done"))
     if reason := metrics_left_out(stored, claim.measure):
         return Row(claim, untestable(reason))
-    found = measure(stored, claim.measure, publication.functions)
-    verdict = _verdict(found, claim.expect, publication.family)
+    measured = measure(stored, claim.measure, publication.functions)
+    verdict = _verdict(measured, claim.expect, publication.family)
     gap = "; ".join(gaps[spec] for spec in needed if spec in gaps)
-    return Row(claim, partial(verdict, gap) if gap else verdict, found)
+    return Row(claim, partial(verdict, gap) if gap else verdict, measured)
 
 
-def _verdict(found: Measured, expect: Expectation, family: int) -> Verdict:
+def _verdict(measured: Measured, expect: Expectation, family: int) -> Verdict:
     if isinstance(expect, OfOrder):
-        assert isinstance(found.estimate, Scaling)
-        return judge_order(found.estimate, expect, family)
-    assert not isinstance(found.estimate, Scaling)
-    return judge(found.estimate, expect, family, found.used)
+        assert isinstance(measured.estimate, Scaling)
+        return judge_order(measured.estimate, expect, family)
+    assert not isinstance(measured.estimate, Scaling)
+    return judge(measured.estimate, expect, family, measured.used)

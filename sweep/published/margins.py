@@ -1,8 +1,8 @@
-"""Claims of different units in one picture: each in the margins of its expectation.
+"""Claims of different units in one figure, each in units of its margin.
 
-A published number or range is at 0 and its margin, with the rounding, reaches from -1
-to 1. Of a single bound, where no margin is, the distance to the expected side is shown
-in half widths of the simultaneous interval: an interval to the right of 0 confirms it.
+A published number or range is at 0, and its margin with the rounding is from -1 to 1. A
+single bound has no margin. The distance to its expected side is in half-widths of the
+simultaneous confidence interval. An interval to the right of 0 confirms the claim.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,11 +23,13 @@ from sweep.published.verdicts import (
 )
 
 EDGE = 4.0
-"""What lies farther from the published number than so many margins is an arrow."""
-ROW, PANEL, FRAME = 0.17, 0.75, 1.0
-"""Inches: the height of a row, what a panel needs beside rows, and the figure beside
-panels.
-"""
+"""Distance from the published number, in margins, beyond which an arrow is drawn."""
+ROW = 0.17
+"""Height in inches of a row."""
+PANEL = 0.75
+"""Height in inches of a panel, without its rows."""
+FRAME = 1.0
+"""Height in inches of a figure, without its panels."""
 LOOK: Mapping[Status, tuple[str, str]] = {
     "confirmed": (BLUE, "o"),
     "refuted": (VERMILION, "s"),
@@ -35,7 +37,7 @@ LOOK: Mapping[Status, tuple[str, str]] = {
     "partial": (GREY, "D"),
 }
 AXES = {True: "ours - published (margins)", False: "beyond the bound (half widths)"}
-"""What the two panels show: claims with a width, and those with a single bound."""
+"""Axis labels of the two panels: claims with a width, and those with a single bound."""
 BAND = (
     "band: what is expected, a margin with the rounding or all beyond a bound; arrow:"
     f" farther than {EDGE:g}"
@@ -43,12 +45,18 @@ BAND = (
 
 
 class Margins(NamedTuple):
-    """Where values of a claim lie in a picture: how many margins from what is expected.
+    """Scale of a claim in a figure: distance from the expectation, in margins.
 
-    wide  whether the expectation has two bounds, and so a width
-    zero  the value at 0
-    unit  what one unit of the picture is
-    text  what is expected, in words
+    Attributes
+    ----------
+    wide : bool
+        True if the expectation has two bounds, and so a width.
+    zero : float
+        Value at 0.
+    unit : float
+        Size of one unit of the figure, negative to mirror the axis.
+    text : str
+        Expectation in words.
     """
 
     wide: bool
@@ -57,17 +65,17 @@ class Margins(NamedTuple):
     text: str
 
     def place(self, value: float) -> float:
-        """Where a value lies."""
+        """Return the position of a value."""
         return (value - self.zero) / self.unit
 
     def span(self, bounds: Iterable[float]) -> tuple[float, float]:
-        """Where an interval lies."""
+        """Return the position of an interval."""
         low, high = sorted(map(self.place, bounds))
         return low, high
 
 
 def margins(expect: Numeric, half: float) -> Margins:
-    """Those of a claim; `half` is half the width of its simultaneous interval."""
+    """Return the scale of a claim with a simultaneous interval of half-width `half`."""
     half = half or 1.0
     width = region(expect).half_width or half
     if isinstance(expect, Value):
@@ -83,7 +91,7 @@ def margins(expect: Numeric, half: float) -> Margins:
 
 
 def frame_panel(axes: Axes, *, wide: bool) -> None:
-    """Draw what is expected, and name the axis."""
+    """Draw the expectation, and label the axis."""
     axes.axvspan(*((-1.0, 1.0) if wide else (0.0, EDGE)), color="0.92", zorder=0)
     axes.axvline(0.0, color="0.4", linewidth=0.8)
     axes.set_xlim(-EDGE * 1.03, EDGE * 1.03)
@@ -103,8 +111,21 @@ def number_rows(axes: Axes, texts: Sequence[str]) -> None:
 def draw_line(
     axes: Axes, height: float, span: tuple[float, float], colour: str, width: float
 ) -> None:
-    """Draw what of an interval lies within the panel."""
-    low, high = max(span[0], -EDGE), min(span[1], EDGE)
+    """Draw the part of an interval that is within the panel.
+
+    Parameters
+    ----------
+    axes : Axes
+    height : float
+        Vertical position.
+    span : tuple of float
+        Bounds of the interval, in units of the panel.
+    colour : str
+    width : float
+        Line width in points.
+    """
+    low = max(span[0], -EDGE)
+    high = min(span[1], EDGE)
     if low < high:
         axes.hlines(height, low, high, color=colour, linewidth=width)
 
@@ -112,7 +133,20 @@ def draw_line(
 def draw_mark(
     axes: Axes, height: float, place: float, look: tuple[str, str], *, filled: bool
 ) -> None:
-    """Draw an estimate; an arrow at the edge if it lies beyond."""
+    """Draw an estimate, or an arrow at the edge for an estimate beyond the panel.
+
+    Parameters
+    ----------
+    axes : Axes
+    height : float
+        Vertical position.
+    place : float
+        Estimate, in units of the panel.
+    look : tuple of str
+        Colour and marker.
+    filled : bool
+        False for a hollow marker.
+    """
     colour, marker = look
     if abs(place) > EDGE:
         marker = ">" if place > 0 else "<"
@@ -127,7 +161,16 @@ def draw_mark(
 
 
 def name_verdicts(figure: Figure, axes: Axes, statuses: Iterable[Status]) -> None:
-    """Put the legend of these verdicts above the figure."""
+    """Put the legend of verdicts above the figure.
+
+    Parameters
+    ----------
+    figure : Figure
+    axes : Axes
+        Axes that get the empty lines of the legend.
+    statuses : iterable of Status
+        Verdicts to list.
+    """
     for status in statuses:
         colour, marker = LOOK[status]
         axes.plot([], [], marker, markersize=4.0, color=colour, label=status)

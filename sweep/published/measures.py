@@ -1,8 +1,8 @@
-"""What a claim measures in the trials of a study. It is read from `published.yaml` and
-checked against the design of the study.
+"""Quantities that claims measure in the trials of a study.
 
-Every mistake in a measure is found here, before any trial runs: unknown settings,
-values that no point has, metrics and frames that are not recorded.
+They are read from `published.yaml` and checked against the design of the study. Every
+mistake in a measure is reported before any trial runs: unknown parameters, values that
+no point has, metrics and frames that are not recorded.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -26,11 +26,10 @@ KINDS = ("mean", "difference", "rank_correlation", "call", "transition")
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean of a metric: of a column of the trials, or of the series over `frames`,
-    both ends included.
+    """The mean of a metric: of a column of the trials, or of a series over `frames`.
 
-    `unit` says what counts as one independent value: a trial, the mean over a point's
-    trials, or the mean over the trials of a replicate.
+    Both ends of `frames` are included. `unit` is the independent unit: a trial, the
+    mean over the trials of a point, or the mean over the trials of a replicate.
     """
 
     spec: str
@@ -50,8 +49,9 @@ class MeanDifference:
 
 @dataclass(frozen=True)
 class RankCorrelation:
-    """Spearman's correlation, over points, between a setting and the mean of a column
-    over each point's trials.
+    """Spearman's correlation between a parameter and the mean of a column.
+
+    The correlation is over points, the mean of a point over its trials.
     """
 
     spec: str
@@ -62,9 +62,11 @@ class RankCorrelation:
 
 @dataclass(frozen=True)
 class Call:
-    """The independent values that a function of figures.py returns, or two arrays of
-    them for a difference. It gets the studies, and `settings` by their names.
-    `distribution` says how its values are distributed, as metrics declare it.
+    """The independent values that a function of figures.py returns.
+
+    For a difference the function returns two arrays. It gets the studies, and
+    `settings` as keyword arguments. `distribution` is the distribution of its values,
+    as metrics declare it.
     """
 
     function: str
@@ -74,8 +76,9 @@ class Call:
 
 @dataclass(frozen=True)
 class Transition:
-    """Of which order a transition is, by a recorded series of flocks of several sizes:
-    what `sweep scaling` says of these points.
+    """The order of a transition, by a recorded series of flocks of several sizes.
+
+    The order is the one that `sweep scaling` reports for these points.
     """
 
     spec: str
@@ -87,7 +90,10 @@ Measure = Mean | MeanDifference | RankCorrelation | Call | Transition
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
-    """The specs whose trials a measure needs. A function gets all of them, `specs`."""
+    """Return the specs whose trials a measure needs.
+
+    A function of figures.py needs all of them, `specs`.
+    """
     if isinstance(measure, Call):
         return list(specs)
     if isinstance(measure, MeanDifference):
@@ -97,8 +103,9 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class MeasuredTrials:
-    """Trials that a measure reads: a spec, and settings that its points have. Their
-    `column` is None where frames of a series are read, or it is not known which.
+    """Trials that a measure reads: a spec, and the parameters of their points.
+
+    `column` is None for frames of a series, and where the column is not known.
     """
 
     spec: str
@@ -107,9 +114,7 @@ class MeasuredTrials:
 
 
 def trials_read(measure: Measure, spec: str) -> list[MeasuredTrials]:
-    """The trials that a measure of a claim of `spec` reads, a side each of a
-    difference.
-    """
+    """Return the trials that a measure of a claim of `spec` reads, by side."""
     if isinstance(measure, MeanDifference):
         return [*trials_read(measure.first, spec), *trials_read(measure.second, spec)]
     if isinstance(measure, Mean):
@@ -123,8 +128,9 @@ def trials_read(measure: Measure, spec: str) -> list[MeasuredTrials]:
 
 
 def columns_read(measure: Measure) -> list[tuple[str, str]]:
-    """The columns that a measure reads, each after its spec. Which ones a function
-    reads is not known.
+    """Return the columns that a measure reads, each after its spec.
+
+    The columns that a function of figures.py reads are not known.
     """
     if isinstance(measure, Mean):
         return [(measure.spec, measure.metric)]
@@ -140,9 +146,19 @@ def columns_read(measure: Measure) -> list[tuple[str, str]]:
 def misfit(
     measure: Measure, spec: str, designs: Mapping[str, tuple[Study, Design]]
 ) -> str:
-    """Why a measure, once read, does not fit other `designs` of its specs: no point has
-    its settings, or its frames are not recorded. "" where it fits. `spec` is that of
-    its claim.
+    """Return why a measure does not fit other designs of its specs; "" if it fits.
+
+    A measure does not fit if no point has its parameters, or if its frames are not
+    recorded.
+
+    Parameters
+    ----------
+    measure : Measure
+        A measure that was read with the original designs.
+    spec : str
+        Spec of the claim.
+    designs : mapping of str to tuple of (Study, Design)
+        Other designs by spec.
     """
     sides: list[Mean] = []
     if isinstance(measure, Mean):
@@ -153,9 +169,9 @@ def misfit(
         spec = spec if isinstance(measure, Call) else measure.spec
         return _without_points(spec, measure.settings, designs)
     reasons = (
-        _without_points(one.spec, one.settings, designs)
-        or _without_frames(one, designs)
-        for one in sides
+        _without_points(side.spec, side.settings, designs)
+        or _without_frames(side, designs)
+        for side in sides
     )
     return next(filter(None, reasons), "")
 
@@ -186,8 +202,14 @@ def _without_frames(mean: Mean, designs: Mapping[str, tuple[Study, Design]]) -> 
 
 
 class MeasureReader:
-    """Reads measures. It checks them against `designs`, by the names of their specs,
-    and against the `functions` of figures.py.
+    """Reads measures, and checks them against designs and functions.
+
+    Parameters
+    ----------
+    designs : mapping of str to tuple of (Study, Design)
+        Designs by spec.
+    functions : collection of str
+        Names of the functions of figures.py.
     """
 
     def __init__(
@@ -197,8 +219,19 @@ class MeasureReader:
         self.functions = functions
 
     def read(self, entry: Entry, spec: str) -> Measure:
-        """The measure that `entry` describes; `spec` is that of its claim. Raises
-        SpecError for a wrong one.
+        """Return the measure that an entry describes.
+
+        Parameters
+        ----------
+        entry : Entry
+            The mapping under `measure`.
+        spec : str
+            Spec of the claim.
+
+        Raises
+        ------
+        SpecError
+            If the measure is not valid.
         """
         entry.keys([*KINDS, "for", "unit", "frame", "frames", "distribution"])
         kinds = [kind for kind in KINDS if kind in entry.value]
@@ -222,13 +255,13 @@ class MeasureReader:
         settings = _settings(entry.get("for"), study, _chooser(design))
         function = entry.child("call").one_of("function of figures.py", self.functions)
         distributions = get_args(Distribution)
-        given = entry.get("distribution")
-        if given is None:
+        declared = entry.get("distribution")
+        if declared is None:
             raise entry.error(
                 'missing key "distribution": how the values of'
                 f" {function} vary, one of {', '.join(distributions)}"
             )
-        distribution = given.one_of("distribution", distributions)
+        distribution = declared.one_of("distribution", distributions)
         return Call(function, cast(Distribution, distribution), settings)
 
     def _two(self, entry: Entry) -> list[Entry]:
@@ -250,9 +283,11 @@ class MeasureReader:
         settings = _settings(entry.get("for"), study, chooser)
         chosen = chooser.having(settings)
         steps = np.unique(chooser.values("steps")[chosen])
-        frames, metric = self._frames(entry, study, steps), entry.child("mean")
+        frames = self._frames(entry, study, steps)
+        metric = entry.child("mean")
         name = self._series(metric, study) if frames else self._column(metric, study)
-        return Mean(spec, name, frames, settings, self._unit(entry, int(chosen.sum())))
+        unit = self._unit(entry, int(chosen.sum()))
+        return Mean(spec, name, frames, settings, unit=unit)
 
     def _rank_correlation(self, entry: Entry, spec: str) -> RankCorrelation:
         entry.keys(["rank_correlation", "for"])
@@ -268,7 +303,8 @@ class MeasureReader:
     def _transition(self, entry: Entry, spec: str) -> Transition:
         entry.keys(["transition", "for"])
         study, design = self.designs[spec]
-        chooser, series = _chooser(design), entry.child("transition")
+        chooser = _chooser(design)
+        series = entry.child("transition")
         settings = _settings(entry.get("for"), study, chooser)
         numbers = chooser.values("n")[chooser.having(settings)]
         if len(np.unique(numbers)) < 2:
@@ -289,7 +325,8 @@ class MeasureReader:
     def _frames(
         self, entry: Entry, study: Study, steps_taken: NDArray[np.int64]
     ) -> tuple[int, int] | None:
-        frame, frames = entry.get("frame"), entry.get("frames")
+        frame = entry.get("frame")
+        frames = entry.get("frames")
         if frame and frames:
             raise frame.error('give either "frame" or "frames"')
         if frame:
@@ -320,21 +357,23 @@ class MeasureReader:
 
 
 def _recorded(first: int, last: int, steps: int, every: int) -> bool:
-    """Whether one of the frames 0, `every`, 2 `every`, ..., `steps` lies in `first` to
-    `last`.
+    """Return True if a recorded frame is between `first` and `last`.
+
+    Frames 0, `every`, 2 `every`, ... and `steps` are recorded.
     """
     next_frame = -(-first // every) * every
     return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
 
 
 def _chooser(design: Design) -> Chooser:
-    """Chooses among the points of a design, by any setting."""
+    """Return a chooser among the points of a design, by any parameter."""
     return Chooser(design.base | design.columns, design.n_points)
 
 
 def _settings(entry: Entry | None, study: Study, chooser: Chooser) -> dict[str, Value]:
-    """The settings under `for`. Raises SpecError where no point has them, naming the
-    values that exist.
+    """Return the parameters under `for`.
+
+    Raises SpecError where no point has them. The error lists the values that exist.
     """
     settings: dict[str, Value] = {}
     for name, child in entry.mapping() if entry else ():

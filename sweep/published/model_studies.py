@@ -1,6 +1,6 @@
-"""A study of one's own, begun from what a model says of itself.
+"""A custom study, begun from the description of a model.
 
-Its spec is small enough to be run at once, and above each key stands what it means.
+The spec is small enough to run at once. A comment above each key explains it.
 """
 
 import os
@@ -24,14 +24,19 @@ from sweep.text import unknown
 
 WORKERS = 2
 CPU_SECONDS = 12.0
-"""Most for all trials. With two workers, and with what Python takes to start, such a
-study takes at most about ten seconds.
+"""Largest CPU time in seconds of all trials.
+
+With two workers, such a study takes at most about ten seconds, the start of Python
+included.
 """
-FEWEST_TRIALS, MOST_TRIALS = 4, 32
-"""A point."""
+FEWEST_TRIALS = 4
+"""Fewest trials per point."""
+MOST_TRIALS = 32
+"""Most trials per point."""
 FACTORS = (0.5, 1, 2)
-"""Of the usual value of the setting that varies."""
-MOST_SERIES, FRAMES = 3, 100
+"""Factors of the usual value of the parameter that varies."""
+MOST_SERIES = 3
+FRAMES = 100
 HEAD = """\
 
 # A small study of {model}: {wall} with {workers} workers. The first launch also
@@ -40,21 +45,23 @@ HEAD = """\
 # what can be recorded, and `sweep guide writing` what else a spec can have. Say what
 # the study is for in a comment above this one and its empty line: `sweep odd` has it.
 """
-"""It begins with an empty line: so it is not the comment that says what a study is for.
+"""First comment of a spec. Its first line is empty.
+
+So the comment does not count as the description of the purpose of a study.
 """
 
 
 @dataclass(frozen=True)
 class _Model:
-    """A model as a spec names it, by what the catalogue calls it, and the preset."""
+    """A model, with its name in a spec, its name in the catalogue, and its preset."""
 
-    given: str
+    reference: str
     name: str
     known: Catalogue
     preset: str
 
     def usual(self, setting: str) -> Any:
-        """The value of a setting in the preset."""
+        """Return the value of a parameter in the preset."""
         return self.known.models[self.name].preset_values(self.preset)[setting]
 
     def settings(self) -> Mapping[str, Setting]:
@@ -64,15 +71,31 @@ class _Model:
 def begin_with_model(
     model: str, path: Path | None = None, preset: str = "", *, force: bool = False
 ) -> Begun:
-    """Write the spec of a small study of a model, which varies one of its settings.
+    """Write the spec of a small study that varies one parameter of a model.
 
-        model   a name that `sweep models` lists, or a file, ./NAME.py; its code runs
-        path    the file of the new spec; by default that of the model's name
-        preset  one of the model's; by default the usual one
-        force   whether a file that is there already may be replaced
+    Nothing is written if an error is raised.
 
-    Raises SpecError for an unknown model or preset, and where no study of the model can
-    be made; OutputError where the file cannot be written. Nothing is written then.
+    Parameters
+    ----------
+    model : str
+        A name that `sweep models` lists, or a file such as ./NAME.py, whose code runs.
+    path : Path, optional
+        File of the new spec; by default the name of the model.
+    preset : str, default ""
+        Preset of the model; "" for the usual one.
+    force : bool, default False
+        Allow to replace an existing file.
+
+    Returns
+    -------
+    Begun
+
+    Raises
+    ------
+    SpecError
+        If the model or the preset is unknown, or no study of the model can be made.
+    OutputError
+        If the file cannot be written.
     """
     name, known = named_model(model)
     if name not in known.models:
@@ -83,54 +106,57 @@ def begin_with_model(
     if preset and preset not in presets:
         raise SpecError(unknown(f"preset of {name}", preset, presets))
     chosen = preset or usual_preset(known.models[name])
-    about = _Model(_as_named(model, target.parent), name, known, chosen)
-    study = _first_that_can_be(about, target)
+    chosen_model = _Model(_as_named(model, target.parent), name, known, chosen)
+    study = _first_that_can_be(chosen_model, target)
     with unfinished(target) as out:
         out.write(study.text.encode())
     return Begun(study, target, (target,))
 
 
 def _as_named(model: str, folder: Path) -> str:
-    """A model as a spec in `folder` names it: its file is named from there."""
+    """Return the name of a model, with its file relative to `folder`."""
     file, colon, name = model.partition(":")
     if not file.startswith("."):
         return model
-    there = Path(os.path.relpath(file, folder)).as_posix()
-    return f"{there if there.startswith('.') else f'./{there}'}{colon}{name}"
+    relative = Path(os.path.relpath(file, folder)).as_posix()
+    return f"{relative if relative.startswith('.') else f'./{relative}'}{colon}{name}"
 
 
 def _first_that_can_be(model: _Model, target: Path) -> Study:
-    """The study of the first setting that can be varied as we do."""
-    error = SpecError(f"{model.given}: no setting of this model can be varied")
+    """Return the study of the first parameter that can be varied by FACTORS."""
+    error = SpecError(f"{model.reference}: no setting of this model can be varied")
     for setting in _varied(model):
         try:
             return _of_a_size(model, setting, target)
-        except SpecError as one:
-            error = one
+        except SpecError as mistake:
+            error = mistake
     raise error
 
 
 def _varied(model: _Model) -> Iterator[Setting]:
-    """The numbers that may vary: weights of rules, others of the model, and n."""
+    """Yield the numbers that may vary: weights of rules, other numbers, and n."""
     settings = model.settings()
     numbers = [
-        one
-        for one in settings.values()
-        if one.group == "parameters"
-        and one.kind == "float"
-        and model.usual(one.name) > 0
+        setting
+        for setting in settings.values()
+        if setting.group == "parameters"
+        and setting.kind == "float"
+        and model.usual(setting.name) > 0
     ]
-    yield from sorted(numbers, key=lambda one: not one.rule)
+    yield from sorted(numbers, key=lambda setting: not setting.rule)
     yield settings["n"]
 
 
 def _of_a_size(model: _Model, setting: Setting, target: Path) -> Study:
-    """The study of a setting that takes about CPU_SECONDS: with as many trials a point,
-    and if these must be few, with fewer steps.
+    """Return the study of a parameter that takes about CPU_SECONDS.
+
+    The number of trials per point follows from the time of one trial. The number of
+    steps is reduced if FEWEST_TRIALS take too long.
     """
 
     def study(steps: int, trials: int, wall: float = 0.0) -> Study:
-        text = _text(model, setting, f"{OWN}/{target.stem}", steps, trials, wall)
+        name = f"{OWN}/{target.stem}"
+        text = _text(model, setting, name, steps, trials=trials, wall=wall)
         return study_of(text, target)
 
     def seconds(steps: int) -> float:
@@ -152,9 +178,9 @@ def _text(
     fixed = {"n": model.usual("n"), "steps": steps}
     spec = {
         "study": name,
-        "model": model.given,
+        "model": model.reference,
         "preset": model.preset,
-        "fixed": {one: value for one, value in fixed.items() if one != setting.name},
+        "fixed": {key: value for key, value in fixed.items() if key != setting.name},
         "sweep": {setting.name: [_plain(factor * usual) for factor in FACTORS]},
         "replicates": trials,
         "seed": 1,
@@ -163,7 +189,9 @@ def _text(
             "every": max(1, steps // FRAMES),
         },
     }
-    head = HEAD.format(model=model.given, study=name, wall=about(wall), workers=WORKERS)
+    head = HEAD.format(
+        model=model.reference, study=name, wall=about(wall), workers=WORKERS
+    )
     return for_editors(head + "".join(_lines(spec, _meanings(model))))
 
 
@@ -172,7 +200,7 @@ def _plain(value: float) -> float:
 
 
 def _meanings(model: _Model) -> Callable[[str, str], str]:
-    """What a key means, by the key that it stands under and its name."""
+    """Return a function that explains a key, by its parent key and its name."""
     keys = {"": keys_of(Study), "record": keys_of(RecordSpec)}
     texts = {
         under: {key.name: key.text for key in all_} for under, all_ in keys.items()
@@ -191,7 +219,7 @@ def _meanings(model: _Model) -> Callable[[str, str], str]:
 def _lines(
     section: Mapping[str, Any], meaning: Callable[[str, str], str], under: str = ""
 ) -> Iterator[str]:
-    """The YAML of a mapping, below a comment for each key."""
+    """Yield the YAML of a mapping, with a comment above each key."""
     indent = "  " if under else ""
     for name, value in section.items():
         yield f"{indent}# {meaning(under, name)}\n"

@@ -1,7 +1,7 @@
-"""Numerics: variants that should change no result but for chance and numerical error.
+"""Numerics: variants that differ only in numerical error and chance.
 
-They have half the time step, another order of updates, or another seed. What the seed
-turns is turned by chance: it says how much the others mean.
+They have half the time step, another order of updates, or another seed. Verdicts that
+the seed turns, turn by chance. Their number is the baseline for the other variants.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,36 +23,42 @@ from sweep.spec.study import Study
 
 UPDATE = "update"
 PARTS = 2
-"""The shorter steps that one step is cut into."""
+"""Number of shorter steps per step."""
 
 
 def numerics(publication: Publication) -> Makers:
-    """The numerics of a publication: `dt-half`, `update-synchronous` or another order,
-    and `seed-other`.
+    """Return the numerics of a publication.
+
+    They are `dt-half`, `update-synchronous` or another order, and `seed-other`.
     """
     studies = needed_studies(publication)
     seeds = {
         spec: SpecChange(keys=_other_seeds(study)) for spec, study in studies.items()
     }
-    about = "all seeds plus 1"
     return {
         "dt-half": partial(_half_step, publication, studies),
         **_other_updates(publication, studies),
         "seed-other": partial(
-            altered, publication, "numerics", "seed-other", about, seeds
+            altered,
+            publication,
+            kind="numerics",
+            name="seed-other",
+            description="all seeds plus 1",
+            changes=seeds,
         ),
     }
 
 
 def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Variant:
-    """Half the time step, as `validate` cuts it: with twice the steps, frames at the
-    same times, and settings that act once in each step changed by their rules.
+    """Return the variant with half the time step, as `validate` divides it.
 
-    Its studies are told in the steps of the original, so that each claim finds the
-    frames, durations and settings that it names. Claims on what is measured over one
-    step are not judged: see sweep.published.clocks.
+    It has twice the steps, and frames at the same times. Parameters that act once per
+    step change by their rules. Its studies are converted to the steps of the original,
+    so that each claim finds its frames, durations and parameters. Claims on metrics
+    over one step are not judged: see sweep.published.clocks.
     """
-    changes, refused = {}, {}
+    changes = {}
+    refused = {}
     for spec, study in studies.items():
         try:
             keys = in_parts(study, PARTS)
@@ -62,25 +68,27 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
             changes[spec] = SpecChange(keys.pop(FIXED, {}), keys)
     return altered(
         publication,
-        "numerics",
-        "dt-half",
-        "half the time step, twice the steps",
-        changes,
+        kind="numerics",
+        name="dt-half",
+        description="half the time step, twice the steps",
+        changes=changes,
         refused=refused,
         clock=PARTS,
     )
 
 
 def _other_updates(publication: Publication, studies: Mapping[str, Study]) -> Makers:
-    """Each order of updates, in the specs that have another one."""
-    free = {spec: one for spec, one in studies.items() if is_free(one, UPDATE)}
-    orders = [order for one in free.values() for order in one.settings[UPDATE].choices]
+    """Return the variants with other orders of updates."""
+    free = {spec: study for spec, study in studies.items() if is_free(study, UPDATE)}
+    orders = [
+        order for study in free.values() for order in study.settings[UPDATE].choices
+    ]
     fixed = {
         spec: f"{spec}.yaml has no single order of updates"
         for spec in studies
         if spec not in free
     }
-    found: dict[str, Callable[[], Variant]] = {}
+    makers: dict[str, Callable[[], Variant]] = {}
     for order in dict.fromkeys(orders):
         changes = {
             spec: SpecChange({UPDATE: order})
@@ -89,20 +97,20 @@ def _other_updates(publication: Publication, studies: Mapping[str, Study]) -> Ma
         }
         if changes:
             name = f"{UPDATE}-{order}"
-            found[name] = partial(
+            makers[name] = partial(
                 altered,
                 publication,
-                "numerics",
-                name,
-                f"updates are {order}",
-                changes,
+                kind="numerics",
+                name=name,
+                description=f"updates are {order}",
+                changes=changes,
                 refused=fixed,
             )
-    return found
+    return makers
 
 
 def _other_seeds(study: Study) -> dict[str, Any]:
-    """The seed, and the literal seeds where a spec has some, plus 1."""
+    """Return the seed, and the literal seeds where a spec has some, plus 1."""
     other: dict[str, Any] = {"seed": study.seed + 1}
     if study.seeds is not None:
         other["seeds"] = [seed + 1 for seed in study.seeds]

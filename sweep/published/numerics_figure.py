@@ -1,5 +1,7 @@
-"""What numerics do to the claims of a document, as one picture: beside each other each
-claim with another time step, another order of updates and another seed.
+"""Figure of the effect of numerics on the claims of a publication.
+
+Each claim is drawn side by side with another time step, another order of updates and
+another seed.
 """
 
 from collections.abc import Sequence
@@ -29,15 +31,17 @@ from sweep.published.margins import (
 from sweep.published.turned import DocumentVariants, Estimated, Turned
 from sweep.published.verdicts import OfOrder, Status, brief
 
-LABELS, COLUMN = 4.2, 2.2
-"""Inches: the width of the texts beside all columns, and of a column."""
+LABELS = 4.2
+"""Width in inches of the texts beside all columns."""
+COLUMN = 2.2
+"""Width in inches of a column."""
 BELOW = 0.28
-"""How far below the estimate without a change that of the variant stands, in rows."""
+"""Distance in rows of the estimate of a variant below the one without a change."""
 JUDGED: tuple[Status, ...] = ("confirmed", "refuted", "undecided")
 
 
 class Compared(NamedTuple):
-    """A claim, where its values lie, and what was measured without a change."""
+    """A claim, its scale in the figure, and its estimate without a change."""
 
     claim: str
     margins: Margins
@@ -45,22 +49,28 @@ class Compared(NamedTuple):
 
 
 def numerics_figure(
-    title: str, claims: Sequence[Claim], found: DocumentVariants, family: int
+    title: str, claims: Sequence[Claim], variants: DocumentVariants, family: int
 ) -> Figure:
-    """The picture of the claims that have an interval, one or more: see `compared`.
+    """Return the figure of the claims that have a confidence interval: see `compared`.
 
-    title   the name of the document
-    claims  its claims, drawn in their order
-    found   what its numerics turned
-    family  the number of claims whose intervals hold together
+    Parameters
+    ----------
+    title : str
+        Title of the publication.
+    claims : sequence of Claim
+        Claims in the order of the figure, at least one with a confidence interval.
+    variants : DocumentVariants
+        Effects of the numerics of the publication.
+    family : int
+        Number of claims whose intervals are simultaneous.
     """
-    rows = compared(claims, found)
+    rows = compared(claims, variants)
     panels = [
         shown
         for wide in AXES
-        if (shown := [one for one in rows if one.margins.wide is wide])
+        if (shown := [row for row in rows if row.margins.wide is wide])
     ]
-    tried = found.tried("numerics")
+    tried = variants.tried("numerics")
     heights = [ROW * len(shown) + PANEL for shown in panels]
     with style.context(STYLE):
         size = LABELS + COLUMN * len(tried), sum(heights) + FRAME
@@ -69,14 +79,14 @@ def numerics_figure(
             len(panels), len(tried), squeeze=False, height_ratios=heights
         )
         for line, shown in zip(places, panels, strict=True):
-            for axes, one in zip(line, tried.values(), strict=True):
-                _panel(axes, shown, found, one)
-            name_rows(line[0], [one.claim for one in shown])
+            for axes, variant in zip(line, tried.values(), strict=True):
+                _panel(axes, shown, variants, variant)
+            name_rows(line[0], [row.claim for row in shown])
             for axes in line[1:]:
                 axes.tick_params(axis="y", labelleft=False)
-            number_rows(line[-1], [_text(one) for one in shown])
-        for axes, (name, one) in zip(places[0], tried.items(), strict=True):
-            axes.set_title(f"{name}\n{one.about}", fontsize=8)
+            number_rows(line[-1], [_text(row) for row in shown])
+        for axes, (name, variant) in zip(places[0], tried.items(), strict=True):
+            axes.set_title(f"{name}\n{variant.description}", fontsize=8)
         # Above the names of the columns, which have two lines.
         places[0, 0].set_title(f"{title}\n\n", loc="left")
         name_verdicts(figure, places[0, 0], JUDGED)
@@ -89,42 +99,49 @@ def numerics_figure(
     return figure
 
 
-def compared(claims: Sequence[Claim], found: DocumentVariants) -> list[Compared]:
-    """The claims that have an interval without a change, in their order."""
+def compared(claims: Sequence[Claim], variants: DocumentVariants) -> list[Compared]:
+    """Return, in order, the claims that have an interval without a change."""
     return [
-        Compared(claim.id, margins(claim.expect, (one["high"] - one["low"]) / 2.0), one)
+        Compared(
+            claim.id,
+            margins(claim.expect, (estimate["high"] - estimate["low"]) / 2.0),
+            estimate,
+        )
         for claim in claims
         if claim.expect
         and not isinstance(claim.expect, OfOrder)
-        and (one := found.estimates.get(claim.id))
+        and (estimate := variants.estimates.get(claim.id))
     ]
 
 
 def _text(row: Compared) -> str:
-    one = row.estimate
-    return f"{brief(one['ours'])}  ({row.margins.text}), n = {one['trials']:,}"
+    estimate = row.estimate
+    return (
+        f"{brief(estimate['ours'])}  ({row.margins.text}), n = {estimate['trials']:,}"
+    )
 
 
 def _panel(
-    axes: Axes, rows: Sequence[Compared], found: DocumentVariants, variant: Turned
+    axes: Axes, rows: Sequence[Compared], variants: DocumentVariants, variant: Turned
 ) -> None:
-    """Draw rows below each other, as they are and with a variant."""
+    """Draw rows below each other, without a change and with a variant."""
     frame_panel(axes, wide=rows[0].margins.wide)
     for place, row in enumerate(rows):
-        _draw(axes, place - BELOW / 2.0, row.margins, row.estimate, (GREY, "."))
+        _draw(axes, place - BELOW / 2.0, row.margins, row.estimate, look=(GREY, "."))
         if row.claim in variant.turned:
             ground = (place - 0.5, place + 0.5)
             axes.axhspan(*ground, color=VERMILION, alpha=0.15, zorder=0.5, linewidth=0)
-        status = variant.turned.get(row.claim, found.before[row.claim])
+        status = variant.turned.get(row.claim, variants.before[row.claim])
         estimate = variant.estimates.get(row.claim)
         if estimate and status in LOOK:
-            _draw(axes, place + BELOW / 2.0, row.margins, estimate, LOOK[status])
+            height = place + BELOW / 2.0
+            _draw(axes, height, row.margins, estimate, look=LOOK[status])
         else:
-            said = "not judged" if row.claim in variant.unjudged else status
+            text = "not judged" if row.claim in variant.unjudged else status
             axes.text(
                 0.02,
                 place + BELOW,
-                said,
+                text,
                 transform=axes.get_yaxis_transform(),
                 fontsize=6,
                 color=GREY,
@@ -141,5 +158,5 @@ def _draw(
     look: tuple[str, str],
 ) -> None:
     span = scaled.span((estimate["low"], estimate["high"]))
-    draw_line(axes, height, span, look[0], 0.8)
+    draw_line(axes, height, span, colour=look[0], width=0.8)
     draw_mark(axes, height, scaled.place(estimate["ours"]), look, filled=True)

@@ -1,10 +1,9 @@
-"""Mutants of the program: plain mistakes in our own code, each of which is tried on
-every document. So they say which mistakes its claims would notice.
+"""Mutants of the program: plain mistakes in our code, each tried on every publication.
 
-A mistake is made in a copy of our packages, which a process of its own runs (DeMillo,
-Lipton and Sayward 1978, Computer 11, 34-41). The program itself stays as it is. The
-stamps of the copy are those of its code, so nothing that it computes or compiles is
-taken for ours.
+The mutants show which mistakes the claims would notice. Each mistake is made in a copy
+of our packages, which a separate process runs (DeMillo, Lipton and Sayward 1978,
+Computer 11, 34-41). The program itself is unchanged. The copy has its own code hashes.
+So nothing that the copy computes or compiles is mistaken for a result of the program.
 """
 
 import shutil
@@ -17,33 +16,45 @@ import kernels
 SWEEP = Path(__file__).parents[1]
 KERNELS = Path(kernels.__file__).parent
 HOLDER = SWEEP.parent
-"""The folder that has both, wherever in it."""
+"""Folder that has both packages, at any depth."""
 NO_CODE = ("__pycache__", "experiments")
 OF_TRIALS = ("sweep/design/", "sweep/trial/")
-"""Where a mistake changes trials whose ids stay."""
+"""Folders where a mistake changes trials whose ids are unchanged."""
 
 
 class ProgramMutant(NamedTuple):
-    """A mistake: in one file, of `kernels/` or `sweep/`, each place of the text `right`
-    becomes `wrong`. `about` says in words what is wrong.
+    """A mistake in one file of `kernels/` or `sweep/`.
+
+    Each occurrence of the text `right` becomes `wrong`. `description` describes the
+    mistake.
     """
 
-    about: str
+    description: str
     file: str
     right: str
     wrong: str
 
     def changed(self, needed: Iterable[str], same: Iterable[str]) -> set[str]:
-        """The specs whose trials a copy with it has to run, of those that are `needed`.
-        `same` are those whose stored trials are of the same code there.
+        """Return the specs whose trials a copy with the mistake has to run.
+
+        Parameters
+        ----------
+        needed : iterable of str
+            Specs whose trials are needed.
+        same : iterable of str
+            Specs whose stored trials have the same code in the copy.
         """
         if self.file.startswith(OF_TRIALS):
             return {*needed}
         return {*needed} - {*same} if self.file.startswith("kernels/") else set()
 
     def write_copy(self, folder: Path) -> None:
-        """Write our packages into `folder`, with the mistake. Raises ValueError where
-        the file does not have what is to be replaced.
+        """Write our packages into `folder`, with the mistake.
+
+        Raises
+        ------
+        ValueError
+            If the file does not have the text to replace.
         """
         for package in (SWEEP, KERNELS):
             place = folder / package.relative_to(HOLDER)
@@ -128,8 +139,8 @@ PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
     "swapped-arms": ProgramMutant(
         "the first arm of a difference is taken from the second",
         "sweep/published/estimates.py",
-        "for side in (what.first, what.second)",
-        "for side in (what.second, what.first)",
+        "for side in (difference.first, difference.second)",
+        "for side in (difference.second, difference.first)",
     ),
     "spread-for-error": ProgramMutant(
         "the standard deviation stands in the place of the standard error",
@@ -138,4 +149,4 @@ PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
         "sample.variance * (1.0 + extra)",
     ),
 }
-"""By name; those of a document have other names."""
+"""Mutants of the program by name; mutants of a publication have other names."""

@@ -1,9 +1,8 @@
-"""What a document published. `published.yaml`, beside the specs of its study, says it.
-This module reads the file and checks all of it.
+"""Publications: `published.yaml`, beside the specs of a study, is read and checked.
 
-A publication has specs that test its claims. Its figures.py has the figures, and
-functions that claims call. At the quick scale each spec is changed as the file says,
-and its results are stored under another name.
+A publication has specs that test its claims. Its figures.py has the figures, and the
+functions that claims call. At the quick scale, each spec has the changes that the file
+lists. Results of the quick scale are stored under another name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -30,16 +29,17 @@ from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study
 from sweep.text import unknown
 
-FULL, QUICK = "full", "quick"
+FULL = "full"
+QUICK = "quick"
 MUTANTS = "mutants"
 FIXED = "fixed"
 ALL = "all"
-"""The changes of a mutant to every spec of its document."""
+"""Key of the changes of a mutant to every spec of its publication."""
 
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Where a document contradicts itself or its own data."""
+    """A place where a paper contradicts itself or its own data."""
 
     where: str
     says: str
@@ -47,26 +47,30 @@ class Contradiction:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A wrong version of the studies of a document, which its claims must notice.
+    """A wrong version of the studies of a publication, which its claims must notice.
 
-    name     its name
-    about    what is wrong, in words
-    changes  by spec what is changed, as the quick scale writes its changes
+    Attributes
+    ----------
+    name : str
+    description : str
+        Mistake in words.
+    changes : mapping of str to sequence of Entry
+        Changes by spec, in the format of the quick scale.
     """
 
     name: str
-    about: str
+    description: str
     changes: Mapping[str, Sequence[Entry]]
 
 
 @dataclass(frozen=True)
 class Publication:
-    """One document: its claims, its figures, and the studies that test it by the names
-    of their specs.
+    """A publication: its claims, its figures, and the studies that test it, by spec.
 
-    If the publication is not `asked` for, its code is not run: then it has no figures,
-    and its claims have no measures. `clocks` has, by spec, how many steps of a study
-    with a shorter time step are one of the steps that claims and functions speak of.
+    The code of a publication that is not `selected` is not run. Such a publication has
+    no figures, and its claims have no measures. `clocks` has entries for studies with a
+    shorter time step: by spec, the number of their steps per step of the claims and
+    functions.
     """
 
     folder: Path
@@ -78,31 +82,36 @@ class Publication:
     contradictions: Sequence[Contradiction]
     drawings: Mapping[str, Drawing]
     functions: Mapping[str, Callable[..., Any]]
-    asked: bool
+    selected: bool
     clocks: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        """The name of its folder."""
+        """Name of the folder."""
         return self.folder.name
 
     @property
     def family(self) -> int:
-        """The number of claims whose verdicts must hold together: those counted."""
+        """Number of counted claims, whose verdicts must be simultaneous."""
         return sum(claim.counted for claim in self.claims)
 
 
 def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
-    """The files whose code `read_all` runs. Raises SpecError."""
-    asked = [file for file in _files(experiments, only) if _is_asked(file, only)]
-    drawing = [file.with_name(CODE) for file in asked if file.with_name(CODE).exists()]
-    found = [code for file in drawing for code in files_of_code(file)]
-    own = [code for file in asked for spec in _specs(file) for code in _code(spec)]
-    return list(dict.fromkeys([*found, *own]))
+    """Return the files whose code `read_all` runs.
+
+    Raises SpecError.
+    """
+    selected = [file for file in _files(experiments, only) if _is_selected(file, only)]
+    drawing = [
+        file.with_name(CODE) for file in selected if file.with_name(CODE).exists()
+    ]
+    of_figures = [code for file in drawing for code in files_of_code(file)]
+    own = [code for file in selected for spec in _specs(file) for code in _code(spec)]
+    return list(dict.fromkeys([*of_figures, *own]))
 
 
 def _code(spec: Path) -> list[Path]:
-    """The files that a spec runs; none of one that `read_all` cannot read."""
+    """Return the files that a spec runs; none for a spec that is not valid."""
     try:
         return code_of(spec)
     except SpecError:
@@ -110,7 +119,7 @@ def _code(spec: Path) -> list[Path]:
 
 
 def _specs(file: Path) -> list[Path]:
-    """The specs beside a published.yaml, in the order of their names."""
+    """Return the specs beside a published.yaml, in the order of their names."""
     return sorted(path for path in file.parent.glob("*.yaml") if path.name != FILE)
 
 
@@ -120,20 +129,29 @@ def read_all(
     quick: bool,
     only: Collection[str] = (),
 ) -> list[Publication]:
-    """The publications of the folders in `experiments`, by name, at the full or the
-    quick scale.
+    """Return the publications of the folders in `experiments`, by name.
 
-    If `only` names folders, the code of all others is not run, and their claims are not
-    tested.
+    Parameters
+    ----------
+    experiments : Path
+        Folder with one folder per publication.
+    quick : bool
+        Read the quick scale instead of the full scale.
+    only : collection of str, default ()
+        Folders to select; () for all. The code of other folders is not run, and their
+        claims are not tested.
 
-    Raises one SpecError that lists the first mistake of every claim and every file,
-    each with file and line.
+    Raises
+    ------
+    SpecError
+        One error with the first mistake of every claim and file, with file and line.
     """
-    publications, mistakes = [], []
+    publications = []
+    mistakes = []
     for file in _files(experiments, only):
-        asked = _is_asked(file, only)
+        selected = _is_selected(file, only)
         try:
-            publications.append(read_publication(file, quick=quick, asked=asked))
+            publications.append(read_publication(file, quick=quick, selected=selected))
         except SpecError as error:
             mistakes += [
                 f"{file.parent.name}/{line}" for line in str(error).splitlines()
@@ -153,12 +171,13 @@ def read_all(
     return publications
 
 
-def read_unasked(experiments: Path) -> list[Publication]:
-    """The publications of the folders in `experiments`, by name, without running any of
-    their code. Raises SpecError.
+def read_without_code(experiments: Path) -> list[Publication]:
+    """Return all publications, by name, without running their code.
+
+    `experiments` has one folder per publication. Raises SpecError.
     """
     return [
-        read_publication(file, quick=False, asked=False)
+        read_publication(file, quick=False, selected=False)
         for file in _files(experiments, ())
     ]
 
@@ -178,59 +197,77 @@ def _files(experiments: Path, only: Collection[str]) -> list[Path]:
     return files
 
 
-def _is_asked(file: Path, only: Collection[str]) -> bool:
+def _is_selected(file: Path, only: Collection[str]) -> bool:
     return not only or file.parent.name in only
 
 
 def read_publication(
-    file: Path, *, quick: bool, asked: bool = True, mutant: str | None = None
+    file: Path, *, quick: bool, selected: bool = True, mutant: str | None = None
 ) -> Publication:
-    """The publication of a `published.yaml`. Runs its code if it is `asked` for.
+    """Return the publication of a `published.yaml`.
 
-    With `mutant`, the specs that this mutant changes are changed as it says, and stored
-    apart from others. Raises SpecError.
+    Parameters
+    ----------
+    file : Path
+        The published.yaml.
+    quick : bool
+        Read the quick scale instead of the full scale.
+    selected : bool, default True
+        Run the code of the publication.
+    mutant : str, optional
+        Name of a mutant. Its specs have the changes of the mutant, and other names.
+
+    Raises
+    ------
+    SpecError
+        If the file, a spec or the code is not valid.
     """
     root = read_document(file)
     root.keys(
         [*BIBLIOGRAPHIC, "specs", "claims", "mutants", "contradictions"],
         required=["title", "source", "specs", "claims"],
     )
-    about = bibliography(root)
+    paper = bibliography(root)
     specs = dict(root.child("specs").mapping())
-    mutants = _mutants(root.get("mutants"), specs) if asked else []
+    mutants = _mutants(root.get("mutants"), specs) if selected else []
     if mutant is None:
         _try_changes(mutants, specs, file.parent)
-    wrong = next((one.changes for one in mutants if one.name == mutant), {})
+    wrong = next(
+        (candidate.changes for candidate in mutants if candidate.name == mutant), {}
+    )
     designs = {
-        spec: _designed(entry, file.parent, quick, wrong.get(spec, ()), mutant)
+        spec: _designed(entry, file.parent, quick, wrong.get(spec, ()), mutant=mutant)
         for spec, entry in specs.items()
-        if asked or not _runs_code(file.with_name(f"{spec}.yaml"))
+        if selected or not _runs_code(file.with_name(f"{spec}.yaml"))
     }
     studies = {spec: study for spec, (study, _) in designs.items()}
-    module = run_code(file.with_name(CODE)) if asked else {}
+    module = run_code(file.with_name(CODE)) if selected else {}
     drawings = check_drawings(module, studies)
     functions = {
         name: value
         for name, value in module.items()
         if callable(value) and not name.startswith("_")
     }
-    reader = MeasureReader(designs, functions) if asked else None
+    reader = MeasureReader(designs, functions) if selected else None
     return Publication(
         folder=file.parent,
-        title=about.title,
-        source=about.source,
+        title=paper.title,
+        source=paper.source,
         studies=studies,
         claims=read_claims(root.child("claims"), drawings, reader),
         mutants=mutants,
         contradictions=_contradictions(root.get("contradictions")),
         drawings=drawings,
         functions=functions,
-        asked=asked,
+        selected=selected,
     )
 
 
 def read_mutant(publication: Publication, mutant: str) -> Publication:
-    """The publication at the quick scale, as one of its mutants. Raises SpecError."""
+    """Return the publication at the quick scale, as one of its mutants.
+
+    Raises SpecError.
+    """
     try:
         return read_publication(publication.folder / FILE, quick=True, mutant=mutant)
     except SpecError as error:
@@ -248,8 +285,9 @@ def _runs_code(spec: Path) -> bool:
 def _designed(
     entry: Entry, folder: Path, quick: bool, wrong: Sequence[Entry], mutant: str | None
 ) -> tuple[Study, Design]:
-    """A spec's study and design. At the quick scale, or as a mutant, those of the
-    changed spec, under another name.
+    """Return the study and the design of a spec.
+
+    At the quick scale, or as a mutant, the spec is changed and has another name.
     """
     changes = [entry, *wrong] if quick else wrong
     if not changes:
@@ -259,11 +297,11 @@ def _designed(
     try:
         return study, expand(study)
     except SpecError as error:
-        raise _told(changes[-1], entry.name, error) from None
+        raise _at_the_changes(changes[-1], entry.name, error) from None
 
 
 def _study(entry: Entry, folder: Path) -> Study:
-    """The study of the spec that `entry` names."""
+    """Return the study of the spec that `entry` names."""
     return load_spec(_spec_file(entry, folder))
 
 
@@ -280,17 +318,17 @@ def _spec_file(entry: Entry, folder: Path) -> Path:
 def _changed(
     entry: Entry, folder: Path, changes: Sequence[Entry], prefix: str
 ) -> Study:
-    """The study of the spec that `entry` names, with `changes`, under another name."""
+    """Return the study of a changed spec, under another name."""
     file = _spec_file(entry, folder)
     spec = _with_changes(file, changes, prefix)
     try:
         return study_of(spec, file)
     except SpecError as error:
-        raise _told(changes[-1], entry.name, error) from None
+        raise _at_the_changes(changes[-1], entry.name, error) from None
 
 
 def _with_changes(file: Path, changes: Sequence[Entry], prefix: str) -> dict[str, Any]:
-    """A spec with `changes`, under another name."""
+    """Return a spec with `changes`, under another name."""
     spec: dict[str, Any] = read_document(file).value
     for change in changes:
         for path in change.value:
@@ -298,17 +336,19 @@ def _with_changes(file: Path, changes: Sequence[Entry], prefix: str) -> dict[str
     return spec | {"study": f"{prefix}/{spec['study']}"}
 
 
-def _told(entry: Entry, spec: str, error: SpecError) -> SpecError:
-    """The error of a changed spec, with the line of its changes: its own line is in the
-    changed text, which is in no file.
+def _at_the_changes(entry: Entry, spec: str, error: SpecError) -> SpecError:
+    """Return the error of a changed spec, with the line of its changes.
+
+    The line of the error itself is in the changed text, which is in no file.
     """
-    said = "; ".join(str(one).split(": ", 1)[1] for one in error.mistakes)
-    return entry.error(f"with these changes {spec}.yaml is wrong: {said}")
+    text = "; ".join(str(mistake).split(": ", 1)[1] for mistake in error.mistakes)
+    return entry.error(f"with these changes {spec}.yaml is wrong: {text}")
 
 
 def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
-    """Put the value of `entry` into `spec`. A spec without `fixed` gets one; of other
-    keys all but the last must be there.
+    """Put the value of `entry` into `spec`.
+
+    A spec without `fixed` gets one. In other paths, all keys but the last must exist.
     """
     if path[0] == FIXED:
         spec.setdefault(FIXED, {})
@@ -322,7 +362,7 @@ def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
 
 
 def _mutants(entry: Entry | None, specs: Mapping[str, Entry]) -> list[Mutant]:
-    found = []
+    mutants = []
     for name, child in entry.mapping() if entry else ():
         if not NAME.fullmatch(name):
             raise child.error(
@@ -338,29 +378,29 @@ def _mutants(entry: Entry | None, specs: Mapping[str, Entry]) -> list[Mutant]:
                 raise change.error(unknown("spec", key, [*specs, ALL]))
             for spec in specs if key == ALL else [key]:
                 changes.setdefault(spec, []).append(change)
-        found.append(Mutant(name, child.child("about").text(), changes))
-    return found
+        mutants.append(Mutant(name, child.child("about").text(), changes))
+    return mutants
 
 
 def _try_changes(
     mutants: Sequence[Mutant], specs: Mapping[str, Entry], folder: Path
 ) -> None:
-    """Raise SpecError where the changes of a mutant do not leave a right spec."""
+    """Raise SpecError where the changes of a mutant do not give a valid spec."""
     for mutant in mutants:
-        for spec, made in mutant.changes.items():
+        for spec, mutant_changes in mutant.changes.items():
             file = _spec_file(specs[spec], folder)
-            changed = _with_changes(file, made, f"{MUTANTS}/{mutant.name}")
+            changed = _with_changes(file, mutant_changes, f"{MUTANTS}/{mutant.name}")
             try:
                 check_spec(changed, file)
             except SpecError as error:
-                raise _told(made[-1], spec, error) from None
+                raise _at_the_changes(mutant_changes[-1], spec, error) from None
 
 
 def _contradictions(entry: Entry | None) -> list[Contradiction]:
-    found = []
+    contradictions = []
     for child in entry.entries() if entry else []:
         child.keys(["where", "says"], required=["where", "says"])
-        found.append(
+        contradictions.append(
             Contradiction(child.child("where").text(), child.child("says").text())
         )
-    return found
+    return contradictions

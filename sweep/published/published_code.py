@@ -1,7 +1,7 @@
-"""The code of a publication: its figures.py, beside the specs, with figures and
-functions for claims, and the files beside it that figures.py imports relatively.
+"""Code of a publication: its figures.py, and the files that it imports relatively.
 
-No other code of the folder is ever run. `sweep reproduce` says which files it runs.
+figures.py, beside the specs, has figures and functions for claims. No other code of the
+folder is ever run. `sweep reproduce` prints the files that it runs.
 """
 
 import ast
@@ -23,7 +23,7 @@ CODE = "figures.py"
 
 
 class _Readable(SourceFileLoader):
-    """Runs the source that a user can read, never the bytecode file beside it."""
+    """A loader of the source that users can read, never of bytecode files."""
 
     def get_code(self, fullname: str) -> CodeType:
         path = self.get_filename(fullname)
@@ -31,28 +31,30 @@ class _Readable(SourceFileLoader):
 
 
 class _Beside(FileFinder):
-    """Finds the files of a folder that can be read, and nothing in folders below it."""
+    """A finder of readable files of a folder, and of none in folders below it."""
 
     def find_spec(
         self, fullname: str, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        found = super().find_spec(fullname, target)
-        return found if found and found.submodule_search_locations is None else None
+        spec = super().find_spec(fullname, target)
+        return spec if spec and spec.submodule_search_locations is None else None
 
 
 def files_of_code(file: Path) -> list[Path]:
-    """A figures.py, and the files beside it that it imports relatively, or that these
-    import. A file that cannot be read, or is no Python, imports nothing.
+    """Return a figures.py and the files beside it that are imported relatively.
+
+    Relative imports of these files count too.
+    A file that cannot be read, or is not Python, imports nothing.
     """
     files = [file]
-    for one in files:  # it grows meanwhile
-        beside = [file.with_name(f"{name}.py") for name in _imported(one)]
+    for source in files:  # it grows meanwhile
+        beside = [file.with_name(f"{name}.py") for name in _imported(source)]
         files += [path for path in beside if path.is_file() and path not in files]
     return files
 
 
 def _imported(file: Path) -> list[str]:
-    """The modules beside a file that it imports, each once."""
+    """Return the modules beside a file that the file imports, each once."""
     try:
         tree = ast.parse(file.read_bytes())
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
@@ -61,19 +63,26 @@ def _imported(file: Path) -> list[str]:
         name
         for node in ast.walk(tree)
         if isinstance(node, ast.ImportFrom) and node.level == 1
-        for name in ([node.module] if node.module else [one.name for one in node.names])
+        for name in (
+            [node.module] if node.module else [alias.name for alias in node.names]
+        )
     ]
     return list(dict.fromkeys(names))
 
 
 def run_code(file: Path) -> dict[str, Any]:
-    """The names that a figures.py defines; none if there is no such file. If it cannot
-    be run, raises a SpecError with the line.
+    """Return the names that a figures.py defines; none if there is no such file.
+
+    Raises
+    ------
+    SpecError
+        If the file cannot be run. The error has the line.
     """
     if not file.exists():
         return {}
-    name, folder = f"_figures_of_{file.parent.name}", str(file.parent.resolve())
-    for older in [one for one in sys.modules if one.startswith(f"{name}.")]:
+    name = f"_figures_of_{file.parent.name}"
+    folder = str(file.parent.resolve())
+    for older in [loaded for loaded in sys.modules if loaded.startswith(f"{name}.")]:
         del sys.modules[older]
     # What Python imports from the folder, it finds as `_Beside` says.
     sys.path_importer_cache[folder] = _Beside(folder, (_Readable, [".py"]))
@@ -102,7 +111,13 @@ def run_code(file: Path) -> dict[str, Any]:
 def check_drawings(
     module: Mapping[str, Any], studies: Mapping[str, Study]
 ) -> dict[str, Drawing]:
-    """The drawings of a module; their specs must be in `studies`. Raises SpecError."""
+    """Return the drawings of a module, whose specs must be in `studies`.
+
+    Raises
+    ------
+    SpecError
+        If FIGURES, a name or a drawing is not valid.
+    """
     drawings = module.get("FIGURES", {})
     if not isinstance(drawings, dict):
         raise SpecError(

@@ -1,5 +1,7 @@
-"""Reproduces everything that was published: runs missing trials, draws figures that are
-out of date, judges all claims, writes the page.
+"""Reproduce everything that was published.
+
+Missing trials run, figures that are out of date are drawn, all claims are judged, and
+the page is written.
 """
 
 import time
@@ -34,8 +36,9 @@ from sweep.workers.executors import ExecutorFactory
 
 
 class PageFolder(NamedTuple):
-    """Where pages and figures are written: `root` is the folder `results` that the user
-    has named, or lies in it. They get a watermark; "" for none.
+    """Folder for pages and figures, with their watermark; "" for none.
+
+    `results` is the folder that the user has named; `root` is this folder or below it.
     """
 
     root: Path
@@ -45,41 +48,59 @@ class PageFolder(NamedTuple):
 
 @dataclass
 class Outcome:
-    """What a reproduction did: new trials, trials that are not done, figures drawn and
-    kept, failures, and by document how many of its statements have which verdict.
+    """Counts of a reproduction, and its failures.
+
+    Attributes
+    ----------
+    page : Path
+        The scorecard as HTML.
+    new : int
+        Number of new trials.
+    not_done : int
+        Number of planned trials that are not done.
+    drawn : int
+        Number of figures that were drawn.
+    up_to_date : int
+        Number of figures that needed no drawing.
+    failures : list of str
+    statements : dict of str to Counter
+        By publication, the number of statements per verdict.
+    seconds : dict of str to float
+        Wall time of each phase in seconds.
     """
 
     page: Path
     new: int = 0
     not_done: int = 0
     drawn: int = 0
-    kept: int = 0
+    up_to_date: int = 0
     failures: list[str] = field(default_factory=list)
     statements: dict[str, Counter[Status]] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def whole(self) -> bool:
-        """Whether all trials, figures and measures came to their end. Verdicts do not
-        matter here: they are results.
+        """True if all trials, figures and measures were completed.
+
+        Verdicts do not matter here: they are results.
         """
         return not self.not_done and not self.failures
 
     def summary(self) -> str:
-        """What a reproduction did, in a few lines."""
+        """Return the outcome in a few lines."""
         times = ", ".join(
-            f"{what} {seconds:.1f} s" for what, seconds in self.seconds.items()
+            f"{phase} {seconds:.1f} s" for phase, seconds in self.seconds.items()
         )
         lines = [f"failed: {failure}" for failure in self.failures]
         lines.append(
             f"trials: {self.new:,} new"
             + (f", {self.not_done:,} not done" if self.not_done else "")
         )
-        lines.append(f"figures: {self.drawn} drawn, {self.kept} up to date")
-        for document, found in self.statements.items():
-            counts = [f"{count} {status}" for status, count in sorted(found.items())]
-            said = ", ".join(counts) or "none was compared with the document"
-            lines.append(f"statements of {document}: {said}")
+        lines.append(f"figures: {self.drawn} drawn, {self.up_to_date} up to date")
+        for document, statuses in self.statements.items():
+            counts = [f"{count} {status}" for status, count in sorted(statuses.items())]
+            text = ", ".join(counts) or "none was compared with the document"
+            lines.append(f"statements of {document}: {text}")
         return "\n".join([*lines, f"time: {times}", f"page: {self.page}"])
 
 
@@ -91,72 +112,89 @@ def reproduce(
     *,
     quick: bool = False,
 ) -> Outcome:
-    """Run, draw and judge the publications. Write `scorecard.html`, `.md` and `.json`
-    below `results`.
+    """Run, draw and judge the publications, and write the scorecard.
 
-        publications  all of them; those that are `asked` for are run and drawn, and the
-                      page shows them; the others are named in one line
-        results       the folder with the stored studies
-        engine        runs the trials
-        display       makes the progress display of a study from its name
-        quick         whether the publications were read at the quick scale
+    `scorecard.html`, `.md` and `.json` are written below `results`. If a trial, a
+    figure or a measure fails, the failure is noted and the rest continues.
 
-    Raises SpecError and StoreError as a launch does, and StoreError for a damaged file
-    of variants. If a trial, a figure or a measure fails, that is noted and the rest
-    goes on.
+    Parameters
+    ----------
+    publications : sequence of Publication
+        All publications. The selected ones are run, drawn and shown on the page. One
+        line names the others.
+    results : Path
+        Folder with the stored studies.
+    engine : ExecutorFactory
+        Runs the trials.
+    display : callable
+        Makes the progress display of a study from its name.
+    quick : bool, default False
+        True if the publications were read at the quick scale.
+
+    Raises
+    ------
+    SpecError, StoreError
+        In the cases of a launch; StoreError for a damaged file of variants too.
+    OutputError
+        If the page cannot be written.
     """
-    wanted = [publication for publication in publications if publication.asked]
+    selected = [publication for publication in publications if publication.selected]
     root = results / QUICK if quick else results
-    outcome, times = Outcome(root / SCORECARD[0]), [time.monotonic()]
+    outcome = Outcome(root / SCORECARD[0])
+    times = [time.monotonic()]
     known = read_turned(results)
-    for publication in wanted:
+    for publication in selected:
         ran = run_studies(publication.studies.values(), results, engine, display)
         outcome.new += ran.new
         outcome.not_done += ran.not_done
     times.append(time.monotonic())
-    stored = {one.name: stored_studies(one, results) for one in publications}
+    stored = {
+        publication.name: stored_studies(publication, results)
+        for publication in publications
+    }
     folder = PageFolder(root, WATERMARK if quick else "", results)
     files = {
-        one.name: [
-            FigureFile(one, name, stored[one.name], *folder) for name in one.drawings
+        publication.name: [
+            FigureFile(publication, name, stored[publication.name], *folder)
+            for name in publication.drawings
         ]
-        for one in publications
+        for publication in publications
     }
-    for publication in wanted:
+    for publication in selected:
         for file in files[publication.name]:
-            what = f"figure {publication.name}/{file.name}"
+            label = f"figure {publication.name}/{file.name}"
             if file.possible:
-                _draw(file, what, outcome)
+                _draw(file, label, outcome)
             else:
-                outcome.failures.append(f"{what}: no trial of what it shows is done")
+                outcome.failures.append(f"{label}: no trial of what it shows is done")
     times.append(time.monotonic())
     sections = [
         _section(
-            one,
-            stored[one.name],
-            files[one.name],
+            publication,
+            stored[publication.name],
+            files[publication.name],
             folder,
-            known.get(one.name),
-            outcome,
+            tried=known.get(publication.name),
+            outcome=outcome,
         )
-        for one in publications
+        for publication in publications
     ]
     _write(Page(root, sections, QUICK if quick else FULL, folder.watermark), results)
     times.append(time.monotonic())
-    steps = zip(("trials", "figures", "page"), times, times[1:], strict=False)
-    outcome.seconds = {what: until - since for what, since, until in steps}
+    phases = zip(("trials", "figures", "page"), times, times[1:], strict=False)
+    outcome.seconds = {phase: until - since for phase, since, until in phases}
     return outcome
 
 
-def _draw(file: FigureFile | ClaimsFile, what: str, outcome: Outcome) -> None:
+def _draw(file: FigureFile | ClaimsFile, label: str, outcome: Outcome) -> None:
     if file.current():
-        outcome.kept += 1
+        outcome.up_to_date += 1
         return
     try:
         file.draw()
         outcome.drawn += 1
     except Exception as error:
-        outcome.failures.append(f"{what}: {type(error).__name__}: {error}")
+        outcome.failures.append(f"{label}: {type(error).__name__}: {error}")
 
 
 def _section(
@@ -167,7 +205,7 @@ def _section(
     tried: DocumentVariants | None,
     outcome: Outcome,
 ) -> Section:
-    """The section of a publication. The pictures of its claims are drawn."""
+    """Return the section of a publication, and draw the figures of its claims."""
     rows, failures = judged(publication, stored)
     outcome.failures += failures
     if tried and tried.inputs != fingerprint(publication):
@@ -183,19 +221,19 @@ def _section(
     for file in of_claims:
         _draw(file, f"picture {file.name} of {publication.name}", outcome)
     section = Section(
-        publication,
-        rows,
-        {file.name: _picture(file, file.drawing.text) for file in files},
-        [_picture(file, file.text) for file in of_claims],
-        {
+        publication=publication,
+        rows=rows,
+        pictures={file.name: _picture(file, file.drawing.text) for file in files},
+        of_claims=[_picture(file, file.text) for file in of_claims],
+        folders={
             spec: folder.results / study.name
             for spec, study in publication.studies.items()
             if spec in stored
         },
-        [study.provenance for study in stored.values()],
-        tried,
+        origins=[study.provenance for study in stored.values()],
+        variants=tried,
     )
-    if publication.asked:
+    if publication.selected:
         outcome.statements[publication.name] = section.tallies["statement"]
     return section
 

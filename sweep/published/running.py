@@ -1,4 +1,4 @@
-"""Runs what is missing of the studies of a publication."""
+"""Runs the missing trials of the studies of a publication."""
 
 import sys
 from collections.abc import Callable, Iterable
@@ -14,7 +14,7 @@ from sweep.workers.executors import ExecutorFactory
 
 
 class Ran(NamedTuple):
-    """How many trials are new, and how many are not done."""
+    """Number of new trials, and number of trials that are not done."""
 
     new: int
     not_done: int
@@ -26,10 +26,22 @@ def run_studies(
     engine: ExecutorFactory,
     display: Callable[[str], Display],
 ) -> Ran:
-    """Run what is missing of each study, and say what became of it. Raises as a launch
-    does.
+    """Run the missing trials of each study, and print a summary of each.
+
+    Errors are those of a launch.
+
+    Parameters
+    ----------
+    studies : iterable of Study
+    results : Path
+        Folder with the stored studies.
+    engine : ExecutorFactory
+        Runs the trials.
+    display : callable
+        Makes the progress display of a study from its name.
     """
-    new, not_done = 0, 0
+    new = 0
+    not_done = 0
     for study in studies:
         with display(study.name) as bar, ExitStack() as ending:
             ending.callback(engine.stop)

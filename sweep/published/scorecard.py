@@ -1,5 +1,6 @@
-"""The scorecard: the rows of each document, one a claim, and what is counted. HTML,
-Markdown and JSON show it.
+"""The scorecard: rows of each publication, one per claim, and the counts.
+
+HTML, Markdown and JSON show it.
 """
 
 import math
@@ -53,7 +54,7 @@ LISTED: dict[Status, str] = {
     "undecided": "Undecided",
     "not testable": "Not testable",
 }
-"""The verdicts whose rows stand above all tables, and their headings."""
+"""Verdicts whose rows are listed above all tables, and their headings."""
 COUNTED: dict[Group, str] = {
     "statement": "Statements of the documents",
     "exact": "Exact results, which need no document",
@@ -76,14 +77,16 @@ TRIED: dict[Kind, str] = {
     "details": "Details that turn verdicts",
     "numerics": "Verdicts that another time step, order or seed turns",
 }
-"""The kinds of variants, and their headings."""
+"""Kinds of variants, and their headings."""
 MOST_NAMED = 8
-"""The variants of a kind that are named in a row."""
+"""Largest number of variants of a kind that a row names."""
 
 
 class Picture(NamedTuple):
-    """A figure. `path` lacks the endings of its files. It is None if the figure was not
-    drawn from the trials that are stored now.
+    """A figure.
+
+    `path` is without the endings of the files. It is None if the figure was not drawn
+    from the trials that are stored now.
     """
 
     name: str
@@ -93,13 +96,22 @@ class Picture(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """The rows and figures of a publication.
+    """Rows and figures of a publication.
 
-    pictures   its figures by name
-    of_claims  the pictures of all its claims
-    folders    the stored studies by spec
-    origins    their provenance
-    variants   what its variants turned; None if none was tried as it is now
+    Attributes
+    ----------
+    publication : Publication
+    rows : sequence of Row
+    pictures : mapping of str to Picture
+        Figures of the publication by name.
+    of_claims : sequence of Picture
+        Figures of all its claims.
+    folders : mapping of str to Path
+        Folders of the stored studies by spec.
+    origins : sequence of dict
+        Provenance of the stored studies.
+    variants : DocumentVariants, optional
+        Effects of variants; None if none was tried with the present inputs.
     """
 
     publication: Publication
@@ -111,61 +123,90 @@ class Section:
     variants: DocumentVariants | None = None
 
     def ordered(self) -> list[Row]:
-        """The rows, those refuted first and those confirmed last."""
+        """Return the rows, the refuted ones first and the confirmed ones last."""
         return sorted(self.rows, key=lambda row: ORDER.index(row.verdict.status))
 
     def anchor(self, row: Row) -> str:
-        """The name of a row, for links."""
+        """Return the name of a row, for links."""
         return f"{self.publication.name}-{row.claim.id}"
 
     @cached_property
     def tallies(self) -> dict[Group, Counter[Status]]:
-        """How many claims of each group have which verdict."""
+        """Number of statements per verdict, by group."""
         return tallies(self.rows)
 
     def tried(self, kind: Kind) -> DocumentVariants | None:
-        """What variants turned; None if none of this kind was tried, or not all
-        mutants.
+        """Return the effects of variants; None if none of this kind was tried.
+
+        None is returned too if not all mutants were tried.
         """
-        found = self.variants.tried(kind) if self.variants else {}
-        mutants = {*PROGRAM_MUTANTS, *(one.name for one in self.publication.mutants)}
-        whole = kind != "mutants" or found.keys() >= mutants
-        return self.variants if found and whole else None
+        effects = self.variants.tried(kind) if self.variants else {}
+        mutants = {
+            *PROGRAM_MUTANTS,
+            *(mutant.name for mutant in self.publication.mutants),
+        }
+        complete = kind != "mutants" or effects.keys() >= mutants
+        return self.variants if effects and complete else None
 
     def turning(self, kind: Kind, row: Row) -> dict[str, Status] | None:
-        """The variants that turn a row, and to which verdict; None if none was tried,
-        or it had no verdict without them.
+        """Return the variants that turn a row, each with the new verdict.
+
+        Parameters
+        ----------
+        kind : Kind
+            Kind of the variants.
+        row : Row
+            Row of the section.
+
+        Returns
+        -------
+        dict of str to Status or None
+            None if no variant was tried, or if the row has no verdict without variants.
         """
-        found, claim = self.tried(kind), row.claim.id
-        return found.turning(kind, claim) if found and claim in found.before else None
+        effects = self.tried(kind)
+        claim = row.claim.id
+        return (
+            effects.turning(kind, claim)
+            if effects and claim in effects.before
+            else None
+        )
 
     def unjudging(self, kind: Kind, row: Row) -> dict[str, str]:
-        """The variants that say nothing on a row, and why."""
-        found = self.tried(kind)
-        return found.unjudging(kind, row.claim.id) if found else {}
+        """Return the variants without a verdict on a row, each with the reason.
+
+        Parameters
+        ----------
+        kind : Kind
+            Kind of the variants.
+        row : Row
+            Row of the section.
+        """
+        effects = self.tried(kind)
+        return effects.unjudging(kind, row.claim.id) if effects else {}
 
     def mutants(self, row: Row) -> list[str] | None:
-        """The mutants that a row kills; None if none was tried."""
-        found = self.tried("mutants")
-        if found is None:
+        """Return the mutants that a row kills; None if none was tried."""
+        effects = self.tried("mutants")
+        if effects is None:
             return None
-        return [name for name, ids in found.killed_by.items() if row.claim.id in ids]
+        return [name for name, ids in effects.killed_by.items() if row.claim.id in ids]
 
     def least_share(self, row: Row) -> float | None:
-        """The smallest share by which the change of one setting turns a row."""
-        found = self.tried("details")
-        return found.least_share(row.claim.id) if found else None
+        """Return the smallest relative change of one parameter that turns a row."""
+        effects = self.tried("details")
+        return effects.least_share(row.claim.id) if effects else None
 
     def weaknesses(self, row: Row) -> list[str]:
-        """Why a row shows little; none where it does not."""
-        found = [_beyond(row)] if row.verdict.weak else []
+        """Return the reasons why a row shows little; none for a strong row."""
+        reasons = [_beyond(row)] if row.verdict.weak else []
         confirmed = row.claim.counted and row.verdict.status == "confirmed"
-        return found + ([UNTURNED] if confirmed and self.mutants(row) == [] else [])
+        return reasons + ([UNTURNED] if confirmed and self.mutants(row) == [] else [])
 
 
 class Page(NamedTuple):
-    """All sections, of which those that were asked for are `shown`; links are relative
-    to `root`, `scale` is "full" or "quick".
+    """All sections; those of selected publications are `shown`.
+
+    Links are relative to `root`. `scale` is "full" or "quick".
     """
 
     root: Path
@@ -175,37 +216,49 @@ class Page(NamedTuple):
 
     @property
     def shown(self) -> list[Section]:
-        """The sections of the documents that were asked for."""
-        return [one for one in self.sections if one.publication.asked]
+        """Sections of the selected publications."""
+        return [section for section in self.sections if section.publication.selected]
 
     @property
     def unasked(self) -> str:
-        """The documents that were not asked for, in one sentence; "" for none."""
+        """Sentence with the publications that are not selected; "" for none."""
         names = [
-            one.publication.name for one in self.sections if not one.publication.asked
+            section.publication.name
+            for section in self.sections
+            if not section.publication.selected
         ]
         return f"Not asked for, and so not here: {', '.join(names)}." if names else ""
 
     def counts(self, group: Group) -> dict[str, Counter[Status]]:
-        """By document how many of a group have which verdict; without documents that
-        have none.
+        """Return, by publication, the number of statements of a group per verdict.
+
+        Publications without such statements are left out.
         """
-        found = {one.publication.name: one.tallies[group] for one in self.shown}
-        return {name: counts for name, counts in found.items() if counts}
+        tallies = {
+            section.publication.name: section.tallies[group] for section in self.shown
+        }
+        return {name: counts for name, counts in tallies.items() if counts}
 
     def of_status(self, status: Status) -> Iterator[tuple[Section, Row]]:
-        """The rows with this verdict, and their sections."""
+        """Yield the rows with a verdict, each after its section."""
         for section in self.shown:
             for row in section.rows:
                 if row.verdict.status == status:
                     yield section, row
 
     def link(self, path: Path) -> str:
-        """The relative link to `path`."""
+        """Return the relative link to `path`."""
         return Path(os.path.relpath(path, self.root)).as_posix()
 
     def links(self, section: Section, row: Row) -> list[tuple[str, str]]:
-        """Text and address of what a row refers to: its figure, spec and trials."""
+        """Return text and address of the figure, the spec and the trials of a row.
+
+        Parameters
+        ----------
+        section : Section
+        row : Row
+            Row of the section.
+        """
         claim = row.claim
         picture = section.pictures[claim.figure] if claim.figure else None
         folder = section.folders.get(claim.spec) if claim.spec else None
@@ -223,7 +276,7 @@ class Page(NamedTuple):
 
 
 def rule() -> list[str]:
-    """How verdicts are computed, in paragraphs."""
+    """Return the rule of the verdicts, in paragraphs."""
     return [
         (
             "Verdicts are computed, and can fail. The claims of one document are one"
@@ -274,14 +327,14 @@ def rule() -> list[str]:
 
 
 def _beyond(row: Row) -> str:
-    """Why a row cannot be confirmed with its trials, and how many could."""
+    """Return why a row cannot be confirmed, and the number of trials that could."""
     enough = row.verdict.enough
-    said = "no number of trials could" if enough is None else f"about {enough:,} could"
-    return f"it cannot be confirmed with these trials, {said}"
+    text = "no number of trials could" if enough is None else f"about {enough:,} could"
+    return f"it cannot be confirmed with these trials, {text}"
 
 
 def family_text(section: Section) -> str:
-    """How sure each row of a document must be."""
+    """Return the level at which each claim of a section is tested, in words."""
     family = section.publication.family
     return (
         f"{family} of these {len(section.rows)} claims are counted and tested together:"
@@ -290,16 +343,18 @@ def family_text(section: Section) -> str:
 
 
 def variants_text(section: Section, kind: Kind) -> str:
-    """How many verdicts the variants of a document turn."""
-    found = section.tried(kind)
-    if found is None:
+    """Return in words the number of verdicts that the variants turn."""
+    effects = section.tried(kind)
+    if effects is None:
         return f"no {kind} were tried with these claims, specs and kernels"
-    return found.summary(kind)
+    return effects.summary(kind)
 
 
 def kind_text(row: Row) -> str:
-    """What a claim is and when it was fixed, such as `number, registered 2026-03-01,
-    such results first seen after that`.
+    """Return the kind of a claim and the day of its registration.
+
+    The text is such as `number, registered 2026-03-01, such results first seen after
+    that`.
     """
     claim = row.claim
     parts = [claim.kind, f"registered {claim.registered.isoformat()}"]
@@ -312,21 +367,24 @@ def kind_text(row: Row) -> str:
 
 
 def weakness_text(section: Section, row: Row) -> str:
-    """Why a row is weak; "" where it is not."""
-    found = section.weaknesses(row)
-    return f"weak: {' and '.join(found)}" if found else ""
+    """Return why a row is weak; "" if it is not."""
+    reasons = section.weaknesses(row)
+    return f"weak: {' and '.join(reasons)}" if reasons else ""
 
 
 def turning_texts(section: Section, row: Row) -> list[str]:
-    """The variants that turn a row, a text a kind; none where it does not count."""
+    """Return the variants that turn a row, one text per kind.
+
+    The list is empty for a claim that does not count.
+    """
     if not row.claim.counted:
         return []
     killers = section.mutants(row)
     parts = [] if killers is None else [f"mutants: {', '.join(killers) or 'none'}"]
     for kind in ("details", "numerics"):
-        found = section.turning(kind, row)
-        if found is not None:
-            parts.append(f"{kind}: {_listed(found) or 'none'}")
+        turning = section.turning(kind, row)
+        if turning is not None:
+            parts.append(f"{kind}: {_listed(turning) or 'none'}")
         if unjudging := section.unjudging(kind, row):
             parts.append(f"not judged with {_listed(unjudging)}")
     share = section.least_share(row)
@@ -335,25 +393,25 @@ def turning_texts(section: Section, row: Row) -> list[str]:
     return parts
 
 
-def _listed(found: Mapping[str, str]) -> str:
-    """The first variants, and what is said of each, as `n-up-2 (refuted)`."""
-    named = [f"{name} ({said})" for name, said in found.items()]
+def _listed(texts: Mapping[str, str]) -> str:
+    """Return the first variants, each with its text, such as `n-up-2 (refuted)`."""
+    named = [f"{name} ({text})" for name, text in texts.items()]
     more = len(named) - MOST_NAMED
     return ", ".join(named[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
 def reason(row: Row) -> str:
-    """The reason of a verdict as a sentence."""
+    """Return the reason of a verdict as a sentence."""
     return sentence(row.verdict.reason)
 
 
 def sentence(text: str) -> str:
-    """`text` with a capital letter and a full stop."""
+    """Return `text` with a capital letter and a full stop."""
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
 def published_text(row: Row) -> str:
-    """What is expected, such as `57.30 ± 0.005, 3 trials`."""
+    """Return the expectation, such as `57.30; mean of 3 trials; margin 0.5: REASON`."""
     expect = row.claim.expect
     if isinstance(expect, Value):
         parts = [_printed(expect)]
@@ -374,28 +432,30 @@ def published_text(row: Row) -> str:
 
 
 def _printed(expect: Value) -> str:
-    """The value with as many decimals as its rounding means."""
+    """Return the value with as many decimals as its rounding means."""
     if expect.rounding == 0:
         return f"{expect.value:g}"
     return f"{expect.value:.{max(0, round(-math.log10(2 * expect.rounding)))}f}"
 
 
 def ours_text(row: Row) -> str:
-    """Our estimate and its 95 % interval. Both end at the second significant digit of
-    the half width.
+    """Return our estimate and its 95 % confidence interval.
+
+    Both end at the second significant digit of the half-width.
     """
     if row.measured is None:
         return ""
     if isinstance(row.measured.estimate, Scaling):
         return row.measured.estimate.order.order
-    value, interval = row.measured.estimate.value, row.verdict.interval
+    value = row.measured.estimate.value
+    interval = row.verdict.interval
     if math.isnan(value):
         return ""
     return number(value) if interval is None else with_interval(value, *interval)
 
 
 def trials_text(row: Row) -> str:
-    """The number of trials, and how many were left out."""
+    """Return the number of trials, and the number of those that were left out."""
     if row.measured is None:
         return ""
     left_out = row.measured.left_out
@@ -403,29 +463,30 @@ def trials_text(row: Row) -> str:
 
 
 def noticeable_text(row: Row) -> str:
-    """The smallest difference that the test could notice."""
+    """Return the smallest difference that the test could notice."""
     return "" if row.verdict.noticeable is None else brief(row.verdict.noticeable)
 
 
 def origin_lines(page: Page) -> list[tuple[str, str]]:
-    """Where the trials come from. Each line has a name and all distinct values over all
-    studies.
+    """Return the origin of the trials.
+
+    Each line has a name and all distinct values over all studies.
     """
     origins = [origin for section in page.shown for origin in section.origins]
-    found = {
+    lines = {
         "kernels_sha": [origin["kernels_sha"] for origin in origins],
         "commit": [_commit(origin["git"]) for origin in origins],
         "versions": [
             ", ".join(f"{name} {number}" for name, number in origin["versions"].items())
             for origin in origins
         ],
-        "device": [device_said(one) for one in origins if "device" in one],
+        "device": [device_said(origin) for origin in origins if "device" in origin],
         "processor": [origin["cpu"] for origin in origins],
         "system": [origin["platform"] for origin in origins],
     }
     return [
-        (what, "; ".join(dict.fromkeys(values)))
-        for what, values in found.items()
+        (name, "; ".join(dict.fromkeys(values)))
+        for name, values in lines.items()
         if values
     ]
 

@@ -1,6 +1,4 @@
-"""The scorecard as one page of HTML. It needs no other file than the figures
-beside it.
-"""
+"""The scorecard as one page of HTML, which needs no other file than its figures."""
 
 from collections.abc import Iterable, Iterator
 from html import escape
@@ -48,7 +46,7 @@ CLASSES: dict[Status, str] = {
 
 
 def as_html(page: Page) -> str:
-    """The whole page; every text is escaped."""
+    """Return the complete page, with every text escaped."""
     return "\n".join(_lines(page)) + "\n"
 
 
@@ -75,8 +73,8 @@ def _lines(page: Page) -> Iterator[str]:
     for section in page.shown:
         yield from _section(page, section)
     yield '<section>\n<h2>Where this comes from</h2>\n<dl class="origin">'
-    for what, value in origin_lines(page):
-        yield f"<dt>{escape(what)}</dt><dd>{escape(value)}</dd>"
+    for name, value in origin_lines(page):
+        yield f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>"
     yield "</dl>\n</section>\n</main>\n</body>\n</html>"
 
 
@@ -98,7 +96,7 @@ def _summary(page: Page) -> Iterator[str]:
 
 
 def _counts(page: Page, group: Group) -> Iterator[str]:
-    """How many of a group have which verdict, a row a document."""
+    """Yield the table of a group: statements per verdict, one row per publication."""
     counts = page.counts(group)
     if not counts:
         return
@@ -110,18 +108,20 @@ def _counts(page: Page, group: Group) -> Iterator[str]:
         for status in ORDER
     )
     yield "</tr></thead>\n<tbody>"
-    for name, found in counts.items():
-        cells = "".join(f'<td class="number">{found[status]}</td>' for status in ORDER)
+    for name, statuses in counts.items():
+        cells = "".join(
+            f'<td class="number">{statuses[status]}</td>' for status in ORDER
+        )
         yield f'<tr><th scope="row">{escape(name)}</th>{cells}</tr>'
     yield "</tbody>\n</table></div>"
 
 
 def _list(page: Page, status: Status, heading: str) -> Iterator[str]:
-    found = list(page.of_status(status))
-    if not found:
+    listed = list(page.of_status(status))
+    if not listed:
         return
     yield f'<h2>{heading}</h2>\n<ul class="list">'
-    for section, row in found:
+    for section, row in listed:
         link = f'<a href="#{quote(section.anchor(row))}">{escape(row.claim.where)}</a>'
         yield (
             f"<li>{escape(section.publication.name)}, {link}"
@@ -147,15 +147,16 @@ def _section(page: Page, section: Section) -> Iterator[str]:
     if publication.contradictions:
         yield "<h3>Where the document contradicts itself or its data</h3>\n<dl>"
         for contradiction in publication.contradictions:
-            where, says = escape(contradiction.where), escape(contradiction.says)
-            yield f"<dt>{where}</dt><dd>{says}</dd>"
+            where = escape(contradiction.where)
+            yield f"<dt>{where}</dt><dd>{escape(contradiction.says)}</dd>"
         yield "</dl>"
     yield from _pictures(page, [*section.of_claims, *section.pictures.values()])
     yield "</section>"
 
 
 def _row(page: Page, section: Section, row: Row) -> str:
-    claim, status = row.claim, row.verdict.status
+    claim = row.claim
+    status = row.verdict.status
     links = [
         f'<a href="{quote(address)}">{escape(text)}</a>'
         for text, address in page.links(section, row)

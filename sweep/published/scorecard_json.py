@@ -1,4 +1,4 @@
-"""The scorecard for machines. docs/scorecard.md describes the format."""
+"""The scorecard as JSON, in the format of docs/scorecard.md."""
 
 import json
 import math
@@ -19,24 +19,27 @@ VERSION = 1
 
 
 def as_json(page: Page) -> str:
-    """The same numbers as on the page, as JSON. What is not known is null."""
-    about = {
+    """Return the numbers of the page as JSON; unknown values are null."""
+    content = {
         "version": VERSION,
         "scale": page.scale,
         "documents": [_document(section) for section in page.sections],
-        "rows": [_row(page, one, row) for one in page.shown for row in one.rows],
+        "rows": [
+            _row(page, section, row) for section in page.shown for row in section.rows
+        ],
     }
-    return json.dumps(about, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _document(section: Section) -> dict[str, Any]:
-    publication, tallies = section.publication, section.tallies
+    publication = section.publication
+    tallies = section.tallies
     return {
         "study": publication.name,
         "title": publication.title,
         "source": publication.source,
-        "asked": publication.asked,
-        "family": publication.family if publication.asked else None,
+        "asked": publication.selected,
+        "family": publication.family if publication.selected else None,
         "statements": _counts(tallies["statement"]),
         "exact": _counts(tallies["exact"]),
         "hypotheses": _counts(tallies["hypothesis"]),
@@ -47,33 +50,35 @@ def _document(section: Section) -> dict[str, Any]:
     }
 
 
-def _counts(found: Counter[Status]) -> dict[Status, int]:
-    return {status: found[status] for status in ORDER}
+def _counts(statuses: Counter[Status]) -> dict[Status, int]:
+    return {status: statuses[status] for status in ORDER}
 
 
-def _mutants(found: DocumentVariants | None) -> dict[str, Any] | None:
-    if found is None:
+def _mutants(effects: DocumentVariants | None) -> dict[str, Any] | None:
+    if effects is None:
         return None
     return {
-        "tried": len(found.tried("mutants")),
-        "noticed": found.noticed,
-        "killed_by": found.killed_by,
-        "unmoved": found.unmoved,
+        "tried": len(effects.tried("mutants")),
+        "noticed": effects.noticed,
+        "killed_by": effects.killed_by,
+        "unmoved": effects.unmoved,
     }
 
 
 def _variants(section: Section, kind: Kind) -> dict[str, Any] | None:
-    found = section.tried(kind)
-    if found is None:
+    effects = section.tried(kind)
+    if effects is None:
         return None
     return {
-        "before": found.before,
-        "variants": {name: vars(one) for name, one in found.tried(kind).items()},
+        "before": effects.before,
+        "variants": {
+            name: variant.stored() for name, variant in effects.tried(kind).items()
+        },
     }
 
 
 def _row(page: Page, section: Section, row: Row) -> dict[str, Any]:
-    claim, verdict, found = row
+    claim, verdict, measured = row
     expect = claim.expect
     return {
         "id": claim.id,
@@ -88,7 +93,7 @@ def _row(page: Page, section: Section, row: Row) -> dict[str, Any]:
         "behind": _behind(section, claim),
         "status": verdict.status,
         "reason": verdict.reason,
-        "ours": _ours(found) if found else None,
+        "ours": _ours(measured) if measured else None,
         "interval": _interval(verdict.interval),
         "simultaneous": _interval(verdict.simultaneous),
         "expect": _expected(expect),
@@ -100,8 +105,8 @@ def _row(page: Page, section: Section, row: Row) -> dict[str, Any]:
         "enough": verdict.enough,
         "weak": bool(section.weaknesses(row)),
         "weaknesses": section.weaknesses(row),
-        "trials": found.used if found else 0,
-        "left_out": found.left_out if found else 0,
+        "trials": measured.used if measured else 0,
+        "left_out": measured.left_out if measured else 0,
         "registered": claim.registered.isoformat(),
         "looked": claim.looked,
         "alternatives": claim.alternatives,
@@ -119,34 +124,36 @@ def _picture(page: Page, section: Section, claim: Claim) -> str | None:
 
 
 def _behind(section: Section, claim: Claim) -> list[dict[str, Any]]:
-    """The trials that a claim is tested by."""
+    """Return the trials that test a claim."""
     if claim.measure is None or claim.spec is None:
         return []
     studies = section.publication.studies
     return [
         {
-            "study": studies[one.spec].name,
-            "column": one.column,
-            "settings": {name: _plain(one.settings[name]) for name in one.settings},
+            "study": studies[trials.spec].name,
+            "column": trials.column,
+            "settings": {
+                name: _plain(trials.settings[name]) for name in trials.settings
+            },
         }
-        for one in trials_read(claim.measure, claim.spec)
+        for trials in trials_read(claim.measure, claim.spec)
     ]
 
 
 def _plain(value: object) -> object:
-    """A setting as JSON has it: an infinite number as the text inf."""
+    """Return a parameter value for JSON: infinity becomes a string."""
     endless = isinstance(value, float) and math.isinf(value)
     return str(value) if endless else value
 
 
-def _ours(found: Measured) -> float | None:
-    """The estimate; a transition has none."""
-    estimate = found.estimate
+def _ours(measured: Measured) -> float | None:
+    """Return the estimate; None for a transition."""
+    estimate = measured.estimate
     return None if isinstance(estimate, Scaling) else _number(estimate.value)
 
 
 def _expected(expect: Expectation | None) -> str | None:
-    """The kind of an expectation; of a transition, its order."""
+    """Return the kind of an expectation, or the order of a transition."""
     if isinstance(expect, OfOrder):
         return expect.order
     return type(expect).__name__.lower() if expect else None

@@ -36,7 +36,7 @@ SPECIAL = str.maketrans(
 
 
 def as_markdown(page: Page) -> str:
-    """The whole page; texts of documents are escaped."""
+    """Return the complete page, with texts of publications escaped."""
     return "\n".join(_lines(page)) + "\n"
 
 
@@ -53,15 +53,17 @@ def _lines(page: Page) -> Iterator[str]:
         counts = page.counts(group)
         if counts:
             yield f"\n## {heading}\n"
-            yield f"| document | {' | '.join(f'{MARKS[one]} {one}' for one in ORDER)} |"
+            names = " | ".join(f"{MARKS[status]} {status}" for status in ORDER)
+            yield f"| document | {names} |"
             yield f"|---|{'---:|' * len(ORDER)}"
-        for name, found in counts.items():
-            yield f"| {name} | {' | '.join(str(found[one]) for one in ORDER)} |"
+        for name, statuses in counts.items():
+            cells = " | ".join(str(statuses[status]) for status in ORDER)
+            yield f"| {name} | {cells} |"
     for kind, tried in TRIED.items():
         yield f"\n## {tried}\n"
         for section in page.shown:
-            said = _text(variants_text(section, kind))
-            yield f"- {_text(section.publication.name)}: {said}"
+            text = _text(variants_text(section, kind))
+            yield f"- {_text(section.publication.name)}: {text}"
     for status, heading in LISTED.items():
         listed = list(page.of_status(status))
         if listed:
@@ -77,8 +79,8 @@ def _lines(page: Page) -> Iterator[str]:
     for section in page.shown:
         yield from _section(page, section)
     yield "\n## Where this comes from\n"
-    for what, value in origin_lines(page):
-        yield f"- {_text(what)}: {_text(value)}"
+    for name, value in origin_lines(page):
+        yield f"- {_text(name)}: {_text(value)}"
 
 
 def _section(page: Page, section: Section) -> Iterator[str]:
@@ -106,7 +108,8 @@ def _picture(page: Page, picture: Picture) -> Iterator[str]:
 
 
 def _cells(page: Page, section: Section, row: Row) -> list[str]:
-    status, weak = row.verdict.status, weakness_text(section, row)
+    status = row.verdict.status
+    weak = weakness_text(section, row)
     verdict = f"{MARKS[status]} **{status}**" + (f", **{_text(weak)}**" if weak else "")
     return [
         (

@@ -1,4 +1,4 @@
-"""A study of one's own, begun as a copy of a built-in one."""
+"""A custom study, begun as a copy of a built-in one."""
 
 import json
 from collections.abc import Iterator
@@ -23,14 +23,14 @@ from sweep.tables.outputs import check_output, unfinished
 from sweep.text import unknown
 
 OWN = "my"
-"""Studies of one's own have names below this one, and no built-in study has."""
+"""Prefix of the names of custom studies, which no built-in study has."""
 
 
 @dataclass(frozen=True)
 class BuiltInStudy:
-    """A built-in study: the comment that begins its spec, and what it would run.
+    """A built-in study: the comment that begins its spec, and its plan.
 
-    `at_most` where it may end with fewer trials than planned.
+    `at_most` is True if the study may end with fewer trials than planned.
     """
 
     name: str
@@ -41,9 +41,7 @@ class BuiltInStudy:
 
 @dataclass(frozen=True)
 class Begun:
-    """A study of one's own: it, the file of its spec, and the files that were written,
-    that one first.
-    """
+    """A new custom study, its spec, and all written files, the spec first."""
 
     study: Study
     path: Path
@@ -51,7 +49,7 @@ class Begun:
 
 
 def built_in_specs() -> dict[str, Path]:
-    """The files of all built-in specs, by PUBLICATION/SPEC."""
+    """Return the files of all built-in specs, by PUBLICATION/SPEC."""
     return {
         f"{path.parent.name}/{path.stem}": path
         for path in sorted(EXPERIMENTS.glob("*/*.yaml"))
@@ -60,7 +58,7 @@ def built_in_specs() -> dict[str, Path]:
 
 
 def built_in_studies(workers: int) -> list[BuiltInStudy]:
-    """All built-in studies, with the plan of each for so many workers."""
+    """Return all built-in studies, each with its plan for `workers` workers."""
     return [
         _built_in(name, load_spec(path), workers)
         for name, path in built_in_specs().items()
@@ -68,25 +66,34 @@ def built_in_studies(workers: int) -> list[BuiltInStudy]:
 
 
 def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
-    """Write the spec of the built-in study `name` as the beginning of one's own, and
-    copy the files that it names.
+    """Write a copy of the spec of a built-in study, and copy the files that it names.
 
-        name   PUBLICATION/SPEC
-        path   the file of the new spec; by default SPEC.yaml in the current folder
-        force  whether files that are there already may be replaced
+    The study gets the name of the file below `my/`, so that its results are separate
+    from those of the built-in study. Comments are copied. A first line leads editors to
+    the schema. Nothing is written if an error is raised before the first file.
 
-    The study gets the name of the file below `my/`, so its results are apart from those
-    of the built-in one. Comments stay, and a first line leads editors to the schema.
+    Parameters
+    ----------
+    name : str
+        PUBLICATION/SPEC.
+    path : Path, optional
+        File of the new spec; by default SPEC.yaml in the current folder.
+    force : bool, default False
+        Allow to replace existing files.
 
-    Raises SpecError for an unknown name and for a file whose name cannot be that of a
-    study, OutputError where a file cannot be written. Nothing is written then.
+    Raises
+    ------
+    SpecError
+        If `name` is unknown, or no study can be called as the file.
+    OutputError
+        If a file cannot be written.
     """
     specs = built_in_specs()
     if name not in specs:
-        below = [one for one in specs if one.startswith(f"{name}/")]
-        asked = unknown("built-in study (see `sweep init`)", name, below or specs)
+        below = [spec for spec in specs if spec.startswith(f"{name}/")]
+        message = unknown("built-in study (see `sweep init`)", name, below or specs)
         needed = "; a new file alone needs --model MODEL"
-        raise SpecError(asked + needed * (Path(name).suffix in SPEC_ENDINGS))
+        raise SpecError(message + needed * (Path(name).suffix in SPEC_ENDINGS))
     source = specs[name]
     target = path or Path(f"{source.stem}.yaml")
     check_new_spec(target, force=force)
@@ -96,7 +103,8 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     study = parse_spec(text, source.with_name(target.name))
     contents = {target: text.encode()}
     for file in _named_files(root.value, source.parent):
-        copy, content = target.parent / file, (source.parent / file).read_bytes()
+        copy = target.parent / file
+        content = (source.parent / file).read_bytes()
         if not _holds(copy, content):
             check_output(copy, (copy.suffix,), force=force)
             contents[copy] = content
@@ -107,8 +115,14 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
 
 
 def check_new_spec(path: Path, *, force: bool) -> None:
-    """Raise SpecError where no study can be called as the file, and OutputError where
-    the file cannot be written, or is there and may not be replaced.
+    """Check that a study can have the name of a file, and that the file can be written.
+
+    Raises
+    ------
+    SpecError
+        If no study can have the name of the file.
+    OutputError
+        If the file cannot be written, or exists and may not be replaced.
     """
     check_output(path, SPEC_ENDINGS, force=force)
     if why := why_no_name(f"{OWN}/{path.stem}"):
@@ -118,8 +132,8 @@ def check_new_spec(path: Path, *, force: bool) -> None:
 def for_editors(spec: str) -> str:
     """Return the text of a spec below a line that leads editors to the schema.
 
-    The schema is written into the cache, with what installed packages bring. Where the
-    cache cannot be written, the line is left out.
+    The schema is written into the cache, with the entries of installed packages. Where
+    the cache cannot be written, the line is left out.
     """
     try:
         schema = cache_folder() / "spec.schema.json"
@@ -137,7 +151,7 @@ def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
 
 
 def _renamed(document: Document, old: str, new: str) -> str:
-    """The text with another name of the study, below a line for editors."""
+    """Return the text with another name of the study, below a line for editors."""
     lines = document.text.splitlines(keepends=True)
     number = document.lines[("study",)] - 1
     key, colon, value = lines[number].partition(":")
@@ -153,7 +167,7 @@ def _holds(path: Path, content: bytes) -> bool:
 
 
 def _named_files(value: Any, folder: Path) -> Iterator[str]:
-    """The texts in a spec that are paths of files, relative to its folder."""
+    """Yield the strings in a spec that are paths of files, relative to its folder."""
     if isinstance(value, dict | list):
         for part in value.values() if isinstance(value, dict) else value:
             yield from _named_files(part, folder)

@@ -1,4 +1,4 @@
-"""Statements of a document: claims on the same one are counted once."""
+"""Statements of a publication: claims on the same statement are counted once."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -9,8 +9,9 @@ from sweep.published.judging import Row
 from sweep.published.verdicts import Status
 
 Group = Literal["statement", "exact", "hypothesis", "fit"]
-"""What is counted apart: statements of the document, exact results, hypotheses of ours,
-and fits.
+"""Groups that are counted separately.
+
+They are statements of the publication, exact results, our own hypotheses, and fits.
 """
 GROUPS: tuple[Group, ...] = get_args(Group)
 GROUP_OF: Mapping[Kind, Group] = {
@@ -28,32 +29,35 @@ DECISIVE: tuple[Status, ...] = (
     "confirmed",
     "not testable",
 )
-"""The first of these that one of its rows has is the verdict on a statement."""
+"""Verdicts in order of precedence.
+
+The first one that a row of a statement has is the verdict on the statement.
+"""
 
 
 def group_of(claim: Claim) -> Group:
-    """Where a claim is counted. What has not been compared with the document is a
-    hypothesis of ours about it.
+    """Return the group in which a claim is counted.
+
+    A claim that has not been compared with the publication is a hypothesis of our own.
     """
     return "hypothesis" if claim.unverified else GROUP_OF[claim.kind]
 
 
 def tallies(rows: Iterable[Row]) -> dict[Group, Counter[Status]]:
-    """How many statements, exact results, hypotheses and fits of a document have which
-    verdict.
+    """Return the number of statements per verdict, by group.
 
     Rows of the same statement count once in their group.
     """
-    found: dict[tuple[Group, str], list[Status]] = {}
+    by_statement: dict[tuple[Group, str], list[Status]] = {}
     for row in rows:
         key = group_of(row.claim), row.claim.statement
-        found.setdefault(key, []).append(row.verdict.status)
+        by_statement.setdefault(key, []).append(row.verdict.status)
     counts: dict[Group, Counter[Status]] = {group: Counter() for group in GROUPS}
-    for (group, _), statuses in found.items():
+    for (group, _), statuses in by_statement.items():
         counts[group][together(statuses)] += 1
     return counts
 
 
 def together(statuses: Iterable[Status]) -> Status:
-    """The verdict on a statement whose rows have these verdicts."""
+    """Return the verdict on a statement whose rows have these verdicts."""
     return min(statuses, key=DECISIVE.index)

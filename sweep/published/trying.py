@@ -1,7 +1,8 @@
-"""Tries variants: which verdicts of a document turn with them.
+"""Run variants, and compare the verdicts on a publication with and without them.
 
-A variant turns a counted claim where it gives it another verdict. A mutant that turns a
-confirmed claim is killed by it. A claim that kills none could hardly have failed.
+A variant turns a counted claim if it gives the claim another verdict. A mutant that
+turns a confirmed claim is killed by the claim. A claim that kills no mutant could
+hardly have failed.
 """
 
 import hashlib
@@ -60,12 +61,28 @@ MAKERS: Mapping[Kind, Callable[[Publication], Makers]] = {
 def chosen_variants(
     publications: Sequence[Publication], kind: Kind, named: Collection[str] = ()
 ) -> list[tuple[Publication, list[Variant]]]:
-    """The variants of a kind, of the publications that are asked for and have some.
+    """Return the variants of a kind, by publication.
 
-    `named` are names, or patterns such as `n-*`; without any it is all variants. Raises
-    SpecError for one that no variant has, and as `mutants`.
+    Publications that are not selected, or have no such variants, are left out.
+
+    Parameters
+    ----------
+    publications : sequence of Publication
+    kind : Kind
+        Kind of the variants.
+    named : collection of str, default ()
+        Names, or patterns such as `n-*`; () for all variants.
+
+    Raises
+    ------
+    SpecError
+        If no variant has a name, or in the cases of `mutants`.
     """
-    known = [(one, MAKERS[kind](one)) for one in publications if one.asked]
+    known = [
+        (publication, MAKERS[kind](publication))
+        for publication in publications
+        if publication.selected
+    ]
     names = dict.fromkeys(name for _, makers in known for name in makers)
     for pattern in named:
         if not any(fnmatchcase(name, pattern) for name in names):
@@ -85,13 +102,17 @@ def _is_named(name: str, named: Collection[str]) -> bool:
 
 
 def most_trials(chosen: Sequence[tuple[Publication, Sequence[Variant]]]) -> int:
-    """How many trials are run for these variants, if none is stored."""
+    """Return the number of trials of these variants, if none is stored."""
     studies = [
         study
         for publication, variants in chosen
         for study in [
             *needed_studies(publication).values(),
-            *(study for one in variants for study in _changed(publication, one)),
+            *(
+                study
+                for variant in variants
+                for study in _changed(publication, variant)
+            ),
         ]
     ]
     return sum(study.most_trials(expand(study).n_points) for study in studies)
@@ -103,40 +124,61 @@ def try_all(
     engine: ExecutorFactory,
     display: Callable[[str], Display],
 ) -> dict[str, DocumentVariants]:
-    """Run and judge each publication as it is, and with each variant. Store what they
-    turned, variant by variant, and return it by document. What is stored of others
-    stays.
+    """Run and judge each publication as it is, and with each variant.
 
-        chosen   publications at the quick scale, with their variants of one kind
-        results  the folder with the stored studies; variants lie apart in it
-        engine   runs the trials
-        display  makes the progress display of a study from its name
+    The effects are stored after each variant. Stored effects of other variants are
+    unchanged.
 
-    Raises as a launch does.
+    Parameters
+    ----------
+    chosen : sequence of tuple of (Publication, sequence of Variant)
+        Publications at the quick scale, each with its variants of one kind.
+    results : Path
+        Folder with the stored studies. Variants have separate folders in it.
+    engine : ExecutorFactory
+        Runs the trials.
+    display : callable
+        Makes the progress display of a study from its name.
+
+    Returns
+    -------
+    dict of str to DocumentVariants
+        Effects by publication.
+
+    Raises
+    ------
+    SpecError, StoreError
+        In the cases of a launch.
+    WorkersError
+        If the copy of the program that runs a mutant fails.
     """
     known = read_turned(results)
     for publication, variants in chosen:
         needed = needed_studies(publication).values()
         run_studies(needed, results, engine, display)
-        found = _found(publication, results)
-        before = {claim: one.status for claim, one in found.items() if one.judged}
-        estimates = _estimates(found)
+        original = _judgements(publication, results)
+        before = {
+            claim: judgement.status
+            for claim, judgement in original.items()
+            if judgement.judged
+        }
+        estimates = _estimates(original)
         inputs = fingerprint(publication)
-        for one in variants:
-            if one.program:
-                after = _found_by_copy(publication, one, results, engine)
+        for variant in variants:
+            if variant.program:
+                after = _judged_by_copy(publication, variant, results, engine)
             else:
-                run_studies(_changed(publication, one), results, engine, display)
-                after = _found(one.publication, results)
-            kinds = {one.kind: {one.name: _turned(one, before, after)}}
-            document = DocumentVariants(inputs, before, kinds, estimates)
-            known = joined(known, publication.name, document, one.kind)
+                run_studies(_changed(publication, variant), results, engine, display)
+                after = _judgements(variant.publication, results)
+            kinds = {variant.kind: {variant.name: _turned(variant, before, after)}}
+            effects = DocumentVariants(inputs, before, kinds, estimates)
+            known = joined(known, publication.name, effects, variant.kind)
             write_turned(known, results)
     return {publication.name: known[publication.name] for publication, _ in chosen}
 
 
 def _changed(publication: Publication, variant: Variant) -> list[Study]:
-    """The studies of a variant that are changed, and decide a verdict."""
+    """Return the studies of a variant that are changed, and decide a verdict."""
     return [
         study
         for spec, study in needed_studies(variant.publication).items()
@@ -144,9 +186,11 @@ def _changed(publication: Publication, variant: Variant) -> list[Study]:
     ]
 
 
-class _Found(NamedTuple):
-    """What was found of a claim: its status and why, whether that is a verdict, and the
-    estimate; None without a finite interval.
+class _Judgement(NamedTuple):
+    """Judgement of a claim: its status and reason, and its estimate.
+
+    `judged` is False if the status is not a verdict. `estimate` is None without a
+    finite confidence interval.
     """
 
     status: Status
@@ -155,11 +199,11 @@ class _Found(NamedTuple):
     estimate: Estimated | None
 
 
-def _found(publication: Publication, results: Path) -> dict[str, _Found]:
-    """What was found of the counted claims, by id."""
+def _judgements(publication: Publication, results: Path) -> dict[str, _Judgement]:
+    """Return the judgements of the counted claims, by id."""
     rows, _ = judged(publication, stored_studies(publication, results))
     return {
-        row.claim.id: _Found(
+        row.claim.id: _Judgement(
             row.verdict.status, row.verdict.reason, _is_judged(row), _estimated(row)
         )
         for row in rows
@@ -168,26 +212,28 @@ def _found(publication: Publication, results: Path) -> dict[str, _Found]:
 
 
 def _is_judged(row: Row) -> bool:
-    """Whether a row has a verdict. Without all trials, or where its measure fails, it
-    says nothing.
+    """Return True if a row has a verdict.
+
+    A row has none without all trials, or if its measure fails.
     """
     return row.measured is not None and row.verdict.status != "partial"
 
 
 def _estimated(row: Row) -> Estimated | None:
-    """What was measured of a row, if it has a finite interval."""
+    """Return the estimate of a row that has a finite confidence interval."""
     if not _is_judged(row) or row.measured is None or not row.verdict.simultaneous:
         return None
-    estimate, (low, high) = row.measured.estimate, row.verdict.simultaneous
+    estimate = row.measured.estimate
+    low, high = row.verdict.simultaneous
     if isinstance(estimate, Scaling) or not math.isfinite(low + high):
         return None
     return Estimated(ours=estimate.value, low=low, high=high, trials=row.measured.used)
 
 
 def _turned(
-    variant: Variant, before: Mapping[str, str], after: Mapping[str, _Found]
+    variant: Variant, before: Mapping[str, str], after: Mapping[str, _Judgement]
 ) -> Turned:
-    """What a variant turned, given the verdicts before and what was found after it."""
+    """Return the effect of a variant by verdicts before and judgements after."""
     unjudged = {
         claim: after[claim].reason for claim in before if not after[claim].judged
     }
@@ -197,19 +243,27 @@ def _turned(
         if claim not in unjudged and after[claim].status != status
     }
     estimates = _estimates({claim: after[claim] for claim in before})
-    return Turned(variant.about, variant.share, turned, unjudged, estimates)
+    return Turned(
+        variant.description, variant.share, turned, unjudged, estimates=estimates
+    )
 
 
-def _estimates(found: Mapping[str, _Found]) -> dict[str, Estimated]:
-    """The estimates that there are, by id."""
-    return {claim: one.estimate for claim, one in found.items() if one.estimate}
+def _estimates(judgements: Mapping[str, _Judgement]) -> dict[str, Estimated]:
+    """Return the existing estimates, by id."""
+    return {
+        claim: judgement.estimate
+        for claim, judgement in judgements.items()
+        if judgement.estimate
+    }
 
 
-def _found_by_copy(
+def _judged_by_copy(
     publication: Publication, variant: Variant, results: Path, engine: ExecutorFactory
-) -> dict[str, _Found]:
-    """What a copy of the program with the mistake of a variant finds, in a process of
-    its own, whose current folder has nothing else. Raises WorkersError where it fails.
+) -> dict[str, _Judgement]:
+    """Return the judgements of a copy of the program with the mistake of a variant.
+
+    The copy runs in a separate process, whose current folder has nothing else. Raises
+    WorkersError if the process fails.
     """
     assert variant.program is not None
     with TemporaryDirectory() as folder:
@@ -229,12 +283,12 @@ def _found_by_copy(
                 f"{publication.name}: the copy of the program with the mistake"
                 f" {variant.name} ended with the exit code {done.returncode}"
             )
-        found = json.loads(answer.read_bytes())
-    return {claim: _Found(*one) for claim, one in found.items()}
+        judgements = json.loads(answer.read_bytes())
+    return {claim: _Judgement(*fields) for claim, fields in judgements.items()}
 
 
 class _Unseen:
-    """Shows no progress: beside that of the program itself, it has no place."""
+    """A progress display that shows nothing, beside that of the program itself."""
 
     def __enter__(self) -> "_Unseen":
         return self
@@ -246,13 +300,22 @@ class _Unseen:
         """Show nothing."""
 
     def summary(self, progress: Progress, folder: Location) -> str:
-        """How many trials are new."""
+        """Return the number of new trials.
+
+        Parameters
+        ----------
+        progress : Progress
+            Statuses of the new trials.
+        folder : Location
+            Folder of the study.
+        """
         return f"{progress.statuses.total():,} new trials in {folder}"
 
 
 def _as_copy() -> None:
-    """Run and judge the document in a folder as a mutant of the program, which this
-    copy is. The arguments are those that `_found_by_copy` gives.
+    """Run and judge a publication as the mutant of the program that this copy is.
+
+    The arguments are those that `_judged_by_copy` passes.
     """
     name, workers, *places = sys.argv[1:]
     folder, results, answer = map(Path, places)
@@ -262,18 +325,21 @@ def _as_copy() -> None:
     mutant = of_program(publication, name, changed)
     engine = Loky(int(workers)) if int(workers) > 1 else Serial()
     run_studies(_changed(publication, mutant), results, engine, lambda _: _Unseen())
-    answer.write_text(json.dumps(_found(mutant.publication, results)), encoding="utf-8")
+    answer.write_text(
+        json.dumps(_judgements(mutant.publication, results)), encoding="utf-8"
+    )
 
 
 def fingerprint(publication: Publication) -> str:
-    """A hash of what decides which verdicts variants turn: the claims, specs and code
-    of a publication, and the kernels.
+    """Return a hash of everything that decides which verdicts variants turn.
+
+    It covers the claims, specs and code of a publication, and the kernels.
     """
-    found = hashlib.sha256(kernels_sha().encode())
+    digest = hashlib.sha256(kernels_sha().encode())
     for ending in ("yaml", "py", "csv"):
         for file in sorted(publication.folder.glob(f"*.{ending}")):
-            found.update(hashlib.sha256(file.read_bytes()).digest())
-    return found.hexdigest()
+            digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
 
 
 if __name__ == "__main__":

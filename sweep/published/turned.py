@@ -1,4 +1,4 @@
-"""What the variants of documents turned, and the file that keeps it."""
+"""Effects of variants on the verdicts of publications, and their file."""
 
 import json
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from sweep.text import so_many
 VERSION = 1
 MOST_BYTES = 100_000_000
 SLIGHT = 0.02
-"""A verdict that so small a change of one setting turns says so."""
+"""Fraction of a parameter up to which a change that turns a verdict is mentioned."""
 NUMBER = float | int
 FIELDS: dict[str, Any] = {
     "about": str,
@@ -39,9 +39,7 @@ ESTIMATE = {"ours": NUMBER, "low": NUMBER, "high": NUMBER, "trials": int}
 
 
 class Estimated(TypedDict):
-    """What was measured of a claim: the estimate, the bounds of the simultaneous
-    interval, and the number of trials.
-    """
+    """Estimate of a claim, its simultaneous interval, and the number of trials."""
 
     ours: float
     low: float
@@ -51,32 +49,49 @@ class Estimated(TypedDict):
 
 @dataclass(frozen=True)
 class Turned:
-    """What one variant turned.
+    """Effect of one variant.
 
-    about      what is changed, in words
-    share      by which share of its value one setting is changed; None for what is no
-               such change
-    turned     by id the claims with another verdict, and which
-    unjudged   by id the claims on which it says nothing, and why
-    estimates  by id what was measured of the claims that have an interval
+    Attributes
+    ----------
+    description : str
+        Change in words.
+    share : float or None
+        Fraction of its value by which one parameter is changed; None for other changes.
+    turned : mapping of str to Status
+        Claims with another verdict, each with that verdict.
+    unjudged : mapping of str to str
+        Claims without a verdict, each with the reason.
+    estimates : mapping of str to Estimated
+        Estimates of the claims that have a confidence interval.
     """
 
-    about: str
+    description: str
     share: float | None
     turned: Mapping[str, Status]
     unjudged: Mapping[str, str]
     estimates: Mapping[str, Estimated] = field(default_factory=dict)
 
+    def stored(self) -> dict[str, Any]:
+        """Return the fields of the effect, as files and the scorecard have them."""
+        fields = dict(vars(self))
+        return {"about": fields.pop("description"), **fields}
+
 
 @dataclass(frozen=True)
 class DocumentVariants:
-    """What the variants of a document turned.
+    """Effects of the variants of a publication.
 
-    inputs     a hash of all that decides it
-    before     the verdicts of the counted claims without a change, by id; without those
-               that miss trials or whose measure fails
-    kinds      by kind and name what each variant turned
-    estimates  by id what was measured of these claims without a change
+    Attributes
+    ----------
+    inputs : str
+        Hash of everything that decides the effects.
+    before : mapping of str to Status
+        Verdicts on the counted claims without a change, by id. Claims that miss trials
+        or whose measure fails are left out.
+    kinds : mapping of Kind to mapping of str to Turned
+        Effects of the variants by kind and name.
+    estimates : mapping of str to Estimated
+        Estimates of these claims without a change, by id.
     """
 
     inputs: str
@@ -85,67 +100,88 @@ class DocumentVariants:
     estimates: Mapping[str, Estimated] = field(default_factory=dict)
 
     def tried(self, kind: Kind) -> Mapping[str, Turned]:
-        """The variants of a kind."""
+        """Return the effects of the variants of a kind, by name."""
         return self.kinds.get(kind, {})
 
     def turning(self, kind: Kind, claim: str) -> dict[str, Status]:
-        """The variants that turn a claim, and to which verdict, those of the smallest
-        share first.
+        """Return the variants that turn a claim, each with the new verdict.
+
+        Variants with the smallest fraction are first.
+
+        Parameters
+        ----------
+        kind : Kind
+            Kind of the variants.
+        claim : str
+            Id of the claim.
         """
-        found = {
-            name: one for name, one in self.tried(kind).items() if claim in one.turned
+        turning = {
+            name: variant
+            for name, variant in self.tried(kind).items()
+            if claim in variant.turned
         }
-        ranked = sorted(found, key=lambda name: found[name].share or 1.0)
-        return {name: found[name].turned[claim] for name in ranked}
+        ranked = sorted(turning, key=lambda name: turning[name].share or 1.0)
+        return {name: turning[name].turned[claim] for name in ranked}
 
     def unjudging(self, kind: Kind, claim: str) -> dict[str, str]:
-        """The variants that say nothing on a claim, and why."""
+        """Return the variants without a verdict on a claim, each with the reason.
+
+        Parameters
+        ----------
+        kind : Kind
+            Kind of the variants.
+        claim : str
+            Id of the claim.
+        """
         return {
-            name: one.unjudged[claim]
-            for name, one in self.tried(kind).items()
-            if claim in one.unjudged
+            name: variant.unjudged[claim]
+            for name, variant in self.tried(kind).items()
+            if claim in variant.unjudged
         }
 
     def least_share(self, claim: str) -> float | None:
-        """The smallest share by which the change of one setting turns a claim."""
+        """Return the smallest relative change of one parameter that turns a claim."""
         shares = [
-            one.share
-            for one in self.tried("details").values()
-            if claim in one.turned and one.share is not None
+            variant.share
+            for variant in self.tried("details").values()
+            if claim in variant.turned and variant.share is not None
         ]
         return min(shares, default=None)
 
     @property
     def confirmed(self) -> list[str]:
-        """The claims that are confirmed without a change."""
+        """Claims that are confirmed without a change."""
         return [name for name, status in self.before.items() if status == "confirmed"]
 
     @property
     def killed_by(self) -> dict[str, list[str]]:
-        """By mutant the confirmed claims that it turns."""
+        """By mutant, the confirmed claims that it turns."""
         return {
-            name: [claim for claim in self.confirmed if claim in one.turned]
-            for name, one in self.tried("mutants").items()
+            name: [claim for claim in self.confirmed if claim in variant.turned]
+            for name, variant in self.tried("mutants").items()
         }
 
     @property
     def noticed(self) -> int:
-        """How many mutants are killed by at least one claim."""
+        """Number of mutants that at least one claim kills."""
         return sum(bool(claims) for claims in self.killed_by.values())
 
     @property
     def unmoved(self) -> list[str]:
-        """The mutants that change no verdict and no estimate: no claim is about what is
-        wrong in them.
+        """Mutants that change no verdict and no estimate.
+
+        No claim is about the mistake in them.
         """
         return [
             name
-            for name, one in self.tried("mutants").items()
-            if not one.turned and not one.unjudged and one.estimates == self.estimates
+            for name, variant in self.tried("mutants").items()
+            if not variant.turned
+            and not variant.unjudged
+            and variant.estimates == self.estimates
         ]
 
     def summary(self, kind: Kind) -> str:
-        """What the variants of a kind turn, in words."""
+        """Return the effect of the variants of a kind, in words."""
         words = {
             "mutants": self._mutants,
             "details": self._details,
@@ -165,7 +201,7 @@ class DocumentVariants:
         )
 
     def _missed(self, mutant: str) -> str:
-        """A mutant that no confirmed claim notices, and what it changes."""
+        """Return a mutant that no confirmed claim notices, with its effect."""
         if mutant in self.unmoved:
             return f"{mutant} (changes no number)"
         turned = self.tried("mutants")[mutant].turned
@@ -184,34 +220,56 @@ class DocumentVariants:
 
     def _numerics(self) -> str:
         return "; ".join(
-            f"{name} turns {len(one.turned)} of"
-            f" {len(self.before) - len(one.unjudged)} verdicts"
-            + (f" ({', '.join(one.turned)})" if one.turned else "")
-            for name, one in self.tried("numerics").items()
+            f"{name} turns {len(variant.turned)} of"
+            f" {len(self.before) - len(variant.unjudged)} verdicts"
+            + (f" ({', '.join(variant.turned)})" if variant.turned else "")
+            for name, variant in self.tried("numerics").items()
         )
 
 
 def joined(
     known: Mapping[str, DocumentVariants],
     document: str,
-    found: DocumentVariants,
+    new: DocumentVariants,
     kind: Kind,
 ) -> dict[str, DocumentVariants]:
-    """What is known, with what was found of one kind. Of other inputs nothing stays."""
+    """Return the known effects, with the new effects of one kind.
+
+    Effects of other inputs are dropped.
+
+    Parameters
+    ----------
+    known : mapping of str to DocumentVariants
+        Known effects by publication.
+    document : str
+        Name of the publication.
+    new : DocumentVariants
+        New effects of the publication.
+    kind : Kind
+        Kind of the new effects.
+    """
     old = known.get(document)
-    kinds = dict(old.kinds) if old and old.inputs == found.inputs else {}
-    new = {**kinds.get(kind, {}), **found.tried(kind)}
-    return {**known, document: replace(found, kinds={**kinds, kind: new})}
+    kinds = dict(old.kinds) if old and old.inputs == new.inputs else {}
+    kinds[kind] = {**kinds.get(kind, {}), **new.tried(kind)}
+    return {**known, document: replace(new, kinds=kinds)}
 
 
 def read_turned(results: Path) -> dict[str, DocumentVariants]:
-    """What is stored of variants below `results`, by document; nothing where none were
-    tried. Raises StoreError for a file that is damaged.
+    """Return the effects of variants that are stored below `results`, by publication.
+
+    The mapping is empty if none were tried.
+
+    Raises
+    ------
+    StoreError
+        If the file is damaged.
     """
     path = results / VARIANTS
     try:
         content: dict[str, Any] = read_json(path, MOST_BYTES, SHAPE)
-        return {name: _read(one) for name, one in content["documents"].items()}
+        return {
+            name: _read(document) for name, document in content["documents"].items()
+        }
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
@@ -221,11 +279,20 @@ def read_turned(results: Path) -> dict[str, DocumentVariants]:
 
 
 def _read(document: Mapping[str, Any]) -> DocumentVariants:
-    """What is stored of a document. Raises ValueError."""
+    """Return the stored effects of a publication.
+
+    Raises ValueError.
+    """
     kinds = {
         kind: {
-            name: Turned(**{key: one[key] for key in FIELDS}, estimates=_estimates(one))
-            for name, one in document[kind].items()
+            name: Turned(
+                stored["about"],
+                stored["share"],
+                stored["turned"],
+                stored["unjudged"],
+                estimates=_estimates(stored),
+            )
+            for name, stored in document[kind].items()
         }
         for kind in KINDS
         if document[kind]
@@ -236,26 +303,38 @@ def _read(document: Mapping[str, Any]) -> DocumentVariants:
 
 
 def _estimates(stored: Mapping[str, Any]) -> dict[str, Estimated]:
-    """What is stored of measures: version 0.9.0 stored nothing. Raises ValueError."""
-    found: dict[str, Estimated] = stored.get("estimates", {})
-    if not fits(found, {str: ESTIMATE}):
+    """Return the stored estimates; version 0.9.0 stored none.
+
+    Raises ValueError.
+    """
+    estimates: dict[str, Estimated] = stored.get("estimates", {})
+    if not fits(estimates, {str: ESTIMATE}):
         raise ValueError("its estimates do not have the entries that they should")
-    return found
+    return estimates
 
 
-def write_turned(found: Mapping[str, DocumentVariants], results: Path) -> None:
-    """Store what variants turned, by document. Raises OutputError."""
+def write_turned(effects: Mapping[str, DocumentVariants], results: Path) -> None:
+    """Store the effects of variants, by publication.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
     documents = {
         name: {
-            "inputs": one.inputs,
-            "before": dict(one.before),
-            "estimates": dict(one.estimates),
+            "inputs": document.inputs,
+            "before": dict(document.before),
+            "estimates": dict(document.estimates),
             **{
-                kind: {variant: vars(it) for variant, it in one.tried(kind).items()}
+                kind: {
+                    variant: effect.stored()
+                    for variant, effect in document.tried(kind).items()
+                }
                 for kind in KINDS
             },
         }
-        for name, one in found.items()
+        for name, document in effects.items()
     }
     text = json.dumps({"version": VERSION, "documents": documents}, indent=1)
     path = results / VARIANTS

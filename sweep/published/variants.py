@@ -1,7 +1,7 @@
 """Variants: a publication with some of its studies changed.
 
-Each variant runs and is judged as the publication at the quick scale is, with the same
-random numbers. What its claims say with it is compared with what they say without it.
+Each variant runs and is judged like the publication at the quick scale, with the same
+random numbers. Verdicts with the variant are compared with those without it.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -27,9 +27,11 @@ from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
 
 Kind = Literal["mutants", "details", "numerics"]
-"""mutants: wrong versions of the studies, which published.yaml names, and of the
-program; details: other values of settings; numerics: another time step, order of
-updates or seed.
+"""Kind of a variant.
+
+    mutants   wrong versions of the studies, from published.yaml, or of the program
+    details   other values of parameters
+    numerics  another time step, order of updates or seed
 """
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
@@ -38,18 +40,25 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 class Variant:
     """A publication with changed studies.
 
-    kind         what is changed
-    name         its name, once in a kind
-    about        what is changed, in words
-    publication  the publication with the changed studies
-    share        by which share of its value one setting is changed; None for what is no
-                 such change
-    program      the mistake of the program that runs and judges it; None for our own
+    Attributes
+    ----------
+    kind : Kind
+        Kind of the change.
+    name : str
+        Name, unique in a kind.
+    description : str
+        Change in words.
+    publication : Publication
+        The publication with the changed studies.
+    share : float, optional
+        Fraction of its value by which one parameter is changed; None for other changes.
+    program : ProgramMutant, optional
+        Mistake of the program that runs and judges the variant; None for our program.
     """
 
     kind: Kind
     name: str
-    about: str
+    description: str
     publication: Publication
     share: float | None = None
     program: ProgramMutant | None = None
@@ -57,50 +66,63 @@ class Variant:
 
 @dataclass(frozen=True)
 class SpecChange:
-    """What a variant changes in a spec: values under `fixed`, and whole keys."""
+    """Changes of a variant to a spec: values under `fixed`, and complete keys."""
 
     fixed: Mapping[str, Value] = field(default_factory=dict)
     keys: Mapping[str, Any] = field(default_factory=dict)
 
 
 Makers = Mapping[str, Callable[[], Variant]]
-"""What makes each variant of a kind, by its name: to make all takes seconds."""
+"""By name, the function that makes a variant. To make all of them takes seconds."""
 
 
 def mutants(publication: Publication) -> Makers:
-    """The mutants of a publication, and those of the program. To make one with which a
-    measure finds no trials raises SpecError.
+    """Return the mutants of a publication, and those of the program.
+
+    To make a mutant with which a measure finds no trials raises SpecError.
     """
     needed = needed_studies(publication)
-    own = {one.name: partial(_mutant, publication, one) for one in publication.mutants}
+    own = {
+        mutant.name: partial(_mutant, publication, mutant)
+        for mutant in publication.mutants
+    }
     return own | {
         name: partial(of_program, publication, name, mistake.changed(needed, ()))
         for name, mistake in PROGRAM_MUTANTS.items()
     }
 
 
-def _mutant(publication: Publication, one: Mutant) -> Variant:
-    changed = read_mutant(publication, one.name)
-    return Variant("mutants", one.name, one.about, changed)
+def _mutant(publication: Publication, mutant: Mutant) -> Variant:
+    changed = read_mutant(publication, mutant.name)
+    return Variant("mutants", mutant.name, mutant.description, changed)
 
 
 def of_program(publication: Publication, name: str, specs: Collection[str]) -> Variant:
-    """The publication as a mutant of the program of this name. The trials of these
-    specs are its own; they have the settings of ours.
+    """Return the publication as a mutant of the program.
+
+    Parameters
+    ----------
+    publication : Publication
+    name : str
+        Name of the mutant.
+    specs : collection of str
+        Specs whose trials the mutant runs itself, with our parameters.
     """
     mistake = PROGRAM_MUTANTS[name]
     changes = {spec: SpecChange() for spec in specs}
-    variant = altered(publication, "mutants", name, mistake.about, changes)
+    variant = altered(
+        publication, "mutants", name, mistake.description, changes=changes
+    )
     return replace(variant, program=mistake)
 
 
 def counted(publication: Publication) -> list[Claim]:
-    """The claims whose verdicts are compared."""
+    """Return the claims whose verdicts are compared."""
     return [claim for claim in publication.claims if claim.counted]
 
 
 def needed_studies(publication: Publication) -> dict[str, Study]:
-    """The studies of the claims whose verdicts are compared, by their specs."""
+    """Return the studies of the claims whose verdicts are compared, by spec."""
     return {
         spec: publication.studies[spec]
         for claim in counted(publication)
@@ -110,13 +132,13 @@ def needed_studies(publication: Publication) -> dict[str, Study]:
 
 
 def is_free(study: Study, setting: str) -> bool:
-    """Whether a study has this setting, and one value of it for all its points."""
+    """Return True if a study has this parameter, with one value for all its points."""
     place = study.place_of(setting)
     return setting in study.settings and place in (None, (FIXED, setting))
 
 
 def value_of(study: Study, setting: str) -> Value:
-    """The one value of a setting that is free."""
+    """Return the one value of a parameter that is free."""
     return (study.preset_settings | study.fixed)[setting]
 
 
@@ -124,63 +146,88 @@ def altered(
     publication: Publication,
     kind: Kind,
     name: str,
-    about: str,
+    description: str,
     changes: Mapping[str, SpecChange],
     *,
     share: float | None = None,
     refused: Mapping[str, str] | None = None,
     clock: int = 1,
 ) -> Variant:
-    """The publication with the changes, by spec, and with its counted claims alone.
+    """Return the publication with changes by spec, and with its counted claims alone.
 
-    A spec that they make wrong stays as it is. The claims that it tests cannot be
-    tested then, and neither can those on specs that are `refused`, by spec with the
-    reason, or on points and frames that are no longer there.
+    A spec that becomes invalid by its change is unchanged, and its claims cannot be
+    tested. Claims on refused specs, or on points and frames that no longer exist,
+    cannot be tested either.
 
-    `clock` of the new steps are one of the old. The new studies are told in the old
-    ones, and so have all their points and frames.
+    Parameters
+    ----------
+    publication : Publication
+    kind : Kind
+        Kind of the variant.
+    name : str
+        Name of the variant.
+    description : str
+        Change in words.
+    changes : mapping of str to SpecChange
+        Changes by spec.
+    share : float, optional
+        Fraction by which one parameter is changed.
+    refused : mapping of str to str, optional
+        Specs that cannot be changed, each with the reason.
+    clock : int, default 1
+        Number of new steps per old step. Studies are converted to the old steps if it
+        is above 1, so they have all points and frames of the old ones.
     """
-    made, wrong = {}, dict(refused or {})
+    designs = {}
+    wrong = dict(refused or {})
     for spec, change in changes.items():
         try:
-            made[spec] = _changed(publication.studies[spec], change, f"{kind}/{name}")
+            designs[spec] = _changed(
+                publication.studies[spec], change, f"{kind}/{name}"
+            )
         except SpecError as error:
-            said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
-            wrong[spec] = f"{spec}.yaml cannot be changed so: {said}"
-    told = clock > 1
+            text = "; ".join(
+                str(mistake).split(": ", 1)[-1] for mistake in error.mistakes
+            )
+            wrong[spec] = f"{spec}.yaml cannot be changed so: {text}"
+    converted = clock > 1
     changed = replace(
         publication,
-        studies={**publication.studies, **{spec: made[spec][0] for spec in made}},
+        studies={**publication.studies, **{spec: designs[spec][0] for spec in designs}},
         claims=[
-            _fitted(claim, {} if told else made, wrong)
+            _fitted(claim, {} if converted else designs, wrong)
             for claim in counted(publication)
         ],
-        clocks=dict.fromkeys(made, clock) if told else {},
+        clocks=dict.fromkeys(designs, clock) if converted else {},
     )
-    return Variant(kind, name, about, changed, share)
+    return Variant(kind, name, description, changed, share=share)
 
 
 def _fitted(
     claim: Claim,
-    made: Mapping[str, tuple[Study, Design]],
+    designs: Mapping[str, tuple[Study, Design]],
     refused: Mapping[str, str],
 ) -> Claim:
-    """The claim, or why it cannot be tested. A function of figures.py is tested by the
-    spec of its claim.
+    """Return the claim, with the reason if it cannot be tested.
+
+    A function of figures.py is tested by the spec of its claim.
     """
     if claim.measure is None or claim.spec is None:
         return claim
     specs = specs_of(claim.measure, [claim.spec])
     reasons = [refused[spec] for spec in specs if spec in refused]
-    reason = "; ".join(reasons) or misfit(claim.measure, claim.spec, made)
+    reason = "; ".join(reasons) or misfit(claim.measure, claim.spec, designs)
     return replace(claim, untestable=claim.untestable or reason)
 
 
 def _changed(study: Study, change: SpecChange, prefix: str) -> tuple[Study, Design]:
-    """The study with a change, under another name, and its design. Raises SpecError."""
+    """Return the study with a change, under another name, and its design.
+
+    Raises SpecError.
+    """
     spec = parse_document(study.text, study.path).value
     fixed = spec.get(FIXED, {}) | dict(change.fixed)
     name = f"{prefix}/{study.name.removeprefix(f'{QUICK}/')}"
     new = {**change.keys, "study": name} | ({FIXED: fixed} if fixed else {})
-    made = study_of(spec | new, study.path)
-    return made, expand(made)
+    changed = study_of(spec | new, study.path)
+    return changed, expand(changed)

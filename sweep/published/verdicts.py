@@ -1,16 +1,15 @@
-"""Verdicts: what an estimate shows about a published claim. They are computed, and can
-fail.
+"""Verdicts on published claims by estimates. They are computed, and can fail.
 
-An expectation allows a region: a published number with its margin and its rounding to
-both sides, all above or below a bound, or what lies within two. With m claims in the
-family of a document each has the simultaneous interval of confidence 1 - 0.05/m
-(Bonferroni). A claim is confirmed where this interval lies wholly in the region,
-refuted where it lies wholly outside, and undecided otherwise. So too few trials neither
-confirm nor refute anything, and the chance of even one wrong verdict in a document is
-at most 0.05.
+An expectation allows a region. A published number allows its margin and its rounding to
+both sides. A bound allows everything above or below it, two bounds the range between
+them. With m claims in the family of a publication, each claim has the simultaneous
+interval of confidence 1 - 0.05/m (Bonferroni). A claim is confirmed if this interval is
+inside the region, refuted if it is outside, and undecided otherwise. So too few trials
+neither confirm nor refute a claim. The probability of even one wrong verdict in a
+publication is at most 0.05.
 
-The order of a transition has no region: it is what the sizes of a study tell with that
-confidence, and undecided where they do not decide.
+The order of a transition has no region. It follows from the sizes of a study with that
+confidence, and is undecided where they do not decide.
 """
 
 import math
@@ -28,16 +27,27 @@ Status = Literal[
 
 LEVEL = 1.0 - CONFIDENCE
 ROUNDING_ERROR = 1e-12
-"""Relative. Two numbers this close count as equal: only the order of a sum differs."""
+"""Relative difference of equal numbers: only the order of a sum differs."""
 MOST_TIMES = 1e6
-"""Nobody will run a million times as many trials."""
+"""Largest factor for the number of trials: nobody will run a million times as many."""
 STEPS = 14
-"""Of halving a million on a logarithmic scale: to less than a hundredth."""
+"""Bisection steps from a million on a logarithmic scale, to less than a hundredth."""
 
 
 class Value(NamedTuple):
-    """A published number, with its rounding (half a unit of its last digit), the number
-    of its trials, and the margin within which ours is the same, with its reason.
+    """A published number.
+
+    Attributes
+    ----------
+    value : float
+    rounding : float
+        Half a unit of its last digit.
+    trials : int, optional
+        Number of its trials.
+    margin : float
+        Difference within which our number is the same.
+    because : str
+        Reason of the margin.
     """
 
     value: float
@@ -60,7 +70,7 @@ class Below(NamedTuple):
 
 
 class Within(NamedTuple):
-    """The quantity lies between `low` and `high`: a test of equivalence."""
+    """The quantity is between `low` and `high`: a test of equivalence."""
 
     low: float
     high: float
@@ -73,23 +83,33 @@ class OfOrder(NamedTuple):
 
 
 Numeric = Value | Above | Below | Within
-"""What is expected of a number."""
+"""Expectation for a number."""
 Expectation = Numeric | OfOrder
 
 
 class Region(NamedTuple):
-    """What an expectation allows. A single bound itself is outside, two are inside."""
+    """Values that an expectation allows.
+
+    A single bound itself is outside; two bounds are inside.
+    """
 
     least: float
     most: float
 
     @property
     def half_width(self) -> float:
-        """Half the width: the margin of a number. Infinite with a single bound."""
+        """Half of the width: the margin of a number. Infinite with a single bound."""
         return (self.most - self.least) / 2.0
 
     def verdict(self, low: float, high: float) -> Status:
-        """What an interval shows."""
+        """Return the verdict by a confidence interval.
+
+        Parameters
+        ----------
+        low : float
+        high : float
+            Bounds of the interval, in the unit of the region.
+        """
         if self.half_width < math.inf:
             inside = self.least <= low and high <= self.most
             outside = high < self.least or low > self.most
@@ -101,17 +121,24 @@ class Region(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """The status and its reason.
+    """The status of a claim and its reason.
 
-    interval      the ordinary 95 % interval
-    simultaneous  the one that decided
-    weak          whether it could not be confirmed with these trials
-    needed        the number of trials that would decide what is undecided, if our mean
-                  and spread stayed; None where a million times as many would not
-    enough        the number of trials with which what is weak could be confirmed, if
-                  our spread stayed; None where a million times as many would not do
-
-    Intervals are None if nothing was tested.
+    Attributes
+    ----------
+    status : Status
+    reason : str
+    interval : tuple of float, optional
+        Ordinary 95 % confidence interval; None if nothing was tested.
+    simultaneous : tuple of float, optional
+        Confidence interval that decided; None if nothing was tested.
+    weak : bool
+        True if the claim could not be confirmed with these trials.
+    needed : int, optional
+        Number of trials that would decide an undecided claim, if our mean and spread
+        stayed; None if a million times as many would not.
+    enough : int, optional
+        Number of trials with which a weak claim could be confirmed, if our spread
+        stayed; None if a million times as many would not be enough.
     """
 
     status: Status
@@ -124,31 +151,31 @@ class Verdict:
 
     @property
     def noticeable(self) -> float | None:
-        """Half the width of the simultaneous interval; None if nothing was tested."""
+        """Half-width of the simultaneous interval; None if nothing was tested."""
         if self.simultaneous is None:
             return None
         return _half(*self.simultaneous)
 
 
 def untestable(reason: str) -> Verdict:
-    """The verdict on a claim that cannot be tested."""
+    """Return the verdict on a claim that cannot be tested."""
     return Verdict("not testable", reason)
 
 
 def not_run(reason: str) -> Verdict:
-    """The verdict on a claim without trials."""
+    """Return the verdict on a claim without trials."""
     return Verdict("not run", reason)
 
 
 def partial(verdict: Verdict, missing: str) -> Verdict:
-    """No verdict, from trials of which some are `missing`: its numbers may change."""
+    """Return a verdict as partial: some trials are `missing`, numbers may change."""
     return replace(
         verdict, status="partial", reason=f"{missing}; so far: {verdict.reason}"
     )
 
 
 def region(expectation: Numeric) -> Region:
-    """What an expectation allows."""
+    """Return the region that an expectation allows."""
     if isinstance(expectation, Above):
         return Region(expectation.bound, math.inf)
     if isinstance(expectation, Below):
@@ -160,12 +187,20 @@ def region(expectation: Numeric) -> Region:
     return Region(value - slack, value + slack)
 
 
-def judge_order(found: Scaling, expectation: OfOrder, family: int) -> Verdict:
-    """The verdict on a claim of the order of a transition, by what is `found` of the
-    sizes of a study. `family` as of `judge`.
+def judge_order(scaling: Scaling, expectation: OfOrder, family: int) -> Verdict:
+    """Return the verdict on a claim of the order of a transition.
+
+    Parameters
+    ----------
+    scaling : Scaling
+        Scaling with the sizes of a study.
+    expectation : OfOrder
+        Expected order.
+    family : int
+        Number of claims whose verdicts are simultaneous.
     """
     confidence = simultaneous_confidence(max(family, 1))
-    order, why = replace(found, confidence=confidence).order
+    order, why = replace(scaling, confidence=confidence).order
     status: Status = "confirmed" if order == expectation.order else "refuted"
     return Verdict(
         "undecided" if order == "not decided" else status,
@@ -176,12 +211,18 @@ def judge_order(found: Scaling, expectation: OfOrder, family: int) -> Verdict:
 def judge(
     estimate: Estimate, expectation: Numeric, family: int, trials: int
 ) -> Verdict:
-    """The verdict on one claim.
+    """Return the verdict on one claim.
 
-    estimate     ours
-    expectation  what is expected of it
-    family       the number of claims whose verdicts hold together
-    trials       the number of trials behind the estimate
+    Parameters
+    ----------
+    estimate : Estimate
+        Our estimate.
+    expectation : Numeric
+        Expectation for it.
+    family : int
+        Number of claims whose verdicts are simultaneous.
+    trials : int
+        Number of trials of the estimate.
     """
     if not estimate.testable:
         return untestable(
@@ -191,9 +232,11 @@ def judge(
     if not math.isfinite(estimate.value):
         return untestable("one of the values is infinite")
     grows = _Growing(estimate, expectation, family)
-    allowed, (low, high) = grows.allowed, grows.interval(1.0)
+    allowed = grows.allowed
+    low, high = grows.interval(1.0)
     status = allowed.verdict(low, high)
-    reason, needed = _found(estimate, expectation, status, (low, high)), None
+    reason = _compared(estimate, expectation, status, (low, high))
+    needed = None
     if status == "undecided":
         needed = grows.decisive(trials)
         reason = f"{reason}; {_foresight(needed, trials, grows.published)}"
@@ -210,14 +253,20 @@ def judge(
 
 
 class Foreseen(NamedTuple):
-    """What a claim could notice with more trials, if their spread stayed.
+    """Difference that a claim could notice with more trials, if their spread stayed.
 
-    trials      so many
-    noticeable  half the width of the simultaneous interval
-    margin      half the width of what is expected; infinite with a single bound
-    enough      the number of trials with which the margin could be noticed, or that
-                would decide for a single bound if our mean stayed too; None where a
-                million times as many would not do
+    Attributes
+    ----------
+    trials : int
+        Number of trials.
+    noticeable : float
+        Half-width of the simultaneous interval.
+    margin : float
+        Half-width of the expectation; infinite with a single bound.
+    enough : int or None
+        Number of trials with which the margin could be noticed. With a single bound,
+        the number that would decide if our mean stayed too. None if a million times as
+        many would not be enough.
     """
 
     trials: int
@@ -227,7 +276,7 @@ class Foreseen(NamedTuple):
 
     @property
     def weak(self) -> bool:
-        """Whether the claim could not be confirmed."""
+        """True if the claim could not be confirmed."""
         return self.noticeable > self.margin
 
 
@@ -238,8 +287,20 @@ def foresee(
     trials: int,
     times: float,
 ) -> Foreseen:
-    """What a claim could notice with `times` as many trials as an estimate rests on,
-    which must be testable. The others as of `judge`.
+    """Return the difference that a claim could notice with more trials.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        A testable estimate.
+    expectation : Numeric
+        Expectation for it.
+    family : int
+        Number of claims whose verdicts are simultaneous.
+    trials : int
+        Number of trials of the estimate.
+    times : float
+        Factor for the number of trials.
     """
     grows = _Growing(estimate, expectation, family)
     margin = grows.allowed.half_width
@@ -252,7 +313,8 @@ def foresee(
 
 
 class _Growing:
-    """The simultaneous interval of a claim with more trials, if mean and spread stay.
+    """Simultaneous interval of a claim with more trials, if mean and spread stay.
+
     The arguments are those of `judge`.
     """
 
@@ -263,35 +325,37 @@ class _Growing:
         self.allowed = region(expectation)
 
     def interval(self, times: float) -> tuple[float, float]:
-        """The interval with `times` as many trials."""
+        """Return the interval with `times` as many trials."""
         estimate = self.estimate if times == 1.0 else self.estimate.grown(times)
         return estimate.interval(self.confidence, self.published)
 
     def enough(self, trials: int) -> int | None:
-        """The number of trials whose interval is as narrow as the margin."""
+        """Return the number of trials whose interval is as narrow as the margin."""
         margin = self.allowed.half_width
         return self._least(trials, lambda *bounds: _half(*bounds) <= margin)
 
     def decisive(self, trials: int) -> int | None:
-        """The number of trials whose interval confirms or refutes."""
+        """Return the number of trials whose interval confirms or refutes."""
         return self._least(
             trials, lambda *bounds: self.allowed.verdict(*bounds) != "undecided"
         )
 
     def _least(self, trials: int, holds: Callable[[float, float], bool]) -> int | None:
-        """The number of trials from which on something `holds` of the interval, rounded
-        up to two digits: `trials` where these are enough, None where a million times as
-        many are too few.
+        """Return the number of trials from which on `holds` is true of the interval.
+
+        The number is rounded up to two digits. It is `trials` if these are enough, and
+        None if a million times as many are too few.
         """
         if holds(*self.interval(1.0)):
             return trials
         if not holds(*self.interval(MOST_TIMES)):
             return None
-        low, high = 0.0, math.log(MOST_TIMES)
+        low = 0.0
+        high = math.log(MOST_TIMES)
         for _ in range(STEPS):
             middle = (low + high) / 2.0
-            found = holds(*self.interval(math.exp(middle)))
-            low, high = (low, middle) if found else (middle, high)
+            held = holds(*self.interval(math.exp(middle)))
+            low, high = (low, middle) if held else (middle, high)
         return _two_digits(math.ceil(trials * math.exp(high)))
 
 
@@ -299,27 +363,29 @@ def _half(low: float, high: float) -> float:
     return (high - low) / 2.0
 
 
-def _found(
+def _compared(
     estimate: Estimate,
     expectation: Numeric,
     status: Status,
     interval: tuple[float, float],
 ) -> str:
-    """What the simultaneous interval shows, in words."""
+    """Return in words the result of the simultaneous interval."""
     if isinstance(expectation, Value):
-        ours, published = estimate.value, expectation.value
-        interval = interval[0] - published, interval[1] - published
-        found = (
+        ours = estimate.value
+        published = expectation.value
+        interval = (interval[0] - published, interval[1] - published)
+        text = (
             f"differs by {brief(ours - published, sign=True)}, and {_range(interval)}"
         )
         allowed = "the margin"
     else:
-        found, allowed = _range(interval), "what is expected"
+        text = _range(interval)
+        allowed = "what is expected"
     lies = {
         "confirmed": f"lies wholly within {allowed}",
         "refuted": f"lies wholly outside {allowed}",
     }
-    return f"{found} {lies.get(status, f'reaches across the edge of {allowed}')}"
+    return f"{text} {lies.get(status, f'reaches across the edge of {allowed}')}"
 
 
 def _range(interval: tuple[float, float]) -> str:
@@ -332,7 +398,7 @@ def _two_digits(count: int) -> int:
 
 
 def _foresight(needed: int | None, trials: int, published: int | None) -> str:
-    """What more trials would decide, in words."""
+    """Return in words the effect of more trials."""
     if needed is not None:
         return (
             f"about {needed:,} trials instead of {trials:,} would decide it if our mean"
@@ -350,5 +416,5 @@ def _foresight(needed: int | None, trials: int, published: int | None) -> str:
 
 
 def brief(number: float, *, sign: bool = False) -> str:
-    """A number to four significant digits."""
+    """Return a number to four significant digits."""
     return f"{number:+.4g}" if sign else f"{number:.4g}"

@@ -324,13 +324,13 @@ def trying():
     ignore_settings(*SETTINGS)  # as the command does, before it imports figures
     from sweep.errors import WorkersError
     from sweep.published.program_mutants import PROGRAM_MUTANTS
-    from sweep.published.trying import _found_by_copy
+    from sweep.published.trying import _judged_by_copy
     from sweep.workers.executors import Serial
 
     document = SimpleNamespace(name="none", folder=Path("none"))
     variant = SimpleNamespace(name="radians", program=PROGRAM_MUTANTS["radians"])
     with suppress(WorkersError):  # there is no such document
-        _found_by_copy(document, variant, Path("results"), Serial())
+        _judged_by_copy(document, variant, Path("results"), Serial())
 
 
 def repository():

@@ -41,7 +41,7 @@ def marks(folder: Path) -> list[str]:
 def test_code_that_was_not_asked_for_does_not_run(folder: Path) -> None:
     evil, tiny = read_all(folder, quick=True, only=("tiny",))
     assert marks(folder) == []
-    assert (evil.asked, tiny.asked) == (False, True)
+    assert (evil.selected, tiny.selected) == (False, True)
     assert (evil.family, tiny.family) == (0, 1)
     assert (evil.drawings, evil.functions) == ({}, {})
     assert [claim.measure for claim in evil.claims] == [None, None]

@@ -337,7 +337,7 @@ def test_mutants_change_specs(tmp_path: Path) -> None:
     heavy, apart = read(
         tmp_path, PUBLISHED.replace("\ncontradictions:", MUTANTS)
     ).mutants
-    assert (heavy.name, heavy.about) == ("heavy", "boids turn slowly")
+    assert (heavy.name, heavy.description) == ("heavy", "boids turn slowly")
     changes = [
         {spec: [one.value for one in made] for spec, made in mutant.changes.items()}
         for mutant in (heavy, apart)

@@ -15,7 +15,7 @@ from sweep.published.headline import (
     read_verdicts,
     rows,
 )
-from sweep.published.publications import Publication, read_unasked
+from sweep.published.publications import Publication, read_without_code
 from sweep.spec.study_folder import SCORECARD
 from tests import ROOT
 from tests.publications import PUBLISHED, experiments
@@ -33,7 +33,7 @@ OTHERS = PUBLISHED.replace("\ncontradictions", HYPOTHESIS).replace("id: hidden",
 
 
 def tiny(folder: Path, published: str = PUBLISHED) -> list[Publication]:
-    return read_unasked(experiments(folder, published))
+    return read_without_code(experiments(folder, published))
 
 
 def stored(folder: Path, scale: str = "full", confirmed: int = 1) -> Path:
@@ -53,7 +53,7 @@ def test_the_readme_says_what_is_judged_and_what_came_out() -> None:
     """Verdicts are held to the stored scorecard where there is one, and all else to the
     claims.
     """
-    publications = read_unasked(ROOT / "experiments")
+    publications = read_without_code(ROOT / "experiments")
     found = BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))
     assert found
     verdicts = known_verdicts(found[0], ROOT / "results", publications)

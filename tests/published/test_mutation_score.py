@@ -61,7 +61,7 @@ def test_the_arms_of_comparisons_are_those_that_are_meant(tmp_path: Path) -> Non
     or in what reads and measures it, each would be refuted.
     """
     publications = read_all(EXPERIMENTS, quick=True, only=("nanobot",))
-    (nanobot,) = (one for one in publications if one.asked)
+    (nanobot,) = (one for one in publications if one.selected)
     studies = [nanobot.studies[spec] for spec in ("rules", "dense")]
     run_studies(studies, tmp_path, Serial(), ProgressBar)
     rows, _ = judged(nanobot, stored_studies(nanobot, tmp_path))

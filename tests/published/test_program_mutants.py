@@ -66,7 +66,7 @@ def test_the_page_on_published_yaml_lists_them() -> None:
     page = (ROOT / "docs" / "published.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `([a-z0-9-]+)` \| (.*) \|$", page, re.MULTILINE)
     listed = {name: about for name, about in rows if name in PROGRAM_MUTANTS}
-    assert listed == {name: one.about for name, one in PROGRAM_MUTANTS.items()}
+    assert listed == {name: one.description for name, one in PROGRAM_MUTANTS.items()}
     assert len(listed) == 12  # as the pages say
 
 

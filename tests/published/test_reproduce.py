@@ -56,7 +56,7 @@ def scorecard(folder: Path) -> dict[str, Any]:
 
 
 def done(outcome: Outcome) -> tuple[int, int, int]:
-    return outcome.new, outcome.drawn, outcome.kept
+    return outcome.new, outcome.drawn, outcome.up_to_date
 
 
 def test_a_second_run_runs_and_draws_nothing_and_a_wrong_speed_fails(
@@ -125,7 +125,9 @@ def test_a_figure_is_drawn_again_when_its_inputs_change(
         path.with_suffix(".png").write_bytes(b"torn")
     outcome = reproduced(judged)
     # The picture of the claims shows other numbers for another spec only.
-    assert (outcome.drawn, outcome.kept) == ((2, 0) if change == "spec" else (1, 1))
+    assert (outcome.drawn, outcome.up_to_date) == (
+        (2, 0) if change == "spec" else (1, 1)
+    )
 
 
 def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> None:

@@ -313,7 +313,7 @@ def test_each_number_is_moved_by_its_shares(tmp_path: Path) -> None:
     } == {"n-up-2": 41, "n-down-2": 39, "n-up-10": 44, "n-down-10": 36}
     steps = [name for name in small if name.startswith("steps-")]
     assert steps == ["steps-up-2", "steps-down-2"]
-    assert (found["n-up-2"].about, found["n-up-2"].share) == ("n 40 to 41", 0.025)
+    assert (found["n-up-2"].description, found["n-up-2"].share) == ("n 40 to 41", 0.025)
     assert found["drag-down-10"].share == 0.1
     assert not any("separation_weight" in name for name in found)
     assert len({one.publication.studies["small"].name for one in found.values()}) == (
