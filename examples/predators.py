@@ -185,4 +185,15 @@ MODEL = Model(
     },
     length="length",
     time="time",
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=(
+        "attraction_weight",
+        "flight_weight",
+        "chase_weight",
+        "chase_power",
+        "max_speed",
+        "dt",
+    ),
 )

@@ -161,4 +161,8 @@ MODEL = Model(
     },
     length="length",
     time="time",
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("likeness", "coupling", "max_speed", "dt"),
 )

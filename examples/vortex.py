@@ -106,4 +106,8 @@ MODEL = Model(
     advance=advance,
     update_order="all boids at once, from the flock as it was before the step",
     symmetries={"translation": {}, "rotation": {}, "permutation": {}},
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

@@ -138,6 +138,9 @@ class Model(NamedTuple):
     ones of the second, and `count_kinds(params, n)` says how many of n boids are of
     each.
 
+    `publishes`, `drives`, `goals_in_turn` and `shared` say what its robots can do; see
+    kernels.robots.abilities.
+
     `at_once` has no meaning any more: models that were written for earlier versions
     give it.
 
@@ -171,6 +174,10 @@ class Model(NamedTuple):
     y_down: bool = True
     at_once: Mapping[str, Any] | None = None
     vectors: tuple[tuple[str, str], ...] = ()
+    publishes: bool | None = None
+    drives: bool | None = None
+    goals_in_turn: bool | None = None
+    shared: tuple[str, ...] | None = None
 
     @property
     def rules(self) -> tuple[Rule, ...]:

@@ -49,6 +49,11 @@ ENTRIES = ("MODEL", "METRICS", "MAPS", "STARTS", "SAMPLERS", "FIGURES")
 """What a module calls its entries."""
 KINDS = {"Model", "Metric", "Map", "Start", "Sampler", "FigureKind"}
 """And what these are."""
+MODEL = "Model"
+DECLARED = {"publishes", "drives", "goals_in_turn", "shared"}
+"""Fields of a Model on which no number of a trial depends: they declare what its source
+says. So an author may add them, and stored trials stay valid.
+"""
 
 
 class Definition(NamedTuple):
@@ -510,13 +515,29 @@ class _Bare(ast.NodeTransformer):
     def visit_ClassDef(
         self, node: ast.Module | ast.FunctionDef | ast.ClassDef
     ) -> ast.AST:
-        kept = [part for part in node.body if not _is_constant(part)]
-        node.body = kept or [ast.Pass()]
+        body = [part for part in node.body if not _is_constant(part)]
+        if isinstance(node, ast.ClassDef) and node.name == MODEL:
+            body = [part for part in body if not _is_declared(part)]
+        node.body = body or [ast.Pass()]
+        return self.generic_visit(node)
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        if isinstance(node.func, ast.Name) and node.func.id == MODEL:
+            node.keywords = [word for word in node.keywords if word.arg not in DECLARED]
         return self.generic_visit(node)
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
         node.annotation = ast.Constant(None)
         return self.generic_visit(node)
+
+
+def _is_declared(part: ast.stmt) -> bool:
+    """Return whether a statement of the class Model is a field of DECLARED."""
+    return (
+        isinstance(part, ast.AnnAssign)
+        and isinstance(part.target, ast.Name)
+        and part.target.id in DECLARED
+    )
 
 
 def written_out(tree: ast.AST) -> str:

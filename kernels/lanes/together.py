@@ -22,6 +22,7 @@ from kernels.coverage import unvisited
 from kernels.events import N_EVENTS, count
 from kernels.flight import Flight, Scenery
 from kernels.jit import jit
+from kernels.lanes.calls import calls
 from kernels.lanes.facts import NotForLanesError
 from kernels.lanes.kernel import ALL, kernel_of, weights_of
 from kernels.lanes.marks import (
@@ -40,7 +41,7 @@ from kernels.lanes.vectors import WIDTH
 from kernels.model import Model
 from kernels.neighbours import CROWDED
 from kernels.recording import STEP, Record, keep_frame
-from kernels.robots.publishers import publishes
+from kernels.robots.sensing import publish
 from kernels.settings import METRIC
 from kernels.state import Floats, Flock, World
 
@@ -123,7 +124,7 @@ class Formation:
             raise ValueError("boids do not know all that they see")
         if any(one.work.motion is not None for one in flights):
             raise NotForLanesError("obstacles move")
-        self._publishes = publishes(first.model.advance)
+        self._publishes = calls(first.model.advance, publish)
         alike = all(one.scenery is first.scenery for one in flights)
         self._kernel = kernel_of(first.model, alike)
         n = first.flock.x.size

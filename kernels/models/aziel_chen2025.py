@@ -302,4 +302,8 @@ MODEL = Model(
         "reflection": {},
         "permutation": {},
     },
+    publishes=True,
+    drives=True,
+    goals_in_turn=True,
+    shared=("dt",),
 )

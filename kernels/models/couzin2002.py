@@ -283,4 +283,8 @@ MODEL = Model(
     length="r",
     time="s",
     y_down=False,
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

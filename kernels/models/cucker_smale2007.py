@@ -193,4 +193,8 @@ MODEL = Model(
     length="l",
     time="t",
     y_down=False,
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

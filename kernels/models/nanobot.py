@@ -229,4 +229,8 @@ MODEL = Model(
     potential_demands=(
         Demand("separation_range <= perception_range", NARROW_POTENTIAL),
     ),
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

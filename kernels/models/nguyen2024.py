@@ -232,4 +232,8 @@ MODEL = Model(
         "reflection": {"wander_weight": 0.0},
         "permutation": {"wander_weight": 0.0},
     },
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

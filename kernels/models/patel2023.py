@@ -294,4 +294,8 @@ MODEL = Model(
     },
     demands=(SPEEDS,),
     potential_demands=(Demand("separation_range <= cohesion_range", NARROW_POTENTIAL),),
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

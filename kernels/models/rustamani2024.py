@@ -496,4 +496,8 @@ MODEL = Model(
     length="m",
     time="s",
     y_down=False,
+    publishes=True,
+    drives=True,
+    goals_in_turn=True,
+    shared=("leader_share", "grid_cell", "inflation", "dt"),
 )

@@ -435,4 +435,8 @@ MODEL = Model(
     length="m",
     time="step",
     y_down=False,
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("target_radius", "dt"),
 )

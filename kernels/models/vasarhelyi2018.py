@@ -540,4 +540,8 @@ MODEL = Model(
     length="m",
     time="s",
     y_down=False,
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

@@ -248,4 +248,8 @@ MODEL = Model(
     ),
     length="r",
     y_down=False,
+    publishes=True,
+    drives=True,
+    goals_in_turn=False,
+    shared=("dt",),
 )

@@ -1,6 +1,6 @@
 """Requirements of several goals: positions in the world, and a model that has them."""
 
-from kernels.robots.publishers import goes_in_turn
+from kernels.robots.abilities import abilities
 from sweep.design.points import Points
 from sweep.spec.settings import places_of
 from sweep.spec.study import Study
@@ -19,7 +19,7 @@ def check_goals(study: Study, points: Points) -> None:
         return
     model = study.known.models[study.model]
     place = study.place_of(SETTING)
-    if not goes_in_turn(model.advance):
+    if not abilities(model).goals_in_turn:
         raise study.document.error(
             place or ("model",),
             f"{SETTING} needs a model that goes to several goals, and {model.name}"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.robots.publishers import drives
+from kernels.robots.abilities import abilities
 from kernels.settings import Demand
 from sweep.design.points import Points
 from sweep.design.published_steps import check_published
@@ -53,7 +53,7 @@ def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
     """Raise SpecError for motors and failures that the model's kernel ignores."""
     model = study.known.models[study.model]
     needed = {name: on.any() for name, on in act.items()}
-    if any(needed.values()) and not drives(model.advance):
+    if any(needed.values()) and not abilities(model).drives:
         for name in filter(needed.get, needed):
             raise study.document.error(
                 study.place_of(name) or ("model",),

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from kernels.robots.abilities import to_declare
 from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, expand
@@ -198,8 +199,8 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
 def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterator[str]:
     """Yield sentences about effects of a spec that a user might not expect.
 
-    They name parameters without an effect, a torus that is not periodic, and ranges of
-    metrics beyond half of the world.
+    They name parameters without an effect, a torus that is not periodic, ranges of
+    metrics beyond half of the world, and what a model does not declare.
 
     Parameters
     ----------
@@ -226,6 +227,11 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
             yield f"{name} changes nothing: no point has {only.condition}"
     yield from _of_torus(study, points)
     yield from _too_long(study, points)
+    if missing := to_declare(study.known.models[study.model]):
+        yield (
+            f"the Model of {study.model} does not say what its robots can do: add"
+            f" {missing}"
+        )
 
 
 def _of_torus(study: Study, points: Points) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """The requirement that a model calls `publish`."""
 
-from kernels.robots.publishers import publishes, to_publish
+from kernels.robots.abilities import abilities, to_publish
 from sweep.spec.document import Place
 from sweep.spec.study import Study
 
@@ -26,7 +26,7 @@ def check_published(
         If the model calls no `publish`.
     """
     model = study.known.models[study.model]
-    if publishes(model.advance):
+    if abilities(model).publishes:
         return
     change = to_publish(model.advance)
     raise study.document.error(

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.model import Model
-from kernels.robots.readers import LINE, parameters_read
+from kernels.robots.abilities import abilities
+from kernels.robots.readers import LINE
 from kernels.settings import (
     About,
     Actuation,
@@ -212,12 +213,12 @@ class Settings(dict[str, Setting]):
 
     @cached_property
     def spreads(self) -> dict[str, Setting]:
-        read = parameters_read(self.model)
+        shared = abilities(self.model).shared
         names = [
             name
             for name in self.model.params._fields
-            if name in read.robot - read.flock
-            and self[name].kind == "float"
+            if self[name].kind == "float"
+            and name not in shared
             and not self._of_records
         ]
         return {one.name: one for one in map(_spread, names) if one.name not in self}

@@ -3,23 +3,47 @@
 from dataclasses import replace
 from unittest import SkipTest
 
-from kernels.robots.publishers import drives, publishes
+from kernels.robots.abilities import abilities, in_source, to_declare
 from sweep.design.motors import LINE
 from sweep.testing.flights import every_way, fly, in_words
-from sweep.testing.places import of_function
+from sweep.testing.places import of_field, of_function
 from sweep.testing.subject import Subject
 
 LAG = 2.0
 """Of the motors, in steps."""
 
 
+def robots(subject: Subject) -> None:
+    """Check that the source of a model does what the model declares of its robots.
+
+    Raises AssertionError where it does not, and SkipTest for a model that does not
+    declare it.
+    """
+    model = subject.model
+    if missing := to_declare(model):
+        raise SkipTest(f"its Model does not say what robots can do: add {missing}")
+    declared = abilities(model)
+    found = in_source(model)
+    for name, value in found._asdict().items():
+        said = getattr(declared, name)
+        if name == "shared":
+            said = tuple(sorted(said))
+            value = tuple(sorted(value))
+        if said != value:
+            raise AssertionError(
+                f"{of_field(model, name)}: {name} is {said!r}, and by its source"
+                f" {value!r}"
+            )
+
+
 def motors(subject: Subject) -> None:
     """A flight with motors drives each boid once in each step."""
     advance = subject.model.advance
     place = of_function(advance)
-    if not drives(advance):
+    able = abilities(subject.model)
+    if not able.drives:
         raise SkipTest(f"it calls no `drive`: motors need `{LINE}` before confine")
-    if not publishes(advance):
+    if not able.publishes:
         raise AssertionError(f"{place}: it calls `drive`, but no `publish`")
     for job in every_way(subject):
         motored = job.settings | {"motor_lag": LAG * float(job.settings["dt"])}

@@ -16,7 +16,7 @@ from sweep.testing.calls import calls
 from sweep.testing.compiled import allocation, interpreter
 from sweep.testing.described import presets, settings
 from sweep.testing.devices import device
-from sweep.testing.driven import motors
+from sweep.testing.driven import motors, robots
 from sweep.testing.entrants import Entrant, entrants, has_model
 from sweep.testing.grids import grid
 from sweep.testing.mishaps import sentence
@@ -45,6 +45,7 @@ ALL: dict[str, Promise] = {
     "interpreter": Promise(interpreter, "compiled or not, the bits are the same"),
     "grid": Promise(grid, "any grid finds the neighbours that all pairs find"),
     "restart": Promise(restart, "a trial goes on from any step to the same bits"),
+    "robots": Promise(robots, "its robots can do what the model declares"),
     "motors": Promise(motors, "with motors each boid is driven once in each step"),
     "workers": Promise(workers, "two workers give the bits of one process"),
     "symmetries": Promise(symmetries, "the declared symmetries hold"),

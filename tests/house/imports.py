@@ -63,7 +63,7 @@ KERNEL_FACTS = {"kernels"} | {
         "model",
         "models",
         "registry",
-        "robots.publishers",
+        "robots.abilities",
         "robots.readers",
         "robots.robots",
         "settings",

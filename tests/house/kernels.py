@@ -49,7 +49,7 @@ MAY_IMPORT_TOO = {
     "kernels/fetching.py": {"llvmlite"},
     "kernels/fours.py": {"llvmlite"},
     "kernels/indices.py": {"llvmlite"},
-    "kernels/robots/publishers.py": {"ast", "inspect"},
+    "kernels/robots/abilities.py": {"ast", "inspect"},
     "kernels/robots/readers.py": {"ast"},
 }
 """What single modules import besides."""

@@ -9,6 +9,7 @@ from kernels.jit import jit
 from kernels.models import MODELS
 from kernels.robots import differing
 from kernels.robots.differing import params_of
+from kernels.robots.abilities import abilities, in_source, to_declare
 from kernels.robots.readers import parameters_read, potential_of
 
 ANY = MODELS["nanobot"]
@@ -109,3 +110,28 @@ def test_a_potential_is_made_of_parameters_that_are_there() -> None:
     assert potential_of(MODELS["nguyen2024"]) == frozenset()
     for model in MODELS.values():
         assert potential_of(model) <= set(model.params._fields)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_declares_what_its_source_says(model: str) -> None:
+    assert to_declare(MODELS[model]) == ""
+    assert abilities(MODELS[model]) == in_source(MODELS[model])
+
+
+def test_a_model_that_declares_nothing_can_do_what_its_source_says() -> None:
+    bare = MODELS["nanobot"]._replace(
+        publishes=None, drives=None, goals_in_turn=None, shared=None
+    )
+    assert abilities(bare) == abilities(MODELS["nanobot"])
+    assert to_declare(bare) == (
+        "publishes=True, drives=True, goals_in_turn=False, shared=('dt',)"
+    )
+    assert to_declare(bare._replace(drives=True, shared=())) == (
+        "publishes=True, goals_in_turn=False"
+    )
+
+
+def test_the_declaration_of_a_model_decides() -> None:
+    declared = MODELS["nanobot"]._replace(drives=False, shared=("max_speed", "dt"))
+    assert not abilities(declared).drives
+    assert abilities(declared).shared == ("max_speed", "dt")

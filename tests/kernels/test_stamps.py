@@ -18,7 +18,7 @@ from kernels.identity import FLIGHT, Code, code_of
 from kernels.metrics import METRICS
 from kernels.model import Model
 from kernels.models import MODELS
-from kernels.stamps import Definition, closure, stamp
+from kernels.stamps import Definition, closure, stamp, stamp_of_texts
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from tests import ROOT
@@ -387,3 +387,27 @@ def test_code_is_written_out_alike_by_every_version_of_python(
 ) -> None:
     """As Python 3.11 does: ids of trials follow from it. 3.12 has other quotes."""
     assert stamps.written_out(ast.parse(code)) == f"x = {said}"
+
+
+@pytest.mark.parametrize(
+    ("changed", "same"),
+    [
+        ("MODEL = Model(name='a', publishes=True, shared=('dt',))", True),
+        ("MODEL = Model(name='a', y_down=False)", False),
+        ("MODEL = Other(name='a', publishes=True)", False),
+        ("class Model(NamedTuple):\n    name: str\n    drives: bool = True", True),
+        ("class Model(NamedTuple):\n    name: str\n    state: bool = True", False),
+        ("class Other(NamedTuple):\n    name: str\n    drives: bool = True", False),
+    ],
+)
+def test_what_a_model_declares_of_its_robots_leaves_trials_valid(
+    changed: str, same: bool
+) -> None:
+    before = {
+        "MODEL": "MODEL = Model(name='a')",
+        "class Model": "class Model(NamedTuple):\n    name: str",
+        "class Other": "class Other(NamedTuple):\n    name: str",
+    }
+    (text,) = [text for name, text in before.items() if changed.startswith(name)]
+    stamps = {stamp_of_texts([("own.py", one)]) for one in (text, changed)}
+    assert (len(stamps) == 1) == same

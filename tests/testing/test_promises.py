@@ -197,6 +197,17 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
         (marked(DEF), doing("vx += 0.01 / record.last")),
     ),
     (
+        "robots",
+        "drives is True, and by its source False",
+        (
+            to(
+                "    sight=sight,",
+                "    sight=sight, publishes=False, drives=True, goals_in_turn=False,"
+                ' shared=("dt", "gain", "range", "fov"),',
+            ),
+        ),
+    ),
+    (
         "motors",
         "advance called drive 130 times in 10 steps of 14 boids",
         (
@@ -420,6 +431,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
                 ),
             ),
         ),
+        ("robots", "does not say what robots can do: add publishes=False", ()),
         ("motors", "it calls no `drive`: motors need `vx, vy = drive", ()),
         ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
@@ -497,7 +509,7 @@ def test_the_command_ends_with_0_where_nothing_is_broken(tmp_path: Path) -> None
     done = sweep(tmp_path, "check", f"{path.name}:MODEL", "--json")
     assert done.returncode == 0
     found = {one["promise"]: one["status"] for one in json.loads(done.stdout)}
-    others = {found.pop(name) for name in ("motors", "device")}
+    others = {found.pop(name) for name in ("robots", "motors", "device")}
     assert others == {ELSEWHERE}
     assert set(found.values()) == {KEPT}
 

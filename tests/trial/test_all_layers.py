@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from kernels.models import MODELS
-from kernels.robots.publishers import goes_in_turn
+from kernels.robots.abilities import abilities
 from sweep.design.jobs import Job
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
@@ -52,7 +52,7 @@ def layers(model: str) -> dict[str, dict[str, Any]]:
         "wind": test_wind.storm(model),
         "spreads": spreads(model, 0.1),
     }
-    if goes_in_turn(MODELS[model].advance):
+    if abilities(MODELS[model]).goals_in_turn:
         near = {"goal_x": 0.5 * width, "goal_y": 0.3 * width}
         after = f"{0.2 * width!r} {0.1 * width!r}; {0.3 * width!r} {0.3 * width!r}"
         reach = {"goal_radius": 0.3 * width, "goals_repeat": True}
@@ -95,7 +95,7 @@ def test_a_flight_with_all_layers_goes_on_from_its_state_with_the_same_bits(
     assert work.robots.motors
     assert work.near.senses
     assert (work.motion is not None) == (model in test_obstacles.MOVING)
-    assert (work.goals is not None) == goes_in_turn(MODELS[model].advance)
+    assert (work.goals is not None) == abilities(MODELS[model]).goals_in_turn
 
 
 def test_every_layer_takes_part_in_the_interpreter() -> None:

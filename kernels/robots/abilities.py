@@ -1,0 +1,111 @@
+"""What robots of a model can do: measure, hear, be driven, go to several goals, differ.
+
+A model declares it. `sweep check` compares the declaration with the source of the
+model. For a model that does not declare it, the source decides.
+"""
+
+import ast
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+from kernels.goals import goal_of
+from kernels.lanes.calls import calls, named_by, plain_of
+from kernels.lanes.syntax import tree_of
+from kernels.model import Model
+from kernels.robots.actuation import drive
+from kernels.robots.readers import parameters_read
+from kernels.robots.sensing import publish
+from kernels.state import remember
+
+
+class Abilities(NamedTuple):
+    """What robots of a model can do; each is a field of `Model`.
+
+    Attributes
+    ----------
+    publishes
+        Whether boids may measure and hear: `advance` calls `publish`.
+    drives
+        Whether boids may have motors and break down: `advance` calls `drive`.
+    goals_in_turn
+        Whether boids may go to several goals: `advance` calls `goal_of`.
+    shared
+        The parameters of type float that all boids have in common, in the order of the
+        parameters. The others may differ from robot to robot: `advance` reads them from
+        `params_of` alone.
+    """
+
+    publishes: bool
+    drives: bool
+    goals_in_turn: bool
+    shared: tuple[str, ...]
+
+
+def abilities(model: Model) -> Abilities:
+    """Return what a model declares, and of the rest what its source says."""
+    declared = _declared(model)
+    if None not in declared.values():
+        return Abilities(**declared)
+    found = in_source(model)._asdict()
+    given = {name: value for name, value in declared.items() if value is not None}
+    return Abilities(**(found | given))
+
+
+def in_source(model: Model) -> Abilities:
+    """Return what the `advance` of a model, or what it calls, does."""
+    read = parameters_read(model)
+    hints = get_type_hints(model.params, include_extras=True)
+    return Abilities(
+        calls(model.advance, publish),
+        calls(model.advance, drive),
+        calls(model.advance, goal_of),
+        tuple(
+            name
+            for name in model.params._fields
+            if _is_float(hints[name]) and name not in read.robot - read.flock
+        ),
+    )
+
+
+def to_declare(model: Model) -> str:
+    """Return what to add to a `Model` that does not declare all of it, or ""."""
+    found = in_source(model)._asdict()
+    missing = [name for name, value in _declared(model).items() if value is None]
+    return ", ".join(f"{name}={found[name]!r}" for name in missing)
+
+
+def _declared(model: Model) -> dict[str, Any]:
+    return {name: getattr(model, name) for name in Abilities._fields}
+
+
+def _is_float(hint: Any) -> bool:
+    return (get_args(hint) or (hint,))[0] is float
+
+
+def to_publish(advance: Callable[..., bool]) -> str:
+    """Return where `advance` calls `remember`, and what to write there instead.
+
+    "" where it does not call `remember`.
+    """
+    plain = plain_of(advance)
+    for node in ast.walk(tree_of(plain)):
+        if isinstance(node, ast.Call):
+            called = plain_of(named_by(node.func, plain.__globals__))
+            if called is plain_of(remember):
+                line = plain.__code__.co_firstlineno + node.lineno - 1
+                flock, others = map(ast.unparse, _in_order(node, called))
+                return (
+                    f"in {Path(plain.__code__.co_filename).name}:{line} write"
+                    f" publish({flock}, {others}, work) for {ast.unparse(node)}"
+                )
+    return ""
+
+
+def _in_order(call: ast.Call, function: Callable[..., Any]) -> list[ast.expr]:
+    """Return the arguments of a call in the order of the function's parameters."""
+    names = inspect.signature(function).parameters
+    arguments = dict(zip(names, call.args, strict=False))
+    arguments |= {word.arg: word.value for word in call.keywords if word.arg}
+    return [arguments[name] for name in names]
