@@ -5,7 +5,6 @@ Each claim has its verdict, the figure that shows it, and the trials that test i
 
 import base64
 from pathlib import Path
-from types import NoneType
 from typing import Any
 
 from sweep.analysis.notation import number, with_interval
@@ -24,8 +23,8 @@ MOST_BYTES = 10_000_000
 MOST_PICTURE = 20_000_000
 FOLDERS = {"full": ".", "quick": "quick"}
 """Folders below the results, by the scale of the scorecard."""
-TEXT = str | NoneType
-NUMBER = float | int | NoneType
+TEXT = str | None
+NUMBER = float | int | None
 ROW = {
     **dict.fromkeys(("id", "study", "says", "where", "status", "reason"), str),
     **dict.fromkeys(("expect", "spec"), TEXT),
