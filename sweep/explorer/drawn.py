@@ -135,10 +135,10 @@ def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
 def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
     """Return the kind of figure that suits a study.
 
-    That is the first kind of those of a search, if one suits. Otherwise it is the kind
-    with as many axes of parameters as there are parameters with a scale and more than
-    two values. The kind shows numbers, not their precision. Raises ChoiceError if no
-    kind suits.
+    That is the first kind of those of a search, if one suits. Otherwise the number of
+    its axes of parameters is nearest to the number that the study can fill. Parameters
+    with a scale and more than two values fill an axis. The kind shows numbers, not
+    their precision. Raises ChoiceError if no kind suits.
     """
     numbers = [name for name in reasons if not KINDS[name].of_precision]
     suiting = [name for name in numbers if not reasons[name]]

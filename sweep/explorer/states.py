@@ -34,9 +34,10 @@ def state(watched: Watched, question: AskState) -> dict[str, Any]:
 
     `revision` identifies the stored trials. If the page knows it already, the answer
     has only this key and `running`, the owners of a launch. `counts` are trials by
-    status. `rate`, in trials per second, and `left`, in seconds, are None if nothing
-    runs or if no trial was stored while somebody looked. `strip` has all trials in the
-    order of the plan, see `_strip`. `causes` are those of `sweep status --json`.
+    status. `rate` is in trials per second, and `left` in seconds. Both are None if
+    nothing runs, or if no trial was stored while somebody looked. `strip` has all
+    trials in the order of the plan, see `_strip`. `causes` are those of `sweep status
+    --json`.
     """
     running = Lock(watched.place(question.study)).owners()
     revision = watched.revision(question.study)

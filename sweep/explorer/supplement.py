@@ -249,8 +249,8 @@ def _points(
 ) -> list[dict[str, Any]]:
     """Return the marks of the figure, one per row of the table.
 
-    A mark has its words, the place of its colour, the places of its runs, and the
-    reason why it has none.
+    A mark has its words, the place of its colour, and the places of its runs. A mark
+    without runs has the reason.
     """
     points = []
     first = 0

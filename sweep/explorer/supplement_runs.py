@@ -1,7 +1,7 @@
 """The second run of a stored trial.
 
-A worker runs the trial, compares the results bit by bit with the stored ones, and runs
-it once more to record its frames.
+A worker runs the trial, and compares the results bit by bit with the stored ones. Then
+it runs the trial once more to record its frames.
 """
 
 from typing import NamedTuple

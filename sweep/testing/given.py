@@ -46,8 +46,10 @@ class Given(NamedTuple):
 def given(entrant: Entrant) -> Iterator[Given]:
     """Yield the values of an entry in small worlds.
 
-    These are the values of a metric in all frames of trials, the obstacles of a map, x,
-    y, vx and vy of a start, or the columns of a sampler.
+    metric   its values in all frames of trials
+    map      its obstacles
+    start    x, y, vx and vy
+    sampler  its columns
     """
     if entrant.kind == "samplers":
         for points in POINTS:
