@@ -1,19 +1,24 @@
-"""The questions that the page may ask, a class each, and how the query of a GET is read
-into one. The query may come from anyone.
+"""The questions that the page may ask, one class per question.
+
+`read` makes such a question from the query of a GET. The query may come from anyone, so
+`read` limits and checks all of it.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Annotated, Any, TypeVar, get_type_hints
 
 from sweep.errors import ChoiceError
 from sweep.text import shortened, unknown
 
-MOST_CHARACTERS, MOST_VALUES = 2000, 100
+MOST_CHARACTERS = 2000
+MOST_VALUES = 100
 DIGITS = 10
 MOST_ROWS = 200
-"""Of a page of a table."""
+"""Number of rows of one page of a table."""
+SEEN = {"key": "seen"}
+"""Metadata of a field `known_revision`, whose key in a query is `seen`."""
 
 Texts = tuple[str, ...]
 Flag = Annotated[bool, "yes or no"]
@@ -25,22 +30,27 @@ Q = TypeVar("Q")
 
 @dataclass(frozen=True)
 class AskStudies:
-    """Which studies there are."""
+    """The list of all studies."""
 
 
 @dataclass(frozen=True)
 class AskState:
-    """How far a study is. `seen` is the revision that the page has: nothing else is
-    answered where it is still the last one.
+    """The progress of a study.
+
+    `known_revision` is the revision that the page has. If it is still the newest one,
+    the answer has only the revision and the owners of a launch.
     """
 
     study: str
-    seen: str = ""
+    known_revision: str = field(default="", metadata=SEEN)
 
 
 @dataclass(frozen=True)
 class AskPoints:
-    """A page of the table of a study, in the words of `sweep table`."""
+    """A page of the table of a study.
+
+    The fields have the names and meanings of the options of `sweep table`.
+    """
 
     study: str
     metric: Texts = ()
@@ -54,7 +64,7 @@ class AskPoints:
 
 @dataclass(frozen=True)
 class AskTrials:
-    """A page of the trials of some points, by a metric."""
+    """A page of the trials of some points, ordered by a metric."""
 
     study: str
     point: Texts = ()
@@ -66,9 +76,11 @@ class AskTrials:
 
 @dataclass(frozen=True)
 class AskComparison:
-    """A page of the comparison of two sides, in the words of `sweep compare`. `seen` is
-    the revision that the page has: nothing else is answered where it is still the last
-    one.
+    """A page of the comparison of two sides.
+
+    The fields have the names and meanings of the options of `sweep compare`.
+    `known_revision` is the revision that the page has. If it is still the newest one,
+    the answer has only the revision.
     """
 
     a: str
@@ -80,7 +92,7 @@ class AskComparison:
     together: str = "holm"
     page: Number = 0
     csv: Flag = False
-    seen: str = ""
+    known_revision: str = field(default="", metadata=SEEN)
 
 
 @dataclass(frozen=True)
@@ -92,17 +104,19 @@ class AskSearch:
 
 @dataclass(frozen=True)
 class AskScorecard:
-    """The scorecard that a reproduction has written, `full` or `quick`; of one that was
-    `seen` only its revision.
+    """The scorecard that a reproduction has written, `full` or `quick`.
+
+    `known_revision` is the revision that the page has. If it is still the newest one,
+    the answer has only the revision.
     """
 
     scale: str = "full"
-    seen: str = ""
+    known_revision: str = field(default="", metadata=SEEN)
 
 
 @dataclass(frozen=True)
 class AskPicture:
-    """The figure that shows a claim of a document."""
+    """The figure that shows a claim of a publication."""
 
     study: str
     claim: str
@@ -119,8 +133,10 @@ class AskSpec:
 
 @dataclass(frozen=True)
 class AskFigure:
-    """A figure of a study, in the words of `sweep plot`; without a kind the one that
-    suits its settings.
+    """A figure of a study.
+
+    The fields have the names and meanings of the options of `sweep plot`. Without a
+    `kind` the answer is the kind that suits the parameters of the study.
     """
 
     study: str
@@ -144,9 +160,12 @@ class AskPublished:
 
 @dataclass(frozen=True)
 class AskRefine:
-    """The change of a spec that puts more points into a region: between two values of
-    settings, each "NAME LOW HIGH", or about some points. Each interval there is divided
-    into `parts`. With `replicates`, other than 0, all points have so many trials.
+    """The change of a spec that puts more points into a region.
+
+    The region is between two values of parameters, each "NAME LOW HIGH" in `between`,
+    or around the points in `point`. Each segment between two values there is divided
+    into `parts`. A number of `replicates` other than 0 is the number of trials per
+    point.
     """
 
     study: str
@@ -157,22 +176,30 @@ class AskRefine:
 
 
 def read(kind: type[Q], pairs: Sequence[tuple[str, str]]) -> Q:
-    """The question of this kind that a query asks. Raises ChoiceError where it is none.
+    """Return the question of this kind that a query asks.
 
-    A key whose values are several texts may stand several times.
+    A key whose values are several strings may appear several times. Raises ChoiceError
+    if a key is unknown, missing or repeated, or if a value is not allowed.
     """
+    members = fields_by_key(kind)
     hints = get_type_hints(kind, include_extras=True)
-    given: dict[str, list[str]] = {}
-    for name, value in pairs:
-        if name not in hints:
-            raise ChoiceError(unknown("key of the question", name, hints))
-        given.setdefault(name, []).append(_text(name, value))
-    for member in fields(kind):  # type: ignore[arg-type]
-        if member.name not in given and member.default is MISSING:
-            raise ChoiceError(f'the question lacks the key "{member.name}"')
+    texts: dict[str, list[str]] = {}
+    for key, value in pairs:
+        if key not in members:
+            raise ChoiceError(unknown("key of the question", key, members))
+        texts.setdefault(key, []).append(_text(key, value))
+    for key, member in members.items():
+        if key not in texts and member.default is MISSING:
+            raise ChoiceError(f'the question lacks the key "{key}"')
+    names = {key: members[key].name for key in texts}
     return kind(
-        **{name: _read(name, hints[name], each) for name, each in given.items()}
+        **{name: _read(key, hints[name], texts[key]) for key, name in names.items()}
     )
+
+
+def fields_by_key(kind: type[Any]) -> dict[str, Field[Any]]:
+    """Return the fields of a kind of question by their keys in a query."""
+    return {member.metadata.get("key", member.name): member for member in fields(kind)}
 
 
 def _text(name: str, value: str) -> str:

@@ -1,6 +1,4 @@
-"""What a spec would be with more points in a region of its study, and what its launch
-would change.
-"""
+"""The spec with more points in a region of a study, and the effect of its launch."""
 
 import math
 from collections.abc import Iterable
@@ -19,36 +17,59 @@ from sweep.web.launching import Launcher, proposed, spec_like, stored_spec
 
 
 def refine(
-    watched: Watched, launcher: Launcher | None, asked: AskRefine
+    watched: Watched, launcher: Launcher | None, question: AskRefine
 ) -> dict[str, Any]:
-    """The proposal, see `sweep.web.launching`, with its `between`: the region as it is
-    understood, and `replicates`, how many the spec has, or null.
+    """Return a proposal that puts more points into a region.
 
-    It is made of the spec that the user has opened for launching where that is the one
-    of the study, and of the stored one otherwise. Raises ChoiceError for a region that
-    is none, and as `refined` and `compare`.
+    The proposal changes the spec that the user has opened for launching, if that is the
+    spec of the study. Otherwise it changes the stored spec.
+
+    Parameters
+    ----------
+    watched : Watched
+        The stored studies.
+    launcher : Launcher or None
+        Launches the opened spec; None if pages only read.
+    question : AskRefine
+        Names the study, the region, the division and the replicates.
+
+    Returns
+    -------
+    dict
+        The fields of `sweep.web.launching.Proposal`, and two more: `between`, the
+        region as understood, and `replicates` of the spec, or None.
+
+    Raises
+    ------
+    ChoiceError
+        If the region is not valid. Raises as `refined` and `compare`, too.
     """
-    stored = watched.narrow(asked.study)
-    opened = launcher.now() if launcher and launcher.study == asked.study else None
+    stored = watched.narrow(question.study)
+    opened = launcher.now() if launcher and launcher.study == question.study else None
     spec = opened or stored_spec(stored)
-    between = dict(map(_range, asked.between))
-    if asked.point:
-        between = _about(stored, spec, asked.point) | between
+    between = dict(map(_range, question.between))
+    if question.point:
+        between = _about(stored, spec, question.point) | between
     logarithmic = _logarithmic(stored, between)
-    text = refined(spec, Extension(between, asked.parts, asked.replicates, logarithmic))
+    text = refined(
+        spec, Extension(between, question.parts, question.replicates, logarithmic)
+    )
     if launcher and opened:
-        found = launcher.proposed(text)
+        proposal = launcher.proposed(text)
     else:
         study = spec_like(spec, text)
-        found = proposed(study, spec.text, watched.results)
+        proposal = proposed(study, spec.text, watched.results)
         if launcher:
             why = f"This page launches {launcher.file}, which is another study."
-            found = found._replace(why_not=why)
-    return found.as_reply() | {"between": between, "replicates": spec.replicates}
+            proposal = proposal._replace(why_not=why)
+    return proposal.as_reply() | {"between": between, "replicates": spec.replicates}
 
 
 def _range(text: str) -> tuple[str, Range]:
-    """A setting with two values. Raises ChoiceError for a text that has none."""
+    """Return a parameter with two values: NAME LOW HIGH.
+
+    Raises ChoiceError if the text has no two finite values.
+    """
     name, *ends = text.split()
     try:
         low, high = map(float, ends)
@@ -63,7 +84,10 @@ def _range(text: str) -> tuple[str, Range]:
 def _about(
     stored: StoredStudy, spec: Study, points: tuple[str, ...]
 ) -> dict[str, Range]:
-    """The least and the largest value that points have of each number that is swept."""
+    """Return the least and the largest value of each swept number at some points.
+
+    Raises ChoiceError for an unknown point.
+    """
     table = stored.points
     for point in points:
         if point not in table.index:
@@ -78,7 +102,7 @@ def _about(
 
 
 def _logarithmic(stored: StoredStudy, names: Iterable[str]) -> set[str]:
-    """The settings whose axes are drawn logarithmically."""
+    """Return the parameters whose axes are drawn logarithmically."""
     chosen = select(stored)
     known = [name for name in names if name in chosen.points]
     return {name for name in known if is_logarithmic(chosen, name)}

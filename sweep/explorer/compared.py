@@ -1,5 +1,6 @@
-"""Two sides compared, for the page: the rows of `sweep compare`, some at a time, each
-with the points whose trials stand behind it.
+"""Two sides compared: the rows of `sweep compare`, a page at a time.
+
+Each row has the points whose trials are behind it.
 """
 
 from typing import Any, cast, get_args
@@ -29,78 +30,89 @@ from sweep.tables.safe_csv import as_csv
 from sweep.text import unknown
 
 
-def comparison(watched: Watched, asked: AskComparison) -> dict[str, Any]:
-    """A page of the comparison.
+def comparison(watched: Watched, question: AskComparison) -> dict[str, Any]:
+    """Return a page of the comparison of two sides.
 
-    `revision` is a word for what is stored of both sides; where the page has seen it,
-    only that is answered. `facts` are those of `sweep compare --json` with the rows of
-    this page; `cells` has the texts of each row below `titles`, and `behind` says for
-    each whose trials it rests on: a metric, and a point of side a and of side b, by
-    their ids. `settings` are those that tell rows apart. `heading` and `notes` stand
-    above and below the table that `command` prints. `metrics` can be compared, and
-    `corrections` are the words of `--together`.
-    With `csv` the whole table is `csv`, as `sweep compare --csv` prints it. Raises
-    ChoiceError as `compare_sides`.
+    `revision` identifies the stored trials of both sides. If the page knows it already,
+    the answer has only this key. With `csv` the answer is the whole table, as `sweep
+    compare --csv` prints it. Otherwise the answer has:
+
+        facts        those of `sweep compare --json`, with the rows of this page
+        titles       the titles of the columns of `cells`
+        cells        the texts of each row
+        behind       for each row the trials behind it: a metric, and the id of a point
+                     of each side
+        settings     the parameters that distinguish rows
+        heading      the text above the table that `command` prints
+        notes        the texts below it
+        metrics      all that can be compared
+        corrections  the words of `--together`
+
+    Raises ChoiceError as `compare_sides`.
     """
-    names = [study_named(text) for text in (asked.a, asked.b)]
+    names = [study_named(text) for text in (question.a, question.b)]
     revision = " ".join(watched.revision(name) for name in names)
-    if asked.seen == revision:
+    if question.known_revision == revision:
         return {"revision": revision}
-    one, other = (
+    a, b = (
         side_of(text, watched.whole(name))
-        for text, name in zip((asked.a, asked.b), names, strict=True)
+        for text, name in zip((question.a, question.b), names, strict=True)
     )
-    found = _compared(one, other, asked)
-    if asked.csv:
-        return {"csv": as_csv(found.rows)}
-    start = asked.page * MOST_ROWS
-    shown = found.rows.iloc[start : start + MOST_ROWS]
-    facts = comparison_facts(found)
+    compared = _compared(a, b, question)
+    if question.csv:
+        return {"csv": as_csv(compared.rows)}
+    start = question.page * MOST_ROWS
+    shown = compared.rows.iloc[start : start + MOST_ROWS]
+    facts = comparison_facts(compared)
     return {
         "revision": revision,
         "facts": {**facts, "rows": facts["rows"][start : start + MOST_ROWS]},
-        "titles": titles(found),
-        "cells": cells(found, shown),
-        "behind": [_behind(found, place) for place in shown.index],
-        "settings": telling(found.matching.settings),
-        "total": len(found.rows),
-        "page": asked.page,
+        "titles": titles(compared),
+        "cells": cells(compared, shown),
+        "behind": [_behind(compared, place) for place in shown.index],
+        "settings": telling(compared.matching.settings),
+        "total": len(compared.rows),
+        "page": question.page,
         "size": MOST_ROWS,
-        "heading": list(heading(found)),
-        "notes": list(notes(found)),
-        "metrics": shared_metrics(one, other, ()),
+        "heading": list(heading(compared)),
+        "notes": list(notes(compared)),
+        "metrics": shared_metrics(a, b, ()),
         "corrections": list(get_args(Together)),
-        "command": comparison_command(watched, asked),
+        "command": comparison_command(watched, question),
     }
 
 
-def _behind(found: Comparison, place: int) -> dict[str, str]:
-    """Whose trials stand behind the row at a place."""
-    pairs = found.matching.points
-    metric = Column.read(found.rows["metric"].iloc[place]).metric
+def _behind(compared: Comparison, place: int) -> dict[str, str]:
+    """Return the metric and the two points behind the row at a place."""
+    pairs = compared.matching.points
+    metric = Column.read(compared.rows["metric"].iloc[place]).metric
     a, b = pairs[place % len(pairs)]
     return {"metric": metric, "a": a, "b": b}
 
 
-def _compared(one: Side, other: Side, asked: AskComparison) -> Comparison:
+def _compared(a: Side, b: Side, question: AskComparison) -> Comparison:
     corrections = get_args(Together)
-    if asked.together not in corrections:
-        raise ChoiceError(unknown("correction", asked.together, corrections))
-    together = cast(Together, asked.together)
-    method = Inference(asked.confidence, together, asked.margin)
-    return compare_sides(one, other, asked.metric, half=asked.half, method=method)
+    if question.together not in corrections:
+        raise ChoiceError(unknown("correction", question.together, corrections))
+    together = cast(Together, question.together)
+    method = Inference(question.confidence, together, question.margin)
+    return compare_sides(a, b, question.metric, half=question.half, method=method)
 
 
-def comparison_command(watched: Watched, asked: AskComparison) -> str:
-    """The command that prints the comparison."""
+def comparison_command(watched: Watched, question: AskComparison) -> str:
+    """Return the command that prints the comparison."""
     usual = Inference()
     options = {
-        "--metric": asked.metric,
-        "--over": ["half"] if asked.half else [],
-        "--margin": [] if asked.margin is None else [str(asked.margin)],
+        "--metric": question.metric,
+        "--over": ["half"] if question.half else [],
+        "--margin": [] if question.margin is None else [str(question.margin)],
         "--confidence": (
-            [] if asked.confidence == usual.confidence else [str(asked.confidence)]
+            []
+            if question.confidence == usual.confidence
+            else [str(question.confidence)]
         ),
-        "--together": [] if asked.together == usual.together else [asked.together],
+        "--together": []
+        if question.together == usual.together
+        else [question.together],
     }
-    return spelled_command("compare", [asked.a, asked.b], options, watched)
+    return spelled_command("compare", [question.a, question.b], options, watched)

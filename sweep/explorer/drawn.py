@@ -1,6 +1,4 @@
-"""Figures for the page: the marks of a kind of figure, and the command that draws the
-same one.
-"""
+"""Figures for the page: the marks of a figure, and the command that draws it."""
 
 from typing import Any, NamedTuple
 
@@ -20,15 +18,15 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
 
-def figure(watched: Watched, asked: AskFigure) -> dict[str, Any]:
-    """The marks of a figure, see `sweep.figures.marks`, each panel with its `marks` as
-    lists by column, and what the page may choose next.
+def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
+    """Return the marks of a figure, and the choices that the page offers next.
 
-    `kind` is the one that is shown and `kinds` has all, each with the reason why it
-    does not suit, or "". `command` draws the same figure. Raises ChoiceError as `sweep
-    plot`.
+    For the marks, see `sweep.figures.marks`; each panel has its `marks` as lists by
+    column. `kind` is the kind that is shown. `kinds` has all kinds, each with the
+    reason why it does not suit, or "". `command` draws the same figure. Raises
+    ChoiceError as `sweep plot`.
     """
-    study, reasons, chosen, choices = _choose(watched, asked)
+    study, reasons, chosen, choices = _choose(watched, question)
     offered = {name: KINDS[name] for name in reasons}
     marks = thinned(_marks(offered[chosen], study, choices))
     return {
@@ -45,19 +43,25 @@ def figure(watched: Watched, asked: AskFigure) -> dict[str, Any]:
         "thinned": marks.thinned,
         "metrics": marks.metrics,
         "command": figure_command(
-            watched, asked, chosen, choices._replace(metrics=marks.metrics)
+            watched, question, chosen, choices._replace(metrics=marks.metrics)
         ),
     }
 
 
-def drawn(watched: Watched, asked: AskFigure) -> Figure:
-    """The same figure as `sweep plot` draws it. Raises ChoiceError as `figure`."""
-    study, _, chosen, choices = _choose(watched, asked)
+def drawn(watched: Watched, question: AskFigure) -> Figure:
+    """Return the same figure as `sweep plot` draws it.
+
+    Raises ChoiceError as `figure`.
+    """
+    study, _, chosen, choices = _choose(watched, question)
     return KINDS[chosen].figures(study, choices)[0].draw()
 
 
 class _Chosen(NamedTuple):
-    """What a figure is of, and why other kinds do not suit, "" for those that do."""
+    """A kind of figure of a study, and its arguments.
+
+    `reasons` has for each kind why it does not suit, "" for a kind that does.
+    """
 
     study: StoredStudy
     reasons: dict[str, str]
@@ -65,42 +69,54 @@ class _Chosen(NamedTuple):
     choices: Choices
 
 
-def _choose(watched: Watched, asked: AskFigure) -> _Chosen:
+def _choose(watched: Watched, question: AskFigure) -> _Chosen:
     offered = {name: kind for name, kind in KINDS.items() if kind.marks}
-    if asked.kind and asked.kind not in offered:
-        raise ChoiceError(unknown("kind", asked.kind, offered), asked.study)
-    study = watched.narrow(asked.study, asked.metric).where(*asked.where)
-    for setting in filter(None, (asked.x, asked.y, asked.by)):
+    if question.kind and question.kind not in offered:
+        raise ChoiceError(unknown("kind", question.kind, offered), question.study)
+    study = watched.narrow(question.study, question.metric).where(*question.where)
+    for setting in filter(None, (question.x, question.y, question.by)):
         select(study).setting(setting)
-    reasons = {name: _why_not(kind, study, asked) for name, kind in offered.items()}
-    chosen = asked.kind or _suiting(study, reasons)
-    choices = _choices(offered[chosen], asked)
+    reasons = {name: _why_not(kind, study, question) for name, kind in offered.items()}
+    chosen = question.kind or _suiting(study, reasons)
+    choices = _choices(offered[chosen], question)
     return _Chosen(study, reasons, chosen, choices)
 
 
 def figure_command(
-    watched: Watched, asked: AskFigure, kind: str, choices: Choices
+    watched: Watched, question: AskFigure, kind: str, choices: Choices
 ) -> str:
-    """The command that draws the figure."""
+    """Return the command that draws the figure.
+
+    Parameters
+    ----------
+    watched : Watched
+        The stored studies.
+    question : AskFigure
+        Names the study and the selection of its points.
+    kind : str
+        Name of the kind of figure.
+    choices : Choices
+        Metrics, axes and colours of the figure.
+    """
     options = {
         "--metric": choices.metrics,
         "--x": [choices.x] if choices.x else [],
         "--y": [choices.y] if choices.y else [],
         "--by": [choices.by] if choices.by else [],
-        "--where": asked.where,
-        "--over": ["half"] if asked.half else [],
+        "--where": question.where,
+        "--over": ["half"] if question.half else [],
     }
-    return spelled_command("plot", [asked.study, kind], options, watched)
+    return spelled_command("plot", [question.study, kind], options, watched)
 
 
-def _choices(kind: FigureKind, asked: AskFigure) -> Choices:
-    """What is asked for, as far as the kind takes it."""
+def _choices(kind: FigureKind, question: AskFigure) -> Choices:
+    """Return the arguments of the question that the kind takes."""
     taken = {
-        name: getattr(asked, name) or None
+        name: getattr(question, name) or None
         for name in ("by", "x", "y")
         if name in kind.takes
     }
-    return Choices(metrics=asked.metric, half=asked.half, **taken)
+    return Choices(metrics=question.metric, half=question.half, **taken)
 
 
 def _marks(kind: FigureKind, study: StoredStudy, choices: Choices) -> FigureMarks:
@@ -108,8 +124,8 @@ def _marks(kind: FigureKind, study: StoredStudy, choices: Choices) -> FigureMark
     return kind.marks(study, choices)
 
 
-def _why_not(kind: FigureKind, study: StoredStudy, asked: AskFigure) -> str:
-    return kind.suits(study, _choices(kind, asked))
+def _why_not(kind: FigureKind, study: StoredStudy, question: AskFigure) -> str:
+    return kind.suits(study, _choices(kind, question))
 
 
 def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
@@ -117,9 +133,12 @@ def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
 
 
 def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
-    """The kind that suits: the first of those of a search, else the one with as many
-    axes of settings as there are settings with a scale and more than a few values. It
-    shows numbers, not how well they are known. Raises ChoiceError where none suits.
+    """Return the kind of figure that suits a study.
+
+    That is the first kind of those of a search, if one suits. Otherwise the number of
+    its axes of parameters is nearest to the number that the study can fill. Parameters
+    with a scale and more than two values fill an axis. The kind shows numbers, not
+    their precision. Raises ChoiceError if no kind suits.
     """
     numbers = [name for name in reasons if not KINDS[name].of_precision]
     suiting = [name for name in numbers if not reasons[name]]

@@ -1,5 +1,7 @@
-"""The page of the explorer as one text, for a frame of a notebook. It may load nothing
-and send nothing: it reaches the kernel through the frame that it is in.
+"""The page of the explorer as one text, for a frame of a notebook.
+
+The page may load nothing and send nothing. It reaches the kernel through the frame that
+contains it.
 """
 
 from html import escape
@@ -8,11 +10,14 @@ from sweep.web.document import source_of
 from sweep.web.page import STATIC, script, style
 
 IN_A_NOTEBOOK = {"ask": "kernel", "socket": "kernel"}
-"""Which modules of the page have another one in their place."""
+"""Modules of the page, with those that replace them in a notebook."""
 
 
 def framed() -> str:
-    """The page of a frame. Where it begins, its frame says."""
+    """Return the page of a frame.
+
+    The frame tells the page the address with which it begins.
+    """
     program = script("show", IN_A_NOTEBOOK)
     curves = (STATIC / "uplot.js").read_text(encoding="utf-8")
     rules = style("view", "uplot", "show", "explored")

@@ -1,6 +1,7 @@
-"""Published numbers for a figure: those that hold at the very settings of its points.
+"""Published numbers for a figure: those that hold at the parameters of its points.
 
-They are asked for apart from the figure: to read them takes longer than to draw it.
+The page asks for them separately, since reading them takes longer than drawing the
+figure.
 """
 
 from typing import Any
@@ -14,30 +15,33 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.web.claimed import published
 
 
-def published_at(watched: Watched, asked: AskPublished) -> dict[str, Any]:
-    """The published means of a metric at the points of a study, as `published`: of each
-    `point`, `value`, `where` and `says`. Each is about trials with all settings of that
-    point, and about the last frame, or the last half, as is asked for.
+def published_at(watched: Watched, question: AskPublished) -> dict[str, Any]:
+    """Return the published means of a metric at the points of a study.
 
-    A number that is about points with several values of a setting, or about a map of
-    their own, stands at no point. Raises ChoiceError for an unknown metric.
+    `published` has one entry per number and point: `point`, `value`, `where` and
+    `says`. Each number is about trials with all parameters of that point. It is about
+    the last frame, or the second half of a trial with `half`.
+
+    A number about points with several values of a parameter belongs to no point. The
+    same holds for a number about a custom map. Raises ChoiceError for an unknown
+    metric.
     """
-    study = watched.counted(asked.study)[1]
-    metric = recorded(study, asked.metric)
+    study = watched.counted(question.study)[1]
+    metric = recorded(study, question.metric)
     origin = study.provenance
     numbers = published(origin.get("model", ""), origin.get("preset", ""), EXPERIMENTS)
     rows = [
         {"point": point} | {name: number[name] for name in ("value", "where", "says")}
         for name, number in numbers
-        if name == metric and number["half"] == asked.half
+        if name == metric and number["half"] == question.half
         for point in _points(study, number)
     ]
-    told = {(row["point"], row["value"], row["where"]): row for row in rows}
-    return {"published": list(told.values())}
+    by_place = {(row["point"], row["value"], row["where"]): row for row in rows}
+    return {"published": list(by_place.values())}
 
 
 def _points(study: StoredStudy, number: dict[str, Any]) -> list[str]:
-    """The ids of the points with all the settings of a number."""
+    """Return the ids of the points with all the parameters of a number."""
     settings = number["settings"]
     frame = number["frame"]
     if None in settings.values() or frame not in (None, settings["steps"]):

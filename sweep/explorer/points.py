@@ -1,5 +1,6 @@
-"""The table of a study for the page: the rows of `sweep table`, some at a time, with
-the text of each cell as it stands there.
+"""The table of a study for the page: the rows of `sweep table`, a page at a time.
+
+Each cell has the text that `sweep table` prints.
 """
 
 import shlex
@@ -17,19 +18,22 @@ from sweep.tables.safe_csv import as_csv
 from sweep.tables.stored_study import StoredStudy
 
 
-def points(watched: Watched, asked: AskPoints) -> dict[str, Any]:
-    """A page of the table.
+def points(watched: Watched, question: AskPoints) -> dict[str, Any]:
+    """Return a page of the table.
 
-    `rows` are those of `sweep table --json`, with `point`, the id of the point, or ""
-    where a row pools several; `cells` has for each row the texts of its headings and
-    metrics. With `csv` the whole table is `csv`, as `sweep table --csv` prints it.
+    `rows` are those of `sweep table --json`. `points` has for each row the id of its
+    point; it is empty for a table that pools points. `cells` has for each row the texts
+    of its headings and metrics. With `csv` the answer is the whole table, as `sweep
+    table --csv` prints it.
     """
-    study = watched.narrow(asked.study, asked.metric).where(*asked.where)
-    by = list(asked.by) or None
-    table = point_means(study, asked.metric, by=by, sort=asked.sort, half=asked.half)
-    if asked.csv:
+    study = watched.narrow(question.study, question.metric).where(*question.where)
+    by = list(question.by) or None
+    table = point_means(
+        study, question.metric, by=by, sort=question.sort, half=question.half
+    )
+    if question.csv:
         return {"csv": as_csv(point_rows(study, table))}
-    start = asked.page * MOST_ROWS
+    start = question.page * MOST_ROWS
     shown = table.rows.iloc[start : start + MOST_ROWS]
     point = study.trials.set_index("trial_id")["point"]
     ids = [] if table.pooled else point.reindex(shown["trial_id"]).tolist()
@@ -40,34 +44,34 @@ def points(watched: Watched, asked: AskPoints) -> dict[str, Any]:
         "metrics": table.metrics,
         "units": {name: study.units.get(name, "") for name in named},
         "total": len(table.rows),
-        "page": asked.page,
+        "page": question.page,
         "size": MOST_ROWS,
         "rows": rows,
         "points": ids,
         "cells": [_cells(study, row, table) for _, row in shown.iterrows()],
         "caption": caption(study, table),
-        "command": table_command(watched, asked),
+        "command": table_command(watched, question),
     }
 
 
 def _cells(study: StoredStudy, row: "pd.Series[Any]", table: PointMeans) -> list[str]:
     headings = [*table.headings, *(["points"] if table.pooled else [])]
-    said = [brief(row[name]) for name in headings]
-    return said + [cell_text(study, row, name, table) for name in table.metrics]
+    texts = [brief(row[name]) for name in headings]
+    return texts + [cell_text(study, row, name, table) for name in table.metrics]
 
 
-def table_command(watched: Watched, asked: AskPoints) -> str:
-    """The command that prints the table."""
-    by = [",".join(asked.by)] if asked.by else []
-    over = ["half"] if asked.half else []
+def table_command(watched: Watched, question: AskPoints) -> str:
+    """Return the command that prints the table."""
+    by = [",".join(question.by)] if question.by else []
+    over = ["half"] if question.half else []
     options = {
-        "--metric": asked.metric,
+        "--metric": question.metric,
         "--over": over,
-        "--where": asked.where,
+        "--where": question.where,
         "--by": by,
-        "--sort": asked.sort,
+        "--sort": question.sort,
     }
-    return spelled_command("table", [asked.study], options, watched)
+    return spelled_command("table", [question.study], options, watched)
 
 
 def spelled_command(
@@ -76,8 +80,18 @@ def spelled_command(
     options: Mapping[str, Iterable[str]],
     watched: Watched,
 ) -> str:
-    """A command as a shell takes it; the folder of results is named unless it is the
-    usual one.
+    """Return a command in the syntax of a shell.
+
+    Parameters
+    ----------
+    verb : str
+        Command of `sweep`.
+    names : iterable of str
+        Positional arguments of the command.
+    options : mapping of str to iterable of str
+        Values by option; an option appears once per value.
+    watched : Watched
+        The stored studies. The command names their folder unless it is `results`.
     """
     words = ["sweep", verb, *names]
     for option, values in options.items():

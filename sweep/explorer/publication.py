@@ -1,5 +1,6 @@
-"""What a supplement says of the publication that it belongs to: title, authors, DOI,
-licence, caption. They are given one by one, or in a CITATION.cff.
+"""The publication that a supplement belongs to: title, authors, DOI, licence, caption.
+
+These texts are options of a command, or come from a CITATION.cff.
 """
 
 import re
@@ -13,18 +14,18 @@ from sweep.spec.strict_yaml import read_document
 
 DOI = re.compile(r"10\.\d{4,9}/[!-~]+")
 RESOLVERS = re.compile(r"(https?://(dx\.)?doi\.org/|doi:)", re.IGNORECASE)
-"""What people write before a DOI."""
+"""Prefixes that people write before a DOI."""
 CFF_KEYS = {
     "title": "title",
     "doi": "doi",
     "licence": "license",
     "caption": "abstract",
 }
-"""Of each text its key in a CITATION.cff."""
+"""Keys of a CITATION.cff, by the names of the texts."""
 
 
 class PaperTexts(NamedTuple):
-    """The texts of a supplement, "" where they are not stated."""
+    """The texts of a supplement, "" if they are not stated."""
 
     title: str = ""
     authors: tuple[str, ...] = ()
@@ -33,19 +34,20 @@ class PaperTexts(NamedTuple):
     caption: str = ""
 
     def or_else(self, other: "PaperTexts") -> "PaperTexts":
-        """These texts, and those of `other` where one is missing."""
+        """Return these texts, with those of `other` where one is missing."""
         stated = {name: text for name, text in self._asdict().items() if text}
         return other._replace(**stated)
 
     @property
     def licence_said(self) -> str:
-        """The licence, or that none is stated."""
+        """The licence, or a sentence that none is stated."""
         return self.licence or NO_LICENCE
 
     @property
     def reference(self) -> str:
-        """One line for a list of references; "" where neither authors nor a DOI are
-        stated.
+        """One line for a list of references.
+
+        It is "" if neither authors nor a DOI are stated.
         """
         if not (self.authors or self.doi):
             return ""
@@ -61,28 +63,47 @@ def publication(
     licence: str = "",
     caption: str = "",
 ) -> PaperTexts:
-    """The texts of a publication. Raises ChoiceError for a DOI that is none."""
-    return PaperTexts(title, authors, _doi(doi), licence, caption)
+    """Return the texts of a publication.
+
+    Parameters
+    ----------
+    title : str, optional
+    authors : tuple of str, optional
+    doi : str, optional
+        A DOI such as 10.1000/182, also with the address of a resolver before it.
+    licence : str, optional
+    caption : str, optional
+
+    Raises
+    ------
+    ChoiceError
+        If the DOI is not valid.
+    """
+    return PaperTexts(title, authors, _doi(doi), licence=licence, caption=caption)
 
 
 def read_cff(path: Path) -> PaperTexts:
-    """The texts of a CITATION.cff: its title, authors, doi, license and abstract; it
-    may have other keys. Raises SpecError where it cannot be read, and ChoiceError for a
-    DOI that is none.
+    """Return the texts of a CITATION.cff.
+
+    The texts are its title, authors, doi, license and abstract. The file may have other
+    keys. Raises SpecError if it cannot be read, and ChoiceError for a DOI that is not
+    valid.
     """
     root = read_document(path)
     _ = root.mapping()
     texts = {
-        name: found.text() if (found := root.get(key)) else ""
+        name: node.text() if (node := root.get(key)) else ""
         for name, key in CFF_KEYS.items()
     }
     authors = root.get("authors")
-    names = tuple(author_of(one).name for one in authors.entries()) if authors else ()
+    names = (
+        tuple(author_of(author).name for author in authors.entries()) if authors else ()
+    )
     return publication(authors=names, **texts)
 
 
 def _doi(text: str) -> str:
-    found = RESOLVERS.sub("", text.strip(), count=1)
-    if found and not DOI.fullmatch(found):
+    doi = RESOLVERS.sub("", text.strip(), count=1)
+    if doi and not DOI.fullmatch(doi):
         raise ChoiceError(f'DOI "{text}" is none; allowed: as 10.1000/182')
-    return found
+    return doi

@@ -1,8 +1,8 @@
-"""The change of a spec that puts more points into a region of a study, or more trials
-at each point.
+"""The change of a spec that adds points to a region of a study, or trials per point.
 
-Points are added by a further design under `sweep`, whose points are united with those
-that the spec has. So no point is lost, and the text of the other designs stays.
+A further design under `sweep` adds the points. The points of the further design are
+united with those that the spec has. So no point is lost, and the text of the other
+designs stays.
 """
 
 import math
@@ -32,25 +32,27 @@ Range = tuple[float, float]
 WIDTH = 2**16
 MOST_PARTS = 100
 ROUNDED = 1e-5
-"""How far the end of a region is from the value that was meant: pages say 6 digits."""
+"""Relative error of the ends of a region: pages show 6 digits."""
 EDGE = 1e-3
-"""The part of an interval between two values that counts as its end: the ends of a
+"""Fraction of a segment between two values that counts as its end, since the ends of a
 region are rounded.
 """
 NARROWED = {
-    name: one
-    for name, one in DISTRIBUTIONS.items()
-    if one.bounded and one.kind != "listed"
+    name: distribution
+    for name, distribution in DISTRIBUTIONS.items()
+    if distribution.bounded and distribution.kind != "listed"
 }
-"""The distributions that are written as two numbers, between which they draw."""
+"""Distributions that are written as two numbers, between which they draw."""
 
 
 @dataclass(frozen=True)
 class Extension:
-    """What is wanted: `between` has settings with the least and the largest value of
-    the region. Each interval between two values there is divided into so many `parts`,
-    by equal ratios for those that are `logarithmic`. A point then has so many
-    `replicates`; 0 leaves their number as it is.
+    """The additions to a spec.
+
+    `between` has the least and the largest value of the region, by parameter. Each
+    segment between two values there is divided into `parts`, by equal ratios for the
+    parameters in `logarithmic`. `replicates` is the new number of trials per point; 0
+    keeps the number.
     """
 
     between: Mapping[str, Range]
@@ -59,72 +61,81 @@ class Extension:
     logarithmic: Collection[str] = ()
 
 
-def refined(study: Study, wanted: Extension) -> str:
-    """The text of the spec of `study` with more points or replicates; comments stay.
+def refined(study: Study, extension: Extension) -> str:
+    """Return the text of the spec of a study with more points or replicates.
 
-    Raises ChoiceError where nothing is wanted, where a setting of the region does not
-    vary, or is no number, where no value lies between two others, and where the design
-    of the study counts only whole.
+    Comments stay. Raises ChoiceError in these cases: nothing is to be added; a
+    parameter of the region does not vary, or is no number; no value is between two
+    others; the design of the study counts only as a whole.
     """
-    if not wanted.between and not wanted.replicates:
+    if not extension.between and not extension.replicates:
         raise ChoiceError(
             "nothing is to be refined: choose a region, a point or more replicates",
             study.name,
         )
-    yaml, stream = YAML(), StringIO()
-    yaml.preserve_quotes, yaml.width = True, WIDTH
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    yaml.width = WIDTH
     root = yaml.load(study.text)
-    if wanted.between:
-        added = _Refined(study, wanted).added()
+    if extension.between:
+        added = _Refined(study, extension).added()
         if not isinstance(root["sweep"], list):
             root["sweep"] = CommentedSeq([root["sweep"]])
         root["sweep"].append(
             CommentedMap((name, _in_a_line(axis)) for name, axis in added.items())
         )
-    if wanted.replicates:
-        root["replicates"] = _more_replicates(study, wanted.replicates)
+    if extension.replicates:
+        root["replicates"] = _more_replicates(study, extension.replicates)
+    stream = StringIO()
     yaml.dump(root, stream)
     return stream.getvalue()
 
 
-def _more_replicates(study: Study, wanted: int) -> int:
-    """So many replicates, which are more than the spec has."""
-    said = ""
+def _more_replicates(study: Study, replicates: int) -> int:
+    """Return the new number of replicates.
+
+    Raises ChoiceError if the spec has as many, or no number that can be changed.
+    """
+    obstacle = ""
     if study.rule:
         under = study.rule.place[0]
-        said = f'a rule says how many there are: change max under "{under}"'
+        obstacle = f'a rule says how many there are: change max under "{under}"'
     elif study.replicates is None:
-        said = "the spec lists its seeds: add some to them"
-    elif wanted <= study.replicates:
-        said = f"it has {study.replicates:,} already, and {wanted:,} are not more"
-    if said:
-        raise ChoiceError(f"replicates: {said}", study.name)
-    return wanted
+        obstacle = "the spec lists its seeds: add some to them"
+    elif replicates <= study.replicates:
+        obstacle = (
+            f"it has {study.replicates:,} already, and {replicates:,} are not more"
+        )
+    if obstacle:
+        raise ChoiceError(f"replicates: {obstacle}", study.name)
+    return replicates
 
 
 class _Refined:
     """A study and the region in which it is refined."""
 
-    def __init__(self, study: Study, wanted: Extension) -> None:
-        self.study, self.wanted = study, wanted
+    def __init__(self, study: Study, extension: Extension) -> None:
+        self.study = study
+        self.extension = extension
         if study.search or (study.rule and study.rule.adds_points):
             chooses = "a search"
             if study.rule:
                 chooses = f'"{study.rule.place[-1]}" in the spec'
             raise ChoiceError(f"{chooses} chooses the points itself", study.name)
-        if not 2 <= wanted.parts <= MOST_PARTS:
+        if not 2 <= extension.parts <= MOST_PARTS:
             raise ChoiceError(
-                f"parts: {wanted.parts} is not allowed;"
+                f"parts: {extension.parts} is not allowed;"
                 f" each interval is divided into 2 to {MOST_PARTS}",
                 study.name,
             )
         self.design: Design = expand(study)
-        for name in wanted.between:
+        for name in extension.between:
             self._check(name)
 
     def _check(self, name: str) -> None:
-        """Raise ChoiceError where a region has no numbers of a setting to divide."""
-        columns, (low, high) = self.design.columns, self.wanted.between[name]
+        """Raise ChoiceError if a region has no numbers of a parameter to divide."""
+        columns = self.design.columns
+        low, high = self.extension.between[name]
         if name not in columns:
             raise ChoiceError(
                 unknown("setting that varies", name, columns), self.study.name
@@ -142,8 +153,10 @@ class _Refined:
         return self.study.settings[name]
 
     def added(self) -> dict[str, Any]:
-        """The further design: the first of the spec whose axes have all settings of the
-        region, with more points there.
+        """Return the further design as a spec writes it.
+
+        It is the first design of the spec whose axes have all parameters of the region,
+        with more points there.
         """
         for axis in self.study.axes:
             if axis.blocks or axis.ablated:
@@ -155,7 +168,7 @@ class _Refined:
         designs = by_design(self.study.axes)
         for axes in designs:
             names = {name for axis in axes for name in axis.columns}
-            if self.wanted.between.keys() <= names:
+            if self.extension.between.keys() <= names:
                 return {
                     self._name(axis, len(designs) + 1): self._axis(
                         axis, _at(document.value, axis.place)
@@ -163,14 +176,15 @@ class _Refined:
                     for axis in axes
                 }
         raise ChoiceError(
-            f"no design sweeps all of {', '.join(self.wanted.between)}: one of them is"
-            " derived, or comes with a map",
+            f"no design sweeps all of {', '.join(self.extension.between)}: one of them"
+            " is derived, or comes with a map",
             self.study.name,
         )
 
     def _name(self, axis: Axis, number: int) -> str:
-        """The name of an axis in the design of this number: one of several settings has
-        a name of its own in each.
+        """Return the name of an axis in the design of this number.
+
+        An axis of several parameters has a name of its own in each design.
         """
         if axis.name in axis.columns:
             return axis.name
@@ -180,8 +194,8 @@ class _Refined:
         return f"{axis.name}_{number}"
 
     def _axis(self, axis: Axis, written: Any) -> Any:
-        """An axis of the further design, as a spec writes it."""
-        inside = self.wanted.between.keys() & axis.columns.keys()
+        """Return an axis of the further design, as a spec writes it."""
+        inside = self.extension.between.keys() & axis.columns.keys()
         drawn = axis.sampler not in (None, TABLE) and axis.name not in axis.columns
         if drawn and not inside:
             raise ChoiceError(
@@ -191,11 +205,11 @@ class _Refined:
             )
         if not inside:
             return written
-        form = next((one for one in NARROWED if one in written), None)
+        form = _narrowed_form(written)
         if axis.name in axis.columns and form is None and _listed(written):
             values = self._finer(axis.name)
-            kept = {"when": written["when"]} if "when" in written else {}
-            return {"values": values, **kept} if kept else values
+            condition = {"when": written["when"]} if "when" in written else {}
+            return {"values": values, **condition} if condition else values
         points = _text_of(written).get("points")
         if points is None:
             raise ChoiceError(
@@ -212,8 +226,8 @@ class _Refined:
         return changed
 
     def _narrowed(self, name: str, written: Any) -> dict[str, Any]:
-        """The distribution of a setting, within the region."""
-        form = next((one for one in NARROWED if one in written), None)
+        """Return the distribution of a parameter, within the region."""
+        form = _narrowed_form(written)
         if form is None:
             raise ChoiceError(
                 f"{name}: only {', '.join(NARROWED)} have a part that can be drawn"
@@ -221,7 +235,7 @@ class _Refined:
                 self.study.name,
             )
         first, last = written[form]
-        low, high = self.wanted.between[name]
+        low, high = self.extension.between[name]
         ends = [max(low, first), min(high, last)]
         if NARROWED[form].kind == "whole":
             ends = [math.ceil(ends[0]), math.floor(ends[1])]
@@ -234,16 +248,16 @@ class _Refined:
         return {form: [_tidy(end) for end in ends]}
 
     def _drawn_points(self, axis: Axis) -> int:
-        """As many points as make the region `parts` times as dense."""
-        there = np.ones(len(axis), np.bool_)
-        for name, (low, high) in self.wanted.between.items():
+        """Return the number of points that make the region `parts` times as dense."""
+        is_inside = np.ones(len(axis), np.bool_)
+        for name, (low, high) in self.extension.between.items():
             if name in axis.columns:
-                there &= _inside(axis.columns[name], low, high)
-        return max(1, int(there.sum()) * (self.wanted.parts - 1))
+                is_inside &= _inside(axis.columns[name], low, high)
+        return max(1, int(is_inside.sum()) * (self.extension.parts - 1))
 
     def _finer(self, name: str) -> list[float]:
-        """The values of a setting in the region, each interval divided."""
-        low, high = self.wanted.between[name]
+        """Return the values of a parameter in the region, each segment divided."""
+        low, high = self.extension.between[name]
         values = self._values(name)
         pairs = [pair for pair in pairwise(values) if _within(pair, low, high)]
         if not pairs:
@@ -253,29 +267,31 @@ class _Refined:
                 self.study.name,
             )
         ends = {end for pair in pairs for end in pair}
-        found = {value for pair in pairs for value in self._between(name, *pair)}
-        if not found - ends:
+        divided = {value for pair in pairs for value in self._between(name, *pair)}
+        if not divided - ends:
             raise ChoiceError(
                 f"{name}: no whole number lies between its values there",
                 self.study.name,
             )
-        return sorted(ends | found)
+        return sorted(ends | divided)
 
     def _values(self, name: str) -> list[float]:
-        """The values that a setting has, ascending: at points within the region of all
-        others, if there are any.
+        """Return the values of a parameter, ascending.
+
+        Only points within the region of all other parameters count, if there are any.
         """
-        columns, there = self.design.columns, np.ones(self.design.n_points, np.bool_)
-        for other, (low, high) in self.wanted.between.items():
+        columns = self.design.columns
+        is_inside = np.ones(self.design.n_points, np.bool_)
+        for other, (low, high) in self.extension.between.items():
             if other != name:
-                there &= _inside(columns[other], low, high)
-        column: Values = columns[name][there] if there.any() else columns[name]
+                is_inside &= _inside(columns[other], low, high)
+        column: Values = columns[name][is_inside] if is_inside.any() else columns[name]
         return sorted(set(column.tolist()))
 
     def _between(self, name: str, low: float, high: float) -> list[float]:
-        """The values that divide an interval, without its ends."""
-        steps = np.arange(1, self.wanted.parts) / self.wanted.parts
-        if name in self.wanted.logarithmic and low > 0:
+        """Return the values that divide a segment, without its ends."""
+        steps = np.arange(1, self.extension.parts) / self.extension.parts
+        if name in self.extension.logarithmic and low > 0:
             values = low * (high / low) ** steps
         else:
             values = low + (high - low) * steps
@@ -285,43 +301,56 @@ class _Refined:
 
 
 def _inside(column: Values, low: float, high: float) -> NDArray[np.bool_]:
-    """Which values lie in a region, whose ends may have been rounded."""
+    """Return which values are in a region, shape (P,).
+
+    The ends of the region may have been rounded.
+    """
     far = ROUNDED * max(abs(low), abs(high))
     return (column >= low - far) & (column <= high + far)
 
 
 def _within(pair: Range, low: float, high: float) -> bool:
-    """Whether an interval has a part in a region, or an end at one that is a value."""
-    one, other = pair
-    near = EDGE * (other - one)
+    """Return whether a segment has a part in a region.
+
+    A region that is a single value contains the segments that have an end there.
+    """
+    start, end = pair
+    near = EDGE * (end - start)
     if high - low < near:
-        return one - near <= low and high <= other + near
-    return one + near < high and other - near > low
+        return start - near <= low and high <= end + near
+    return start + near < high and end - near > low
 
 
 def _at(content: Any, place: Place) -> Any:
-    """What stands at a place of plain values."""
+    """Return the content at a place of plain values."""
     for part in place:
         content = content[part]
     return content
 
 
 def _in_a_line(value: Any) -> Any:
-    """A list or a mapping that is written in one line."""
+    """Return a list or a mapping that YAML writes in one line."""
     if isinstance(value, dict):
-        made: Any = CommentedMap((key, _in_a_line(one)) for key, one in value.items())
+        node: Any = CommentedMap(
+            (key, _in_a_line(content)) for key, content in value.items()
+        )
     elif isinstance(value, list):
-        made = CommentedSeq(map(_in_a_line, value))
+        node = CommentedSeq(map(_in_a_line, value))
     else:
         return value
-    made.fa.set_flow_style()
-    return made
+    node.fa.set_flow_style()
+    return node
 
 
 def _listed(written: Any) -> bool:
-    """Whether an axis of one setting is written as values."""
+    """Return whether an axis of one parameter is written as values."""
     forms = ("values", "linspace", "logspace")
     return isinstance(written, list) or any(form in written for form in forms)
+
+
+def _narrowed_form(written: Any) -> str | None:
+    """Return the key of a distribution with two bounds; None if there is none."""
+    return next((form for form in NARROWED if form in written), None)
 
 
 def _text_of(written: Any) -> dict[str, Any]:
@@ -329,5 +358,8 @@ def _text_of(written: Any) -> dict[str, Any]:
 
 
 def _tidy(value: float) -> float:
-    """A number with as many digits as a grid of a spec has; a whole one stays so."""
+    """Return a number with as many digits as a grid of a spec has.
+
+    An integer stays an integer.
+    """
     return value if isinstance(value, int) else float(f"{value:.{DIGITS}g}")

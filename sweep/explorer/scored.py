@@ -1,10 +1,10 @@
-"""The scorecard of a reproduction for the page: each claim with its verdict, the figure
-that shows it, and the trials that test it.
+"""The scorecard of a reproduction for the page.
+
+Each claim has its verdict, the figure that shows it, and the trials that test it.
 """
 
 import base64
 from pathlib import Path
-from types import NoneType
 from typing import Any
 
 from sweep.analysis.notation import number, with_interval
@@ -19,10 +19,12 @@ from sweep.store.regular import read_json, read_whole
 from sweep.tables.choosing import spelled
 from sweep.text import unknown
 
-MOST_BYTES, MOST_PICTURE = 10_000_000, 20_000_000
+MOST_BYTES = 10_000_000
+MOST_PICTURE = 20_000_000
 FOLDERS = {"full": ".", "quick": "quick"}
-"""Below the results, by the scale of the scorecard."""
-TEXT, NUMBER = str | NoneType, float | int | NoneType
+"""Folders below the results, by the scale of the scorecard."""
+TEXT = str | None
+NUMBER = float | int | None
 ROW = {
     **dict.fromkeys(("id", "study", "says", "where", "status", "reason"), str),
     **dict.fromkeys(("expect", "spec"), TEXT),
@@ -32,57 +34,70 @@ ROW = {
 SHAPE = {"scale": str, "documents": [{"study": str, "title": str}], "rows": [ROW]}
 
 
-def scorecard(watched: Watched, asked: AskScorecard) -> dict[str, Any]:
-    """The scorecard that lies below the results.
+def scorecard(watched: Watched, question: AskScorecard) -> dict[str, Any]:
+    """Return the scorecard that is stored below the results.
 
-    `rows` have `id`, `study` (that of the document), `says`, `where`, `status` and
-    `reason` as they stand in scorecard.json, `published` and `ours` as texts, `trials`,
-    `picture`, whether there is a figure, and `behind`: for each side the stored
-    `study`, `metric`, `half` and `where` of the trials, in the words of a page.
-    `documents` are their titles by name, `scales` those that there are, and `command`
-    writes it. `revision` is a word for the file; where the page has seen it, only that
-    is answered. Raises StoreError where there is none, and for a damaged one.
+    `revision` identifies the content of the file. If the page knows it already, the
+    answer has only this key. `rows` have:
+
+        id, says, where, status, reason, trials  as in scorecard.json
+        study      name of the publication
+        published  expected value, as text
+        ours       estimate with its confidence interval, as text
+        picture    whether there is a figure
+        behind     for each side the stored `study`, `metric`, `half` and `where` of its
+                   trials, in the words of a page
+
+    `documents` has the titles of publications by name, and `scales` all that have a
+    scorecard. `command` writes the scorecard. Raises StoreError if there is none, or if
+    it is damaged.
     """
-    revision = _revision(watched, asked.scale)
-    if revision and revision == asked.seen:
+    revision = _revision(watched, question.scale)
+    if revision and revision == question.known_revision:
         return {"revision": revision}
-    content = _read(watched, asked.scale)
+    content = _read(watched, question.scale)
     return {
         "revision": revision,
-        "scale": asked.scale,
+        "scale": question.scale,
         "scales": scales(watched),
-        "documents": {one["study"]: one["title"] for one in content["documents"]},
+        "documents": {
+            document["study"]: document["title"] for document in content["documents"]
+        },
         "rows": [_row(row) for row in content["rows"]],
         "command": spelled_command(
-            "reproduce", [], {"--scale": [asked.scale]}, watched
+            "reproduce", [], {"--scale": [question.scale]}, watched
         ),
     }
 
 
 def scales(watched: Watched) -> list[str]:
-    """The scales of which there is a scorecard."""
+    """Return the scales that have a scorecard."""
     return [scale for scale in FOLDERS if _file(watched, scale).exists()]
 
 
-def picture(watched: Watched, asked: AskPicture) -> dict[str, Any]:
-    """The figure that shows a claim, `png`, in base64. Raises ChoiceError for a claim
-    without one, and StoreError where it is not stored below the results.
+def picture(watched: Watched, question: AskPicture) -> dict[str, Any]:
+    """Return the figure that shows a claim: `png`, in base64.
+
+    Raises ChoiceError for a claim without a figure, and StoreError if the figure is not
+    stored below the results.
     """
-    found = [
+    pictures = [
         row.get("picture")
-        for row in _read(watched, asked.scale)["rows"]
-        if (row["study"], row["id"]) == (asked.study, asked.claim)
+        for row in _read(watched, question.scale)["rows"]
+        if (row["study"], row["id"]) == (question.study, question.claim)
     ]
-    if not found or not isinstance(found[0], str):
-        raise ChoiceError(f"no figure of claim {asked.claim} is stored", asked.study)
+    if not pictures or not isinstance(pictures[0], str):
+        raise ChoiceError(
+            f"no figure of claim {question.claim} is stored", question.study
+        )
     root = local_folder(watched.results, "the scorecard")
-    file = (_file(watched, asked.scale).parent / found[0]).resolve()
+    file = (_file(watched, question.scale).parent / pictures[0]).resolve()
     if file.suffix != ".png" or not file.is_relative_to(root.resolve()):
-        raise StoreError(f"{found[0]} is no figure below {root}", asked.study)
+        raise StoreError(f"{pictures[0]} is no figure below {root}", question.study)
     try:
         content = read_whole(file, MOST_PICTURE)
     except (OSError, ValueError) as error:
-        raise StoreError(f"{file}: {error}; reproduce again", asked.study) from None
+        raise StoreError(f"{file}: {error}; reproduce again", question.study) from None
     return {"png": base64.b64encode(content).decode()}
 
 
@@ -94,12 +109,12 @@ def _file(watched: Watched, scale: str) -> Path:
 
 
 def _revision(watched: Watched, scale: str) -> str:
-    """A word that changes when a scorecard is written; "" where there is none."""
+    """Return a text that changes when a scorecard is written; "" without one."""
     try:
-        about = _file(watched, scale).stat()
+        status = _file(watched, scale).stat()
     except OSError:
         return ""
-    return f"{about.st_mtime_ns:x}-{about.st_size:x}"
+    return f"{status.st_mtime_ns:x}-{status.st_size:x}"
 
 
 def _read(watched: Watched, scale: str) -> dict[str, Any]:
@@ -114,19 +129,19 @@ def _read(watched: Watched, scale: str) -> dict[str, Any]:
 
 
 def _row(row: dict[str, Any]) -> dict[str, Any]:
-    told = ("id", "study", "says", "where", "status", "reason", "trials")
+    copied = ("id", "study", "says", "where", "status", "reason", "trials")
     behind = row.get("behind")
     return {
-        **{name: row[name] for name in told},
+        **{name: row[name] for name in copied},
         "published": _published(row),
         "ours": _ours(row),
         "picture": bool(row.get("picture")),
-        "behind": [_side(one) for one in behind] if behind else [],
+        "behind": [_side(side) for side in behind] if behind else [],
     }
 
 
 def _side(side: dict[str, Any]) -> dict[str, str]:
-    """Trials in the words of the page: all that have some settings, by a metric."""
+    """Return the trials that have some parameters, in the words of the page."""
     column = Column.read(side["column"]) if side["column"] else None
     return {
         "study": side["study"],
@@ -139,8 +154,9 @@ def _side(side: dict[str, Any]) -> dict[str, str]:
 
 
 def _ours(row: dict[str, Any]) -> str:
-    """Our estimate with its 95 % interval, as on the scorecard."""
-    ours, interval = row["ours"], row.get("interval")
+    """Return our estimate with its 95 % confidence interval, as on the scorecard."""
+    ours = row["ours"]
+    interval = row.get("interval")
     if ours is None:
         return ""
     if interval is None or None in interval:
@@ -149,7 +165,7 @@ def _ours(row: dict[str, Any]) -> str:
 
 
 def _published(row: dict[str, Any]) -> str:
-    """What is expected, in a few words."""
+    """Return the expected value of a claim, in a few words."""
     value = row.get("published")
     if value is None:
         return ""

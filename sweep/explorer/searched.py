@@ -1,5 +1,7 @@
-"""The report of a search for the page: the tables and sentences that `sweep search`
-prints, and behind each row its trials.
+"""The report of a search for the page.
+
+It has the tables and sentences that `sweep search` prints, and the trials behind each
+row.
 """
 
 from typing import Any
@@ -22,38 +24,46 @@ from sweep.explorer.watching import Watched
 from sweep.spec.study_folder import SPEC
 
 
-def search(watched: Watched, asked: AskSearch) -> dict[str, Any]:
-    """The report: what was `searched`, `notes` to know before believing it, the `best`
-    settings as a spec has them, `tables` with the ids of the points behind each row,
-    what is `said` of references and of random search, and the `command` that prints it.
+def search(watched: Watched, question: AskSearch) -> dict[str, Any]:
+    """Return the report of a search.
+
+        searched  the extent of the search
+        notes     warnings to know before believing the report
+        best      the best parameters, as a spec has them
+        tables    tables with the ids of the points behind each row
+        said      sentences on references and on random search
+        command   the command that prints the report
 
     Raises ChoiceError for a study that is no search.
     """
-    study = watched.narrow(asked.study)
+    study = watched.narrow(question.study)
     table = read_asked(study)
-    found, behind = Findings(study, table), PointsBehind(study, table)
+    findings = Findings(study, table)
+    behind = PointsBehind(study, table)
     again = table.about["repetitions"]
     options = {"--repetitions": [str(again)] if again else []}
     spec = str(study.store.folder / SPEC)
-    said = (references_text(found), against_text(found))
+    comparisons = (references_text(findings), against_text(findings))
     return {
-        "searched": searched_text(found),
-        "notes": warnings(found),
-        "best": best_text(found),
-        "tables": [_table(one, behind) for one in report_tables(found)],
-        "said": [text for text in said if text],
+        "searched": searched_text(findings),
+        "notes": warnings(findings),
+        "best": best_text(findings),
+        "tables": [_table(part, behind) for part in report_tables(findings)],
+        "said": [text for text in comparisons if text],
         "command": spelled_command("search", [spec], options, watched),
     }
 
 
 def _table(table: ReportTable, behind: PointsBehind) -> dict[str, Any]:
-    """A table, and for each row the held-out trials of its candidate and reference, or
-    what the search has seen of a candidate that has none.
+    """Return a table with the points behind each row.
+
+    The points of a row are the held-out trials of its candidate and of its reference. A
+    candidate without held-out trials has its trials of the search instead.
     """
-    chosen = behind.ids(SEARCH, HELD_OUT, table.candidates)
-    seen = behind.ids(SEARCH, SEARCH, table.candidates)
-    others = behind.ids(REFERENCES, HELD_OUT, table.references)
-    sides = zip(chosen, seen, others, strict=True)
+    judged = behind.ids(SEARCH, HELD_OUT, table.candidates)
+    searched = behind.ids(SEARCH, SEARCH, table.candidates)
+    references = behind.ids(REFERENCES, HELD_OUT, table.references)
+    sides = zip(judged, searched, references, strict=True)
     return {
         "titles": table.titles,
         "rows": table.rows,

@@ -1,15 +1,16 @@
-"""What the server of the explorer has: the page, the answers to its questions, and the
-stored trials that it plays.
+"""All that the server of the explorer offers.
+
+The server has the page, the answers to its questions, and the stored trials that the
+page plays.
 """
 
 from collections.abc import Callable
-from dataclasses import fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, urlencode
 
 from sweep.explorer import asking
-from sweep.explorer.asking import AskComparison, AskRefine, read
+from sweep.explorer.asking import AskComparison, AskRefine, fields_by_key, read
 from sweep.explorer.changing import refine
 from sweep.explorer.compared import comparison
 from sweep.explorer.drawn import figure
@@ -57,16 +58,35 @@ def explorer(
     trust: bool = False,
     launcher: Launcher | None = None,
 ) -> tuple["PageServer", str]:
-    """The server of the explorer of a folder of results, and the address that begins
-    with `first`: a study, two sides compared, or the list of all studies, which an
-    object store has not. Raises StoreError where there is none, but for the study that
-    the page launches, and ChoiceError for what cannot be compared.
+    """Return the server of the explorer, and the address of its first view.
+
+    Parameters
+    ----------
+    results : Location
+        Folder or object store of the stored studies.
+    first : str, AskComparison or None
+        A study, two sides to compare, or None for the list of all studies.
+    port : int, default 0
+        Port of the server; 0 for any free port.
+    trust : bool, default False
+        Allow custom code of a study that somebody else ran.
+    launcher : Launcher, optional
+        Launches the spec of the user from the page. Its study need not be stored yet.
+
+    Raises
+    ------
+    StoreError
+        If the study is not stored, or if `results` is an object store and `first` is
+        None: an object store has no list of studies.
+    ChoiceError
+        If the two sides cannot be compared.
     """
     # Here, as notebooks do without a server.
     from sweep.web.server import PageServer
 
     keep()
-    watched, begin = Watched(results, trust=trust), ""
+    watched = Watched(results, trust=trust)
+    begin = ""
     if isinstance(first, AskComparison):
         comparison(watched, first)
         begin = f"#{address(first)}"
@@ -80,14 +100,14 @@ def explorer(
     return server, server.url + begin
 
 
-def address(asked: AskComparison) -> str:
-    """The choice of the page that asks this; what is as by default is left out."""
-    told = [
-        (member.name, value)
-        for member in fields(asked)
-        if (value := getattr(asked, member.name)) != member.default
+def address(question: AskComparison) -> str:
+    """Return the part of an address that asks this, without default values."""
+    choices = [
+        (key, _spelled(value))
+        for key, member in fields_by_key(type(question)).items()
+        if (value := getattr(question, member.name)) != member.default
     ]
-    return urlencode([(name, _spelled(value)) for name, value in told], quote_via=quote)
+    return urlencode(choices, quote_via=quote)
 
 
 def _spelled(value: object) -> str:
@@ -97,7 +117,7 @@ def _spelled(value: object) -> str:
 
 
 def site_of(watched: Watched, launcher: Launcher | None = None) -> PageSite:
-    """What a server has of these studies."""
+    """Return all that a server offers of these studies."""
     answers = {name: partial(_answer, watched, name) for name in QUESTIONS}
     answers["refine"] = partial(_refined, watched, launcher)
     return PageSite(HOME, answers, partial(_replayed, watched), launcher)
@@ -119,5 +139,5 @@ def _replayed(watched: Watched, study: str, trial: str) -> RunShow:
 
 
 def _simulator() -> Show:
-    """What the page of the simulator shows on this server if it names no trial."""
+    """Return the view of the simulator if its page names no trial."""
     return Live(begin())

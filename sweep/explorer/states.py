@@ -1,4 +1,4 @@
-"""How far studies are, what runs, and what went wrong."""
+"""The progress of studies, their launches, and the failures of their trials."""
 
 from typing import Any
 
@@ -23,32 +23,32 @@ from sweep.tables.stored_study import StoredStudy
 DONE, NOT_DONE, MISSING = range(3)
 
 
-def studies(watched: Watched, asked: AskStudies) -> dict[str, Any]:  # noqa: ARG001
-    """The rows of `sweep list --json`, as `studies`, and the scales of the scorecards
-    that there are.
+def studies(watched: Watched, _question: AskStudies) -> dict[str, Any]:
+    """Return the rows of `sweep list --json`, and the scales of the scorecards."""
+    rows = overview(local_folder(watched.results, "the list of studies needs"))
+    return {"studies": json_rows(rows), "scorecards": scales(watched)}
+
+
+def state(watched: Watched, question: AskState) -> dict[str, Any]:
+    """Return the progress of a study.
+
+    `revision` identifies the stored trials. If the page knows it already, the answer
+    has only this key and `running`, the owners of a launch. `counts` are trials by
+    status. `rate` is in trials per second, and `left` in seconds. Both are None if
+    nothing runs, or if no trial was stored while somebody looked. `strip` has all
+    trials in the order of the plan, see `_strip`. `causes` are those of `sweep status
+    --json`.
     """
-    found = overview(local_folder(watched.results, "the list of studies needs"))
-    return {"studies": json_rows(found), "scorecards": scales(watched)}
-
-
-def state(watched: Watched, asked: AskState) -> dict[str, Any]:
-    """How far a study is.
-
-    `revision` is a word for what is stored; where the page has seen it, only that and
-    `running`, who launches it, are answered. `counts` are trials by status; `rate`, in
-    trials a second, and `left`, in seconds, are null where nothing was stored while
-    somebody looked. `strip` has all trials in the order of the plan, see `_strip`;
-    `causes` are those of `sweep status --json`.
-    """
-    running = Lock(watched.place(asked.study)).owners()
-    revision = watched.revision(asked.study)
-    if asked.seen == revision:
+    running = Lock(watched.place(question.study)).owners()
+    revision = watched.revision(question.study)
+    if question.known_revision == revision:
         return {"revision": revision, "running": running}
-    revision, study = watched.counted(asked.study)
+    revision, study = watched.counted(question.study)
     trials = study.trials
     counts = {str(name): int(n) for name, n in trials["status"].value_counts().items()}
-    stored, planned = len(trials), int(study.plan.num_rows)
-    rate = watched.rate(asked.study, stored) if running else None
+    stored = len(trials)
+    planned = int(study.plan.num_rows)
+    rate = watched.rate(question.study, stored) if running else None
     return {
         "revision": revision,
         "running": running,
@@ -61,7 +61,7 @@ def state(watched: Watched, asked: AskState) -> dict[str, Any]:
         "rate": rate,
         "left": (planned - stored) / rate if rate else None,
         "strip": _strip(study),
-        "causes": [one._asdict() for one in causes_of(trials)],
+        "causes": [cause._asdict() for cause in causes_of(trials)],
         "metrics": study.metrics,
         "series": study.series_metrics,
         "settings": study.headings,
@@ -70,7 +70,7 @@ def state(watched: Watched, asked: AskState) -> dict[str, Any]:
 
 
 def _about(study: StoredStudy) -> dict[str, str]:
-    """The origin of the results, in words."""
+    """Return the origin of the results, in words."""
     origin = study.provenance
     commit = str(origin["git"].get("commit", "unknown"))
     modified = " (modified)" if origin["git"].get("diff") else ""
@@ -86,11 +86,11 @@ def _about(study: StoredStudy) -> dict[str, str]:
 
 
 def _strip(study: StoredStudy) -> dict[str, Any]:
-    """All trials of the plan as at most MOST_MARKS marks.
+    """Return all trials of the plan as at most MOST_MARKS marks.
 
-    A mark stands for `per` trials that follow each other, and is a number from 0 to 2:
-    done, not done (one of them failed, diverged or ran out of time) or missing. `row`
-    is the number of marks of a point, 0 where a mark may stand for several points.
+    A mark represents `per` successive trials. It is a number from 0 to 2: done, not
+    done (a trial failed, diverged or ran out of time) or missing. `row` is the number
+    of marks per point. It is 0 if a mark may represent several points.
     """
     ended = np.where(study.trials["status"] == "done", DONE, NOT_DONE)
     mark = np.full(study.plan.num_rows, MISSING)
@@ -106,16 +106,19 @@ def _strip(study: StoredStudy) -> dict[str, Any]:
 
 
 def _stored(study: StoredStudy) -> NDArray[np.bool_]:
-    """Which trials of the plan are stored; the rows of `trials` have their order."""
+    """Return which trials of the plan are stored, shape (T,).
+
+    The rows of `trials` are in the order of the plan.
+    """
     if not study.missing:
         return np.ones(study.plan.num_rows, np.bool_)
     stored = pa.array(study.trials["trial_id"], pa.string())
-    there: NDArray[np.bool_] = pc.is_in(study.plan["trial_id"], stored).to_numpy()
-    return there
+    is_stored: NDArray[np.bool_] = pc.is_in(study.plan["trial_id"], stored).to_numpy()
+    return is_stored
 
 
 def _together(block: NDArray[np.int64]) -> int:
-    """The mark of trials that stand together: a trial that is not done shows."""
+    """Return the mark of successive trials: a trial that is not done shows."""
     if (block == NOT_DONE).any():
         return NOT_DONE
     return MISSING if (block == MISSING).any() else DONE

@@ -1,6 +1,8 @@
-"""A study as one page of HTML that opens from disk: its figure with intervals, and
-behind every mark stored trials that play. Each of them was run again and is what is
-stored, bit for bit; a page with another one is not written.
+"""A study as one page of HTML that opens from disk.
+
+The page has the figure of the study with confidence intervals. Behind every mark are
+stored trials that play. Each of them was run again, and is bitwise identical to what is
+stored. A page with another trial is not written.
 """
 
 import base64
@@ -51,23 +53,23 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
 USUAL_FRAMES = 601
-"""At most so many frames of a run: the start, and ten seconds at sixty a second."""
+"""Maximum number of frames of a run: the start, and 10 s at 60 per second."""
 MOST_POINTS = 400
-"""So many marks can still be told apart, and run again in minutes."""
+"""Maximum number of marks that can be distinguished, and run again in minutes."""
 SHOWN_DIFFERENCES = 3
 OTHER_NOW = "is another file now, and this ran by that of then"
 
 
 class SupplementChoice(NamedTuple):
-    """What a supplement shows.
+    """The content of a supplement.
 
     metric  the metric of its figure; "" for the first that is recorded
-    half    its mean over the last half of a trial, or its value at the last frame
-    where   which points, as `study.where` takes them
-    x       the setting along the axis; "" for the one with the most values
-    by      the setting that is a colour; "" for one that suits
-    trials  which trials of a point play, see `supplement_trials.ROLES`
-    frames  at most so many frames of each, 2 at least
+    half    mean over the second half of a trial instead of its last frame
+    where   conditions on points, as `study.where` takes them
+    x       the parameter along the axis; "" for the one with the most values
+    by      the parameter that is a colour; "" for one that suits
+    trials  the trials of a point that play, see `supplement_trials.ROLES`
+    frames  maximum number of frames of each, 2 at least
     """
 
     metric: str = ""
@@ -81,22 +83,31 @@ class SupplementChoice(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Supplement:
-    """A supplement of which no trial has run yet.
+    """A supplement whose trials have not run yet.
 
-    `data` is all that the page shows, less what is recorded of its runs; `orders` has
-    an order for each run, and `about` is the origin of the page.
+    `data` is all that the page shows, except the records of its runs. `orders` has an
+    order per run. `origin` is the origin of the page, for its metadata.
     """
 
     study: StoredStudy
     data: dict[str, Any]
     orders: list[RunOrder]
-    about: dict[str, str]
+    origin: dict[str, str]
 
     def content(self, executor: ExecutorFactory, report: Report) -> bytes:
-        """The page, after all its trials were run again; `report` is told how many of
-        how many runs are done.
+        """Return the page, after all its trials were run again.
 
-        Raises StoreError where one of them fails, or is not what is stored.
+        Parameters
+        ----------
+        executor : ExecutorFactory
+            Starts the engine that runs the trials.
+        report : Report
+            Receives the number of runs that are done, and of all runs.
+
+        Raises
+        ------
+        StoreError
+            If a trial fails, or differs from what is stored.
         """
         runs = _recorded(self.orders, executor, report)
         _check(self.study, runs)
@@ -104,18 +115,33 @@ class Supplement:
             begun | _as_data(runs[begun["trial"]], order.every)
             for begun, order in zip(self.data["runs"], self.orders, strict=True)
         ]
-        return _page(self.data | {"runs": shown}, self.about)
+        return _page(self.data | {"runs": shown}, self.origin)
 
 
 def planned(
     study: StoredStudy, choice: SupplementChoice, texts: PaperTexts
 ) -> Supplement:
-    """What a supplement will show. No trial runs, and all that cannot be is refused.
+    """Return the supplement of a study, before any trial runs.
 
-    Raises ChoiceError for what the study does not have, for a study without a trial
-    that could be shown, for more than MOST_POINTS points, and for more runs than the
-    page has room for; StoreError where the trials were computed by other code, or are
-    damaged, and CodeError where code of the study's own may not run.
+    All choices that cannot be met are errors here.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    choice : SupplementChoice
+        The figure and the trials.
+    texts : PaperTexts
+        The texts of the publication.
+
+    Raises
+    ------
+    ChoiceError
+        If the study does not have what is chosen, or has no trial that can be shown. If
+        it has more than MOST_POINTS points, or more runs than the page has room for.
+    StoreError
+        If other code computed the trials, or if they are damaged.
+    CodeError
+        If custom code of the study may not run.
     """
     chosen = by_phase(study).where(*choice.where)
     if chosen.trials.empty:
@@ -137,18 +163,18 @@ def planned(
     if not any(shown):
         raise ChoiceError(why_none(chosen.trials, column), study.name)
     stored = _stored(study, shown)
-    jobs = {trial: chosen.job(one) for trial, one in stored.items()}
+    jobs = {trial_id: chosen.job(trial) for trial_id, trial in stored.items()}
     scenes, scene_of_trial = _scenes(jobs)
     runs = [
         _run_begun(
-            one,
+            trial,
             study,
             column.metric,
-            stored[one.trial_id],
-            scene_of_trial[one.trial_id],
+            stored[trial.trial_id],
+            scene=scene_of_trial[trial.trial_id],
         )
         for trials in shown
-        for one in trials
+        for trial in trials
     ]
     colours = [] if not form.by else selection.values(form.by)
     data = {
@@ -158,13 +184,13 @@ def planned(
         "figure": figure_data(selection, form, table, column),
         "headings": table.headings,
         "rows": json_rows(point_rows(chosen, table)),
-        "points": _points(table, groups, shown, column, form.by, colours),
+        "points": _points(table, groups, shown, column, by=form.by, colours=colours),
         "scenes": scenes,
         "role": choice.trials[0],
         "runs": runs,
     }
-    about = about_page(study)
-    room = MOST_BYTES - len(_page(data, about))
+    origin = about_page(study)
+    room = MOST_BYTES - len(_page(data, origin))
     lengths = [RunLength.of(jobs[run["trial"]]) for run in runs]
     most = most_frames(lengths, choice.frames, room)
     orders = [
@@ -173,22 +199,24 @@ def planned(
             jobs[run["trial"]],
             stored[run["trial"]],
             column.metric,
-            length.every(most),
+            every=length.every(most),
         )
         for run, length in zip(runs, lengths, strict=True)
     ]
-    return Supplement(study, data, orders, about)
+    return Supplement(study, data, orders, origin)
 
 
 def _stored(
     study: StoredStudy, shown: Sequence[Sequence[ShownTrial]]
 ) -> dict[str, StoredTrial]:
-    ids = [one.trial_id for trials in shown for one in trials]
-    return {str(one.row["trial_id"]): one for one in stored_trials(study.store, ids)}
+    ids = [trial.trial_id for trials in shown for trial in trials]
+    return {
+        str(trial.row["trial_id"]): trial for trial in stored_trials(study.store, ids)
+    }
 
 
 def _scenes(jobs: Mapping[str, Job]) -> tuple[list[Any], dict[str, int]]:
-    """The scenes of trials, each different one once, and which of them each has."""
+    """Return the scenes of trials, and the index of the scene of each trial."""
     texts = {trial: json.dumps(scene_of(job)) for trial, job in jobs.items()}
     different = list(dict.fromkeys(texts.values()))
     places_of = {trial: different.index(text) for trial, text in texts.items()}
@@ -198,7 +226,7 @@ def _scenes(jobs: Mapping[str, Job]) -> tuple[list[Any], dict[str, int]]:
 def _run_begun(
     shown: ShownTrial, study: StoredStudy, metric: str, stored: StoredTrial, scene: int
 ) -> dict[str, Any]:
-    """What is known of a run before it is recorded."""
+    """Return the facts of a run that are known before it is recorded."""
     other = study.other_now(stored)
     return {
         "trial": shown.trial_id,
@@ -219,10 +247,13 @@ def _points(
     by: str,
     colours: Sequence[object],
 ) -> list[dict[str, Any]]:
-    """The marks of the figure, one a row of the table: its words, its place among the
-    colours, and the places of its runs, or why it has none.
+    """Return the marks of the figure, one per row of the table.
+
+    A mark has its words, the place of its colour, and the places of its runs. A mark
+    without runs has the reason.
     """
-    points, first = [], 0
+    points = []
+    first = 0
     differ = [name for name in table.headings if table.rows[name].nunique() > 1]
     rows = [row for _, row in table.rows.iterrows()]
     for row, trials, own in zip(rows, groups, shown, strict=True):
@@ -240,18 +271,18 @@ def _points(
 def _recorded(
     orders: Sequence[RunOrder], executor: ExecutorFactory, report: Report
 ) -> dict[str, RecordedRun]:
-    """The runs of the orders by their trials."""
+    """Run the trials of the orders again; return the records by trial."""
     once = list({order.job.trial_id: order for order in orders}.values())
-    found: dict[str, RecordedRun] = {}
+    records: dict[str, RecordedRun] = {}
     report(0, len(once))
     # Compile here once. Otherwise each worker would compile the same.
     warm(once[0].job)
     for runs in drive(
         once, record, executor=executor, costs=_seconds, failed=not_recorded
     ):
-        found |= {run.trial_id: run for run in runs}
-        report(len(found), len(once))
-    return found
+        records |= {run.trial_id: run for run in runs}
+        report(len(records), len(once))
+    return records
 
 
 def _seconds(orders: Sequence[RunOrder]) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -259,7 +290,7 @@ def _seconds(orders: Sequence[RunOrder]) -> np.ndarray[Any, np.dtype[np.float64]
 
 
 def _check(study: StoredStudy, runs: Mapping[str, RecordedRun]) -> None:
-    """Raise StoreError for runs that fail here, or are not what is stored."""
+    """Raise StoreError for runs that fail here, or differ from what is stored."""
     for run in runs.values():
         if run.error:
             why = run.error.strip().splitlines()[-1]
@@ -280,7 +311,7 @@ def _check(study: StoredStudy, runs: Mapping[str, RecordedRun]) -> None:
 
 
 def _as_data(run: RecordedRun, every: int) -> dict[str, Any]:
-    """What is recorded of a run, ready for JSON."""
+    """Return the record of a run, ready for JSON."""
     return {
         "every": every,
         "steps": run.steps.tolist(),
@@ -292,6 +323,6 @@ def _as_data(run: RecordedRun, every: int) -> dict[str, Any]:
     }
 
 
-def _page(data: dict[str, Any], about: Mapping[str, str]) -> bytes:
+def _page(data: dict[str, Any], origin: Mapping[str, str]) -> bytes:
     title = data["front"]["title"]
-    return document("supplement", "supplement", data, title, origin=about)
+    return document("supplement", "supplement", data, title, origin=origin)

@@ -1,5 +1,6 @@
-"""What the figure of a supplement shows: which settings are its axes and colours, and
-in which form. The page draws its marks from the rows of the table of means.
+"""The form of the figure of a supplement: parameters as axes and colours.
+
+The page draws the marks from the rows of the table of means.
 """
 
 from collections.abc import Sequence
@@ -23,13 +24,13 @@ Form = Literal["lines", "points", "cells", "rows"]
 
 @dataclass(frozen=True)
 class FigureForm:
-    """The form of a figure, and the settings of its axes and colours, "" where it has
-    none.
+    """The form of a figure, and the parameters of its axes and colours, "" for none.
 
-    With "lines" the metric is drawn against `x`, a curve for each value of `by`. Where
-    points that agree in both differ in other settings they are "points", which nothing
-    joins. A "cells" has the metric as a colour over `x` and `y`; "rows" has the
-    metric along x, and a row a point.
+    lines   the metric against `x`, a curve per value of `by`
+    points  the same without lines: points that agree in `x` and `by` differ in
+            other parameters
+    cells   the metric as a colour over `x` and `y`
+    rows    the metric along x, and one row per point
     """
 
     form: Form
@@ -39,9 +40,23 @@ class FigureForm:
 
 
 def form_of(selection: Selection, x: str, by: str) -> FigureForm:
-    """The form that suits the settings that vary; `x` and `by` are those that the user
-    wants, "" for none. Raises ChoiceError for a setting that does not vary, for an `x`
-    without numbers, and for a `by` with too many values.
+    """Return the form that suits the parameters that vary.
+
+    Parameters
+    ----------
+    selection : Selection
+        The points of the figure.
+    x : str
+        The parameter that the user wants along the axis; "" for the one with the most
+        values.
+    by : str
+        The parameter that the user wants as colour; "" for one that suits.
+
+    Raises
+    ------
+    ChoiceError
+        If a parameter does not vary, if `x` has no numbers, or if `by` has too many
+        values.
     """
     if x and not has_scale(selection.points[selection.setting(x)]):
         raise ChoiceError(
@@ -53,26 +68,29 @@ def form_of(selection: Selection, x: str, by: str) -> FigureForm:
     across = x or max(free, key=lambda name: len(selection.values(name)), default="")
     if not across:
         return FigureForm("rows")
-    others = selection.apart([across])
+    differing = selection.apart([across])
     if by:
-        _ = selection.colour(by, others, [across])
+        _ = selection.colour(by, differing, [across])
         left = selection.apart([across, by])
         return FigureForm("points" if left else "lines", across, by=by)
     if len(selection.sampled) > 1:
         return FigureForm("points", across)
-    if not others:
+    if not differing:
         return FigureForm("lines", across)
-    return _of_several(selection, across, others, chosen=bool(x))
+    return _of_several(selection, across, differing, chosen=bool(x))
 
 
 def _of_several(
-    selection: Selection, across: str, others: Sequence[str], *, chosen: bool
+    selection: Selection, across: str, differing: Sequence[str], *, chosen: bool
 ) -> FigureForm:
-    """The form where points with one value of `across` differ in `others`; `chosen`
-    says that the user wants `across` on the axis.
+    """Return the form where points with one value of `across` differ.
+
+    `differing` are the parameters in which they do. `chosen` states that the user wants
+    `across` on the axis.
     """
-    first, values = others[0], len(selection.values(others[0]))
-    if len(others) == 1:
+    first = differing[0]
+    values = len(selection.values(first))
+    if len(differing) == 1:
         if has_scale(selection.points[first]) and values > MOST_BY_DEFAULT:
             return FigureForm("cells", across, first)
         if values <= MOST_COLOURS:
@@ -83,8 +101,20 @@ def _of_several(
 def figure_data(
     selection: Selection, form: FigureForm, table: PointMeans, column: Column
 ) -> dict[str, Any]:
-    """The figure without its marks, ready for JSON."""
-    study, name = selection.study, str(column)
+    """Return the figure without its marks, ready for JSON.
+
+    Parameters
+    ----------
+    selection : Selection
+        The points of the figure.
+    form : FigureForm
+    table : PointMeans
+        Means per point.
+    column : Column
+        The column of the metric.
+    """
+    study = selection.study
+    name = str(column)
     counts = table.rows[f"{name}_n"]
     each = {"cells": "a cell", "rows": "a row"}.get(form.form, "a mark")
     note = selection.note(
@@ -111,13 +141,13 @@ def figure_data(
 
 
 def _text(study: StoredStudy, metric: str) -> str:
-    """What a metric is; of a derived one its name."""
+    """Return the description of a metric; of a derived one its name."""
     known = study.known.metrics.get(metric)
     return known.text if known else metric.replace("_", " ")
 
 
 def _axis(selection: Selection, name: str) -> dict[str, Any] | None:
-    """An axis of numbers: its values, and the edges of cells about them."""
+    """Return an axis of numbers: its values, and the edges of cells around them."""
     if not name:
         return None
     values = np.array(selection.values(name), np.float64)
@@ -142,11 +172,11 @@ def _colours(selection: Selection, name: str) -> dict[str, Any] | None:
 
 
 def shown(value: object) -> str:
-    """The value of a setting as the page writes it."""
+    """Return the value of a parameter as the page writes it."""
     return spelled(value).replace("_", " ") or "unchanged"
 
 
 def named_row(row: "pd.Series[Any]", headings: Sequence[str]) -> str:
-    """What tells a row from others, in words."""
+    """Return the words that distinguish a row from others."""
     parts = [f"{name.replace('_', ' ')} {shown(row[name])}" for name in headings]
     return ", ".join(parts) or "the only point"

@@ -1,5 +1,7 @@
-"""What stands about the figure of a supplement for who reads the page alone: texts, how
-to cite it, how to run it again, and where its numbers come from.
+"""The texts around the figure of a supplement.
+
+They are for a reader who has only this page: title, how to cite it, how to run the
+study again, and the origin of the numbers.
 """
 
 from datetime import UTC, datetime
@@ -19,18 +21,18 @@ NEEDS_CODE = (
 
 
 def front_of(study: StoredStudy, texts: PaperTexts) -> dict[str, Any]:
-    """What stands about the figure for who reads the page alone."""
-    said = texts.or_else(PaperTexts(title=f"Study {study.name}"))
+    """Return the texts around the figure of a supplement, ready for JSON."""
+    stated = texts.or_else(PaperTexts(title=f"Study {study.name}"))
     verb = "search" if PHASE in study.kept_apart else "launch"
     version = machine()["versions"]["boidsweep"]
     works = [work.as_text() for work in cite(study.whole).works]
     return {
-        "title": said.title,
-        "authors": list(said.authors),
-        "doi": said.doi,
-        "caption": said.caption,
-        "licence": said.licence_said,
-        "cite": [*([said.reference] if said.reference else []), *works],
+        "title": stated.title,
+        "authors": list(stated.authors),
+        "doi": stated.doi,
+        "caption": stated.caption,
+        "licence": stated.licence_said,
+        "cite": [*([stated.reference] if stated.reference else []), *works],
         "run": [
             f"{installing('view')}  # version {version}",
             f"sweep {verb} spec.yaml",
@@ -42,8 +44,9 @@ def front_of(study: StoredStudy, texts: PaperTexts) -> dict[str, Any]:
 
 
 def _origin(study: StoredStudy) -> list[tuple[str, str]]:
-    """Where the numbers come from, and where the runs were repeated."""
-    then, now = study.provenance, machine()
+    """Return the origin of the numbers, and of their second run."""
+    then = study.provenance
+    now = machine()
     counts = study.statuses()
     trials = ", ".join(f"{count:,} {name}" for name, count in sorted(counts.items()))
     return [
@@ -56,7 +59,7 @@ def _origin(study: StoredStudy) -> list[tuple[str, str]]:
 
 
 def about_page(study: StoredStudy) -> dict[str, str]:
-    """The origin of the page, for its metadata."""
+    """Return the origin of the page, for its metadata."""
     return {
         "Study": study.name,
         "Model": f"{study.provenance['model']} {study.provenance['preset']}",

@@ -1,4 +1,4 @@
-"""How many frames of each run a supplement has room for."""
+"""The number of frames of each run that fit into a supplement."""
 
 import math
 from collections.abc import Sequence
@@ -9,55 +9,70 @@ from sweep.errors import ChoiceError
 from sweep.text import so_many
 
 MOST_BYTES = 16 * 2**20
-"""The most bytes of a supplement. Such a page can still be mailed, and opens at
-once.
+"""Maximum size of a supplement in bytes: such a page can be mailed and opens at once.
 """
 FEWEST_FRAMES = 100
-"""If the page has no room for so many frames of a longer run, it is refused."""
-HEAD_BYTES, BOID_BYTES = 35, 5
+"""Minimum number of frames of a longer run: a page without room for them is an error.
+"""
+HEAD_BYTES = 35
+BOID_BYTES = 5
 NUMBERS_BYTES = 32
-"""Of a frame: its step and its value of the metric, as JSON."""
+"""Size of the step and the metric of a frame, as JSON."""
 WORDS_BYTES = 600
-"""Of a run: what is said of it, at most."""
+"""Maximum size of the texts of a run."""
 
 
 class RunLength(NamedTuple):
-    """How long a run is, as far as its size in a page goes."""
+    """The length of a run, as far as its size in a page depends on it."""
 
     boids: int
     steps: int
 
     @classmethod
     def of(cls, job: Job) -> "RunLength":
-        """That of the run of `job`."""
+        """Return the length of the run of a job."""
         return cls(int(job.settings["n"]), int(job.settings["steps"]))
 
     @property
     def frame_bytes(self) -> int:
-        """Of one frame in the page, of which four stand for three."""
+        """Size of one frame in the page, where 4 bytes represent 3."""
         frame = HEAD_BYTES + BOID_BYTES * self.boids
         return math.ceil(frame * 4 / 3) + NUMBERS_BYTES
 
     def frames(self, most: int) -> int:
-        """How many frames there are, if there are at most so many."""
+        """Return the number of frames, if at most `most` are allowed."""
         return min(most, self.steps + 1)
 
     def every(self, most: int) -> int:
-        """Steps between two of at most so many frames, the first and the last among
-        them.
+        """Return the number of steps between two frames, if at most `most` are allowed.
+
+        The first and the last frame are among them.
         """
         return max(1, math.ceil(self.steps / (most - 1)))
 
 
-def most_frames(runs: Sequence[RunLength], wanted: int, room: int) -> int:
-    """The most frames, up to `wanted`, that each of these runs may have in `room`
-    bytes. Raises ChoiceError where that is too few of them to show a run.
+def most_frames(runs: Sequence[RunLength], limit: int, room: int) -> int:
+    """Return the most frames that each run of a page may have.
+
+    Parameters
+    ----------
+    runs : sequence of RunLength
+    limit : int
+        Upper limit of the frames of each run.
+    room : int
+        Size of all runs together in bytes.
+
+    Raises
+    ------
+    ChoiceError
+        If fewer than FEWEST_FRAMES, or than `limit`, have room.
     """
-    low, high = 1, wanted
+    low = 1
+    high = limit
     while low < high:
         middle = (low + high + 1) // 2
         low, high = (middle, high) if _size(runs, middle) <= room else (low, middle - 1)
-    fewest = min(FEWEST_FRAMES, wanted)
+    fewest = min(FEWEST_FRAMES, limit)
     if low < fewest and _size(runs, fewest) > room:
         least = _size(runs, fewest)
         raise ChoiceError(

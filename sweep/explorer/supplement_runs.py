@@ -1,5 +1,7 @@
-"""A stored trial again: it is run, compared bit by bit with what is stored, and flown
-once more with its frames. A worker does it.
+"""The second run of a stored trial.
+
+A worker runs the trial, and compares the results bit by bit with the stored ones. Then
+it runs the trial once more to record its frames.
 """
 
 from typing import NamedTuple
@@ -18,8 +20,10 @@ from sweep.web.senses import faced, senses_of
 
 
 class RunOrder(NamedTuple):
-    """A trial that is to be recorded: of which study, its job, what is stored of it,
-    the metric whose values are kept, and the steps between two frames.
+    """A trial that is to be recorded.
+
+    `stored` has its stored results. `metric` is the metric whose values are recorded,
+    and `every` the number of steps between two frames.
     """
 
     study: str
@@ -32,10 +36,10 @@ class RunOrder(NamedTuple):
 class RecordedRun(NamedTuple):
     """A trial that was run again.
 
-    `differences` says where it differs from what is stored, and `error` why it failed.
-    `steps` (F,) are those of its frames, `values` (F,) those of the metric, and
-    `frames` their bytes one after the other. `senses` is what a page needs to tell whom
-    a boid sees.
+    `differences` are the differences from the stored results, and `error` is the reason
+    of a failure, or "". `steps` (F,) are those of the frames, and `values` (F,) those
+    of the metric. `frames` has the bytes of all frames, one after the other. `senses`
+    is what a page needs to show which boids a boid perceives.
     """
 
     trial_id: str
@@ -48,29 +52,38 @@ class RecordedRun(NamedTuple):
 
 
 def record(order: RunOrder) -> RecordedRun:
-    """Run a trial again, compare it and record it. An exception of it is raised."""
-    job, name = order.job, order.metric
-    found = differences(order.study, order.stored, simulate(job))
+    """Run a trial again, compare it and record it.
+
+    An exception of the trial is raised.
+    """
+    job = order.job
+    name = order.metric
+    different = differences(order.study, order.stored, simulate(job))
     flight = fly(order.study, job, (name,), every=order.every)
     size = float(job.settings["width"]), float(job.settings["height"])
     bodies = faced(job, flight.bodies)
     frames = [
-        frame(int(step), one, size)
-        for step, one in zip(flight.steps, bodies, strict=True)
+        frame(int(step), boids, size)
+        for step, boids in zip(flight.steps, bodies, strict=True)
     ]
     return RecordedRun(
-        job.trial_id,
-        tuple(map(str, found)),
-        flight.steps,
-        flight.values[name],
-        b"".join(frames),
-        senses_of(job, flight.bodies),
+        trial_id=job.trial_id,
+        differences=tuple(map(str, different)),
+        steps=flight.steps,
+        values=flight.values[name],
+        frames=b"".join(frames),
+        senses=senses_of(job, flight.bodies),
     )
 
 
 def not_recorded(order: RunOrder, error: str) -> RecordedRun:
-    """What is left of a trial that failed where it was run again."""
-    nothing = np.empty(0)
+    """Return the record of a trial that failed in its second run."""
     return RecordedRun(
-        order.job.trial_id, (), nothing.astype(np.int64), nothing, b"", {}, error
+        trial_id=order.job.trial_id,
+        differences=(),
+        steps=np.empty(0, np.int64),
+        values=np.empty(0),
+        frames=b"",
+        senses={},
+        error=error,
     )

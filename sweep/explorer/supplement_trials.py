@@ -1,5 +1,7 @@
-"""Which stored trials stand behind a mark of a supplement: those in the middle, at the
-ends, the worst or the best of the done ones by the metric that is shown.
+"""The choice of the stored trials behind a mark of a supplement.
+
+These are the middle, the ends, the worst or the best of the done trials, by the metric
+of the figure.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +15,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
 PLACES = {"lowest": 0.0, "median": 0.5, "highest": 1.0}
-"""Where a trial stands among those of its point, from the least value to the
+"""Relative rank of a trial among those of its point, from the least value to the
 largest.
 """
 JUDGED = ("worst", "best")
@@ -21,8 +23,9 @@ ROLES = (*PLACES, *JUDGED)
 
 
 class ShownTrial(NamedTuple):
-    """A trial behind a mark: its `roles` among those of its point, its id, and its
-    value of the metric.
+    """A trial behind a mark.
+
+    `roles` are its roles among the trials of its point, and `value` is its metric.
     """
 
     roles: tuple[str, ...]
@@ -33,17 +36,33 @@ class ShownTrial(NamedTuple):
 def places(
     study: StoredStudy, column: Column, roles: Iterable[str]
 ) -> dict[str, float]:
-    """Where the trial of each role stands among those of its point, from 0 to 1.
+    """Return the relative rank of the trial of each role among those of its point.
 
-    Raises ChoiceError for an unknown role, and for the worst or the best by a metric
-    without a direction, as a derived one.
+    Parameters
+    ----------
+    study : StoredStudy
+    column : Column
+        The column of the metric.
+    roles : iterable of str
+        Names in ROLES.
+
+    Returns
+    -------
+    dict of str to float
+        A rank by role, from 0 for the least value to 1 for the largest.
+
+    Raises
+    ------
+    ChoiceError
+        If a role is unknown. If the role is worst or best, and the metric does not say
+        which values are better, such as a derived one.
     """
-    found = {}
+    ranks = {}
     for role in dict.fromkeys(roles):
         if role not in ROLES:
             raise ChoiceError(unknown("choice of trials", role, ROLES))
-        found[role] = PLACES[role] if role in PLACES else _judged(study, column, role)
-    return found
+        ranks[role] = PLACES[role] if role in PLACES else _judged(study, column, role)
+    return ranks
 
 
 def _judged(study: StoredStudy, column: Column, role: str) -> float:
@@ -61,13 +80,25 @@ def _judged(study: StoredStudy, column: Column, role: str) -> float:
 def behind(
     trials: pd.DataFrame, column: Column, at: dict[str, float]
 ) -> list[ShownTrial]:
-    """The trials behind a mark, the one with the least value first. `at` has a place
-    for each role, and a trial that has several roles stands once. `trials` are all
-    stored ones of the point: those that are not done, or have no value, are never
-    chosen.
+    """Return the trials behind a mark, by ascending value.
 
-    Between two in the middle the median is the lower one, so that it is a trial. Of
-    equal values the first id counts.
+    Trials that are not done, or have no value, are never chosen. Between two in the
+    middle the median is the lower one, so that it is a trial. Among equal values the
+    order of the ids decides. A trial with several roles appears once.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        All stored trials of the point.
+    column : Column
+        The column of the metric.
+    at : dict of str to float
+        A relative rank by role, from 0 to 1.
+
+    Returns
+    -------
+    list of ShownTrial
+        Empty if no trial is done and has a value.
     """
     known = trials[(trials["status"] == "done") & trials[str(column)].notna()]
     ordered = known.sort_values([str(column), "trial_id"])
@@ -84,17 +115,17 @@ def behind(
 
 
 def why_none(trials: pd.DataFrame, column: Column) -> str:
-    """Why no trial of a point can be shown, in words."""
+    """Return the reason why no trial of a point can be shown, in words."""
     counts = trials["status"].value_counts()
-    others = [f"{count:,} {name}" for name, count in counts.items() if name != "done"]
+    not_done = [f"{count:,} {name}" for name, count in counts.items() if name != "done"]
     if not counts.get("done", 0):
-        return f"No trial of this point is done ({', '.join(others)}): none is shown."
+        return f"No trial of this point is done ({', '.join(not_done)}): none is shown."
     return f"No done trial of this point has a value of {column.metric}: none is shown."
 
 
 def points_of(study: StoredStudy, shown: Sequence[str]) -> list[pd.DataFrame]:
-    """The stored trials of the points to which the trials `shown` belong."""
+    """Return the stored trials of the points to which the trials `shown` belong."""
     trials = study.trials
     point = trials.set_index("trial_id")["point"]
     groups = dict(list(trials.groupby("point", sort=False)))
-    return [groups[point[one]] for one in shown]
+    return [groups[point[trial]] for trial in shown]

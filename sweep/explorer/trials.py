@@ -1,6 +1,8 @@
-"""The trials of some points, those to look at first: the ones that are not done, then
-the worst, the median and the best by a metric, then all others by that metric. Of a
-metric without better values these are the lowest, the median and the highest.
+"""The trials of some points, the notable ones first.
+
+Trials that are not done come first. Then come the worst, the median and the best by a
+metric, and then all others by that metric. For a metric without better values the
+notable trials are the lowest, the median and the highest.
 """
 
 from typing import Any
@@ -29,82 +31,103 @@ NOTABLE = {
     "low": ("worst", "median", "best"),
     "neither": ("lowest", "median", "highest"),
 }
-"""By which values of the metric are better, the first, middle and last trial."""
+"""Names of the first, middle and last trial, by the direction of the metric."""
 
 
-def trials(watched: Watched, asked: AskTrials) -> dict[str, Any]:
-    """A page of the trials: `rows` with `trial_id`, `point`, `replicate`, `status`,
-    `error` in a line, `value` of the metric, `part`, which is one of NOTABLE or "",
-    and `replay`, the command. `points` are the settings of the points.
+def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
+    """Return a page of the trials of some points.
+
+    `rows` have `trial_id`, `point`, `replicate` and `status`, the `error` in one line,
+    and the `value` of the metric. `part` of a row is a name of NOTABLE or "", and
+    `replay` is the command. `settings` has the parameters of each point of the page.
 
     Raises ChoiceError for an unknown point or metric.
     """
-    study = watched.narrow(asked.study, (asked.metric,) if asked.metric else ())
-    study = study.where(*asked.where)
-    metric = asked.metric or study.metrics[0]
-    column = str(Column(recorded(study, metric), asked.half))
-    found = _of_points(study, asked.point)
-    ordered = looked_at(found, column, better_values(study, metric))
-    start = asked.page * MOST_ROWS
+    study = watched.narrow(
+        question.study, (question.metric,) if question.metric else ()
+    )
+    study = study.where(*question.where)
+    metric = question.metric or study.metrics[0]
+    column = str(Column(recorded(study, metric), question.half))
+    candidates = _of_points(study, question.point)
+    ordered = looked_at(candidates, column, better_values(study, metric))
+    start = question.page * MOST_ROWS
     shown = ordered.iloc[start : start + MOST_ROWS]
     troubled = shown["error"].fillna("").astype(str).map(in_a_line)
     rows = shown.assign(
         error=troubled.where(shown["status"] != "done", ""),
         value=shown[column],
-        replay=[command("replay", study.name, one) for one in shown["trial_id"]],
+        replay=[command("replay", study.name, trial) for trial in shown["trial_id"]],
     )
     points = list(dict.fromkeys(shown["point"]))
-    told = study.points.loc[points, study.headings]
-    settings = dict(zip(told.index, json_rows(told), strict=True))
+    parameters = study.points.loc[points, study.headings]
+    settings = dict(zip(parameters.index, json_rows(parameters), strict=True))
     return {
         "metric": column,
         "unit": study.units.get(column, ""),
         "total": len(ordered),
-        "page": asked.page,
+        "page": question.page,
         "size": MOST_ROWS,
         "rows": json_rows(rows[SHOWN]),
         "settings": {point: settings.get(point, {}) for point in points},
     }
 
 
-def spec(watched: Watched, asked: AskSpec) -> dict[str, Any]:
-    """The YAML that launches a stored trial, its point and the number of its replicate:
-    what the page of the simulator opens.
+def spec(watched: Watched, question: AskSpec) -> dict[str, Any]:
+    """Return the YAML that launches a stored trial, with its point and replicate.
 
-    Raises as StoredStudy.trial and StoredStudy.job.
+    The page of the simulator opens this YAML. Raises as StoredStudy.trial and
+    StoredStudy.job.
     """
-    study = StoredStudy(asked.study, watched.results, trust=watched.trust)
-    state = from_job(study.job(study.trial(asked.trial)))
-    point, replicate = state.job.point, state.replicate
-    return {"yaml": state.as_text(), "point": point, "replicate": replicate}
+    study = StoredStudy(question.study, watched.results, trust=watched.trust)
+    state = from_job(study.job(study.trial(question.trial)))
+    return {
+        "yaml": state.as_text(),
+        "point": state.job.point,
+        "replicate": state.replicate,
+    }
 
 
-def looked_at(found: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
-    """Trials in the order in which they are worth a look, with their `part`.
+def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
+    """Return trials, the notable ones first, with their `part`.
 
     The median is the trial in the middle: of an even number the lower one of two.
+
+    Parameters
+    ----------
+    trials : DataFrame, shape (T, ...)
+    column : str
+        Column of the metric.
+    better : {"high", "low", "neither"}
+        Which values of the metric are better.
+
+    Returns
+    -------
+    DataFrame, shape (T, ...)
+        The trials with a column `part`, which has names of NOTABLE or "".
     """
-    values = found[column].to_numpy(np.float64)
-    known = (found["status"] == "done").to_numpy() & np.isfinite(values)
+    values = trials[column].to_numpy(np.float64)
+    known = (trials["status"] == "done").to_numpy() & np.isfinite(values)
     places = np.flatnonzero(known)
     upwards = places[np.argsort(values[places], kind="stable")]
     from_worst = upwards[::-1] if better == "low" else upwards
-    part, first = np.full(len(found), "", dtype=object), list[int]()
+    part = np.full(len(trials), "", dtype=object)
+    first: list[int] = []
     if len(upwards):
         chosen = (from_worst[0], upwards[(len(upwards) - 1) // 2], from_worst[-1])
         for name, place in zip(NOTABLE[better], chosen, strict=True):
             if not part[place]:
                 part[place] = name
                 first.append(int(place))
-    not_done = np.flatnonzero((found["status"] != "done").to_numpy())
-    order = [*not_done, *first, *from_worst, *np.arange(len(found))]
-    return found.assign(part=part).iloc[list(dict.fromkeys(order))]
+    not_done = np.flatnonzero((trials["status"] != "done").to_numpy())
+    order = [*not_done, *first, *from_worst, *np.arange(len(trials))]
+    return trials.assign(part=part).iloc[list(dict.fromkeys(order))]
 
 
-def _of_points(study: StoredStudy, wanted: tuple[str, ...]) -> pd.DataFrame:
-    if not wanted:
+def _of_points(study: StoredStudy, points: tuple[str, ...]) -> pd.DataFrame:
+    if not points:
         return study.trials
-    for point in wanted:
+    for point in points:
         if point not in study.points.index:
             raise ChoiceError(unknown("point", point, study.points.index), study.name)
-    return study.trials[study.trials["point"].isin(wanted)]
+    return study.trials[study.trials["point"].isin(points)]

@@ -1,5 +1,6 @@
-"""Stored studies as they are now: each is read once, and again when something of it was
-stored since.
+"""Stored studies as they are now.
+
+Each study is read once, and again after something of it was stored.
 """
 
 import hashlib
@@ -18,13 +19,15 @@ from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
 
 MOST_KEPT = 4
-"""So many studies are kept in memory, those that were asked for last."""
+"""Number of studies in memory: the most recently used ones."""
 LOOKED_BACK = 60.0
+"""Time in seconds over which a rate is measured."""
 
 
 class Revised(NamedTuple):
-    """A study as it was at a revision, and what was read of its trials by then: by the
-    metrics that it has.
+    """A study at a revision.
+
+    `narrow` has the studies with some metrics only, by the names of those metrics.
     """
 
     revision: str
@@ -33,94 +36,128 @@ class Revised(NamedTuple):
 
 
 class Watched:
-    """The studies in a folder or an object store. Any thread may ask."""
+    """The studies in a folder or an object store; safe for several threads."""
 
     def __init__(self, results: Location, *, trust: bool = False) -> None:
-        self.results, self.trust = results, trust
-        self._seen: OrderedDict[str, Revised] = OrderedDict()
+        self.results = results
+        self.trust = trust
+        self._revised: OrderedDict[str, Revised] = OrderedDict()
         self._lock = threading.Lock()
         self._looks: dict[str, list[tuple[float, int]]] = {}
 
     def narrow(self, name: str, metrics: Sequence[str] = ()) -> StoredStudy:
-        """A study with what points need of its trials, and these metrics; all that are
-        recorded where none are named. The phases of a search are apart. Raises as
-        StoredStudy.
+        """Return a study with the columns that points need, and some metrics.
+
+        The phases of a search are separate. Raises as StoredStudy.
+
+        Parameters
+        ----------
+        name : str
+            Name of the study.
+        metrics : sequence of str, optional
+            Names of metrics or columns; by default all metrics that are recorded.
         """
         return self.at(name, metrics)[1]
 
     def at(self, name: str, metrics: Sequence[str] = ()) -> tuple[str, StoredStudy]:
-        """The same with its revision."""
+        """Return the revision of a study, and the study as `narrow` does.
+
+        Parameters
+        ----------
+        name : str
+            Name of the study.
+        metrics : sequence of str, optional
+            Names of metrics or columns; by default all metrics that are recorded.
+        """
         plain = [Column.read(text.rstrip("+-")).metric for text in metrics]
         return self._narrow(name, lambda study: plain or study.metrics)
 
     def _narrow(
         self, name: str, metrics: Callable[[StoredStudy], Sequence[str]]
     ) -> tuple[str, StoredStudy]:
-        seen = self._study(name)
-        wanted = tuple(dict.fromkeys(metrics(seen.study)))
+        revised = self._study(name)
+        names = tuple(dict.fromkeys(metrics(revised.study)))
         with self._lock:
-            if wanted not in seen.narrow:
-                seen.narrow[wanted] = by_phase(seen.study.narrow(wanted))
-            return seen.revision, seen.narrow[wanted]
+            if names not in revised.narrow:
+                revised.narrow[names] = by_phase(revised.study.narrow(names))
+            return revised.revision, revised.narrow[names]
 
     def counted(self, name: str) -> tuple[str, StoredStudy]:
-        """A study with what its trials are and how they ended, but no metric; and its
-        revision. Raises as StoredStudy.
+        """Return the revision of a study, and the study without metrics.
+
+        Its trials have their ids, points and statuses. Raises as StoredStudy.
         """
         return self._narrow(name, lambda _: ())
 
     def whole(self, name: str) -> StoredStudy:
-        """A study with all that is stored of its trials; the phases of a search are
-        apart. Raises as StoredStudy.
+        """Return a study with all stored columns of its trials.
+
+        The phases of a search are separate. Raises as StoredStudy.
         """
-        seen = self._study(name)
+        revised = self._study(name)
         with self._lock:
-            return by_phase(seen.study)
+            return by_phase(revised.study)
 
     def _study(self, name: str) -> Revised:
         with self._lock:
             revision = self.revision(name)
-            known = self._seen.pop(name, None)
+            known = self._revised.pop(name, None)
             if known is None or known.revision != revision:
                 stored = StoredStudy(name, self.results, trust=self.trust)
                 known = Revised(revision, stored, {})
-            self._seen[name] = known
-            while len(self._seen) > MOST_KEPT:
-                self._seen.popitem(last=False)
+            self._revised[name] = known
+            while len(self._revised) > MOST_KEPT:
+                self._revised.popitem(last=False)
             return known
 
     def place(self, name: str) -> StudyPlace:
-        """Where a study lies. Raises ChoiceError for what is no name of one."""
+        """Return the place of a study.
+
+        Raises ChoiceError if the name is not a valid name of a study.
+        """
         if not STUDY_NAME.fullmatch(name):
             raise ChoiceError(why_no_name(name))
         return place_of(self.results / name, self.results)
 
     def rate(self, name: str, stored: int) -> float | None:
-        """Trials a second that were stored since somebody looked for the first time in
-        the last LOOKED_BACK seconds; None where none were.
+        """Return the number of trials that were stored per second.
+
+        Parameters
+        ----------
+        name : str
+            Name of the study.
+        stored : int
+            Number of trials that are stored now.
+
+        Returns
+        -------
+        float or None
+            The rate since the first call of the last LOOKED_BACK seconds; None if no
+            trial was stored since then.
         """
         now = time.monotonic()
         looks = [
-            one for one in self._looks.get(name, []) if now - one[0] <= LOOKED_BACK
+            look for look in self._looks.get(name, []) if now - look[0] <= LOOKED_BACK
         ]
         self._looks[name] = [*looks, (now, stored)]
         then, before = self._looks[name][0]
         return (stored - before) / (now - then) if stored > before else None
 
     def revision(self, name: str) -> str:
-        """A word that is another one after anything of the study was stored; of its
-        files only names and times are read.
+        """Return a text that changes whenever something of the study is stored.
+
+        The text depends only on names, times and sizes of files, not on their content.
         """
         place = self.place(name)
         parts = [part.name for part in place.parts()]
-        said = [_written(place.root / PLAN), *parts]
-        return hashlib.sha256("\n".join(said).encode()).hexdigest()[:16]
+        lines = [_written(place.root / PLAN), *parts]
+        return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
 
 
 def _written(file: Location) -> str:
-    """When a file was written; "" where there is none."""
+    """Return the size and time of a file; "" if there is none."""
     try:
-        about = file.stat()
+        status = file.stat()
     except FileNotFoundError:
         return ""
-    return f"{about.st_size} {about.st_mtime_ns}"
+    return f"{status.st_size} {status.st_mtime_ns}"

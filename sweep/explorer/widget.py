@@ -1,17 +1,18 @@
-"""The explorer in a notebook: its page in a frame, whose questions and played trials go
-through the comm of the notebook's kernel. It needs no server and no port, so that it
-works wherever the kernel runs.
+"""The explorer in a notebook: its page in a frame.
 
-What the page says, each message with an `id`, answered at once by heard: id
+Questions and played trials go through the comm of the kernel of the notebook. The
+widget needs no server and no port, so it works wherever the kernel runs.
 
-    ask question query   query is a list of names with their values; answered by answer:
-                         id answer, or by refusal: id why
-    open line            a run that is to be played, by a name of the page's own
-    say line text        a message of that run's page, see sweep.web.protocol
-    close line
+The page sends these messages, each with an `id`, and receives heard: id at once:
 
-and what it is told of a run: told line message, frame line with its bytes, and over
-line why.
+    ask question query   query is a list of names with their values; the reply is
+                         answer: id answer, or refusal: id why
+    open line            asks for a run to play; the page chooses the name of the line
+    say line text        a message of the page of that run, see sweep.web.protocol
+    close line           the page of the run is gone
+
+The page receives for a run told line message, frame line with its bytes, and in the end
+over line why.
 """
 
 import asyncio
@@ -51,16 +52,16 @@ except ModuleNotFoundError as error:
     ) from error
 
 MOST_LINES = 64
-"""So many runs at most are open on the pages of a widget."""
+"""Maximum number of open runs on the pages of a widget."""
 CLOSED = {REFUSED: "The kernel has no run for this page."}
 ELSEWHERE = "This run went on in another place."
 log = logging.getLogger("sweep")
 
 
 class Explored(AnyWidget):
-    """Stored studies in a notebook, to be explored.
+    """A widget that shows stored studies in a notebook.
 
-    Questions are answered in a thread, which starts with the first of them.
+    A thread answers the questions. The thread starts with the first question.
     """
 
     _esm = script("explored")
@@ -70,18 +71,22 @@ class Explored(AnyWidget):
     def __init__(self, watched: Watched, study: str | None) -> None:
         begin = f"#study={quote(study)}" if study else ""
         super().__init__(page=framed(), begin=begin)
-        self.watched, self.study = watched, study
+        self.watched = watched
+        self.study = study
         self._desk: _Desk | None = None
         self.on_msg(lambda _widget, content, _buffers: self._hear(content))
 
     def close(self) -> None:
-        """Remove it from the screen, and end its thread."""
+        """Remove the widget from the screen, and end its thread."""
         if self._desk:
             self._desk.stop()
         super().close()
 
     def _hear(self, message: object) -> None:
-        """Pass on what a page says. Without an id it is from no page of ours."""
+        """Pass on a message of a page.
+
+        A message without an id is from no page of the explorer.
+        """
         if not isinstance(message, dict) or not isinstance(message.get("id"), str):
             return
         self.send({"type": "heard", "id": message["id"]})
@@ -93,24 +98,25 @@ class Explored(AnyWidget):
     def _repr_mimebundle_(
         self, **kwargs: Any
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
-        """The widget, and the first figure of the study for places without a front
-        end.
+        """Return the widget, with the first figure of the study.
+
+        The figure is for places without a front end.
         """
         bundle = super()._repr_mimebundle_(**kwargs)
         picture = self._picture() if self.study else b""
         if bundle is None or not picture:
             return bundle
-        data, about = bundle
-        return data | {"image/png": base64.b64encode(picture).decode()}, about
+        data, metadata = bundle
+        return data | {"image/png": base64.b64encode(picture).decode()}, metadata
 
     def _picture(self) -> bytes:
-        """A PNG of the figure with which the page begins; empty where none suits."""
+        """Return the first figure of the page as PNG; empty if none suits."""
         assert self.study
         study = self.watched.counted(self.study)[1]
         file = io.BytesIO()
         try:
-            asked = AskFigure(self.study, metric=tuple(study.metrics[:1]))
-            figure = drawn(self.watched, asked)
+            question = AskFigure(self.study, metric=tuple(study.metrics[:1]))
+            figure = drawn(self.watched, question)
             with styles.context(STYLE):
                 figure.savefig(file, format="png", metadata=about_study(study))
         except UserError:
@@ -119,10 +125,11 @@ class Explored(AnyWidget):
 
 
 class _KernelLine:
-    """The way to one page of a run, see `sweep.web.outbox.Line`."""
+    """A line to one page of a run, see `sweep.web.outbox.Line`."""
 
     def __init__(self, name: str, send: Callable[..., None]) -> None:
-        self.name, self.send = name, send
+        self.name = name
+        self.send = send
         self.texts: asyncio.Queue[str | None] = asyncio.Queue()
 
     async def hear(self) -> str:
@@ -143,7 +150,8 @@ class _Desk(Thread):
 
     def __init__(self, site: PageSite, send: Callable[..., None]) -> None:
         super().__init__(name="boidsweep explorer", daemon=True)
-        self.site, self.send = site, send
+        self.site = site
+        self.send = send
         self.loop = asyncio.new_event_loop()
         self.messages: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
         self.rooms = Rooms(_no_simulator, site.stored)
@@ -174,15 +182,17 @@ class _Desk(Thread):
             task.cancel()
 
     def _work(self, message: dict[str, Any]) -> Coroutine[Any, Any, None] | None:
-        """What a message makes to do, if that takes long."""
+        """Return the work that a message asks for, if that takes long."""
         match message:
             case {
                 "type": "ask",
-                "id": asked,
+                "id": message_id,
                 "question": str(name),
                 "query": query,
             } if _is_query(query):
-                return self._answer(asked, name, [(one[0], one[1]) for one in query])
+                return self._answer(
+                    message_id, name, [(pair[0], pair[1]) for pair in query]
+                )
             case {"type": "open", "line": str(name)} if len(self.lines) < MOST_LINES:
                 self.lines[name] = _KernelLine(name, self.send)
                 return self._play(self.lines[name])
@@ -198,21 +208,21 @@ class _Desk(Thread):
         if line := self.lines.get(name):
             line.texts.put_nowait(text)
 
-    def _refuse(self, asked: str, why: str) -> None:
-        self.send({"type": "refusal", "id": asked, "why": why})
+    def _refuse(self, message_id: str, why: str) -> None:
+        self.send({"type": "refusal", "id": message_id, "why": why})
 
-    async def _answer(self, asked: str, name: str, pairs: Pairs) -> None:
+    async def _answer(self, message_id: str, name: str, pairs: Pairs) -> None:
         answer = self.site.questions.get(name)
         try:
             if answer is None:
                 raise ChoiceError("a notebook has no answer to this question", name)
-            said = await asyncio.to_thread(answer, pairs)
-            self.send({"type": "answer", "id": asked, "answer": said})
+            reply = await asyncio.to_thread(answer, pairs)
+            self.send({"type": "answer", "id": message_id, "answer": reply})
         except UserError as error:
-            self._refuse(asked, str(error))
+            self._refuse(message_id, str(error))
         except Exception as error:
             log.error("the explorer failed", exc_info=error)
-            self._refuse(asked, f"the explorer failed: {type(error).__name__}")
+            self._refuse(message_id, f"the explorer failed: {type(error).__name__}")
 
     async def _play(self, line: _KernelLine) -> None:
         try:
@@ -227,8 +237,8 @@ class _Desk(Thread):
 
 def _is_query(query: object) -> bool:
     return isinstance(query, list) and all(
-        isinstance(one, list) and [type(word) for word in one] == [str, str]
-        for one in query
+        isinstance(pair, list) and [type(word) for word in pair] == [str, str]
+        for pair in query
     )
 
 
@@ -237,8 +247,22 @@ def _no_simulator() -> Show:
 
 
 def explored(results: Location, study: str | None, *, trust: bool) -> Explored:
-    """The widget of a folder of results that begins with a study, or with the list of
-    all, which an object store has not. Raises StoreError where there is none.
+    """Return the widget of a folder of results.
+
+    Parameters
+    ----------
+    results : Location
+        Folder or object store of the stored studies.
+    study : str or None
+        The study of the first view; None for the list of all studies.
+    trust : bool
+        Allow custom code of a study that somebody else ran.
+
+    Raises
+    ------
+    StoreError
+        If the study is not stored, or if `results` is an object store and `study` is
+        None: an object store has no list of studies.
     """
     watched = Watched(results, trust=trust)
     if study is None:
@@ -249,8 +273,10 @@ def explored(results: Location, study: str | None, *, trust: bool) -> Explored:
 
 
 def explored_study(study: StoredStudy) -> Explored:
-    """The widget of a study that was loaded. Raises ChoiceError where `where` has
-    chosen among its trials: the page does that itself.
+    """Return the widget of a loaded study.
+
+    Raises ChoiceError if the study has only a selection of its trials: the page selects
+    by itself.
     """
     if study.restricted:
         raise ChoiceError(

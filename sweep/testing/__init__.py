@@ -1,5 +1,6 @@
-"""Whether a model keeps the promises that the published ones keep, and what else a file
-offers its own; `sweep check` tells, and the tests of an author's own:
+"""Checks of the promises that models and other entries of a file make.
+
+`sweep check` reports them for a file. An author's own tests can require them:
 
     import pytest
     from sweep.testing import PROMISES, assert_keeps, assert_offers
@@ -11,30 +12,30 @@ offers its own; `sweep check` tells, and the tests of an author's own:
     def test_my_metrics():
         assert_offers("mine.py")
 
-A broken promise is an AssertionError, which names file, line and rule; a promise that
+A broken promise is an AssertionError, which names file, line and rule. A promise that
 does not apply is skipped, with the reason.
 
-promises     all of them by name, and what becomes of them
-beforehand   those that a launch tries of a model that is not built in
+promises     all promises by name, and their outcomes
+beforehand   those that a launch checks for a custom model
 subject      the model that is checked
 entrants     the metrics, maps, starts and samplers of a file that are checked
-offered      what these promise
-given        what they give; the program that asks for it elsewhere
-described    settings and presets
-compiled     no allocation; the bits of plain Python
+offered      the promises of these
+given        their values, also from a program in a process of its own
+described    parameters and presets
+compiled     no allocation; results bitwise identical to plain Python
 calls        the flock before a step, and the grid after it
-interpreted  the program that flies in plain Python
+interpreted  the program that runs a model in plain Python
 grids        any grid
 restarts     from any step
 driven       each boid, once in each step
-devices      the same bits on a GPU
+devices      bitwise identical on a GPU
 elsewhere    programs in processes of their own
 processes    one process or two
-symmetries   what is declared of a moved flock
-reaching     what is declared of a boid's reach
-flights      small flights, and how two differ
-places       file and line of what a model says
-mishaps      what a model raises, as a sentence
+symmetries   the declared symmetries of a moved flock
+reaching     the declared reach of a boid
+flights      small trials, and the first difference between two
+places       file and line of a declaration of a model
+mishaps      an error that a model raises, as a sentence
 """
 
 from sweep.testing.promises import PROMISES as PROMISES

@@ -1,5 +1,6 @@
-"""The promises that a launch tries of a model which is not built in, before its first
-trial: where one of these is broken no trial fails, and all are wrong.
+"""The promises that a launch checks for a custom model, before its first trial.
+
+Where one of these promises is broken, no trial fails, and all results are wrong.
 """
 
 from unittest import SkipTest
@@ -17,31 +18,33 @@ TRIED = {"calls": calls, "grid": grid, "reach": reach}
 
 
 def check_promises(study: Study) -> None:
-    """Try the model of a study with its preset, once for the same code.
+    """Check the model of a study with its preset, once per code.
 
-    Raises SpecError, with the line of the model, for a broken promise. What the model
-    raises in the small worlds of this check is no reason: a trial that raises fails.
+    Raises SpecError, with the line of the model, for a broken promise. An exception of
+    the model in the small worlds of this check counts for nothing: a trial that raises
+    fails.
     """
-    name, known = study.model, study.known
+    name = study.model
+    known = study.known
     if name in MODELS and name not in MODELS.origins:
         return
-    about = Subject(known.models[name], known)
-    presets = {study.preset: about.model.presets[study.preset]}
-    code = code_of(known, [(name, study.preset)], (), (), ())
+    subject = Subject(known.models[name], known)
+    presets = {study.preset: subject.model.presets[study.preset]}
+    code = code_of(known, [(name, study.preset)], (), (), starts=())
     try:
-        check_once(code, lambda: _try(about.variant(presets=presets)))
+        check_once(code, lambda: _try(subject.variant(presets=presets)))
     except AssertionError as error:
-        said = f"no trial runs, as the model breaks a promise: {error}"
-        raise study.document.error(("model",), said) from None
+        message = f"no trial runs, as the model breaks a promise: {error}"
+        raise study.document.error(("model",), message) from None
     except Exception:
         return
 
 
-def _try(about: Subject) -> None:
-    """Raise AssertionError, with the name of the promise, for one that is broken."""
+def _try(subject: Subject) -> None:
+    """Raise AssertionError, with the name of the promise, if one is broken."""
     for name, promise in TRIED.items():
         try:
-            promise(about)
+            promise(subject)
         except SkipTest:
             continue
         except AssertionError as error:

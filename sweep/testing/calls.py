@@ -1,6 +1,4 @@
-"""That each step of a model keeps the flock from before it, and tells the grid where
-boids are.
-"""
+"""The check that each step publishes the flock from before it, and updates the grid."""
 
 from dataclasses import replace
 
@@ -24,9 +22,12 @@ from sweep.trial.simulation import Simulation
 from sweep.trial.state import State
 
 FIRST = 3
-"""Steps before the one that is looked at: boids then differ in their velocities."""
-WORLD, APART = 2 * SIDE, 4
-"""The side of the world, and the distance between pairs of boids, in ranges of sight.
+"""Steps before the checked one: boids then differ in their velocities."""
+WORLD = 2 * SIDE
+"""Side of the world, in ranges of sight."""
+APART = 4
+"""Distance between pairs of boids, in ranges of sight.
+
 Larger groups would be searched without the grid.
 """
 PUBLISH = "call publish(flock, others, work) at the beginning of each step"
@@ -37,9 +38,11 @@ MOVE = (
 
 
 def calls(subject: Subject) -> None:
-    """After a step the flock has the velocities of before as its previous ones; nothing
-    that stood in `work.before` earlier is seen; and the grid has each boid that has
-    moved in the cell in which it is now.
+    """Check the previous velocities and the grid after a step.
+
+    After a step the flock has the velocities from before it as its previous ones. No
+    boid sees what an earlier step has left in `work.before`. The grid has each moved
+    boid in its new cell.
     """
     place = of_function(subject.model.advance)
     for job in every_way(subject, obstacles=False):
@@ -56,12 +59,15 @@ def calls(subject: Subject) -> None:
 
 
 def _pairs(length: float) -> dict[str, Floats]:
-    """Places in pairs: the two are 0.1, 0.2 and so on of a range of sight apart, in
-    different directions.
+    """Return positions of boids in pairs.
+
+    The two of a pair are 0.1, 0.2 and so on of a range of sight apart, in different
+    directions.
     """
     pair, second = np.divmod(np.arange(BOIDS), 2)
     row, column = np.divmod(pair, WORLD // APART)
-    away, angle = second * (pair + 1) / 10, 2.4 * pair
+    away = second * (pair + 1) / 10
+    angle = 2.4 * pair
     return {
         "flock.x": length * (APART * (column + 0.5) + away * np.cos(angle)),
         "flock.y": length * (APART * (row + 0.5) + away * np.sin(angle)),
@@ -69,62 +75,66 @@ def _pairs(length: float) -> dict[str, Floats]:
 
 
 def _forgotten(job: Job, state: State) -> str | None:
-    """What is wrong if a step does not begin with `publish`."""
+    """Return the error if a step does not begin with `publish`."""
     after = _after(job, state)
     for name in ("vx", "vy"):
         before = state.arrays[f"flock.{name}"]
-        kept = getattr(after.flock, f"previous_{name}")
-        for boid in np.flatnonzero(before != kept)[:1].tolist():
+        previous = getattr(after.flock, f"previous_{name}")
+        for boid in np.flatnonzero(before != previous)[:1].tolist():
             return (
-                f"after a step previous_{name} of boid {boid} is {float(kept[boid])!r},"
-                f" and its {name} before was {float(before[boid])!r}; {PUBLISH}"
+                f"after a step previous_{name} of boid {boid} is"
+                f" {float(previous[boid])!r}, and its {name} before was"
+                f" {float(before[boid])!r}; {PUBLISH}"
             )
     unknown = {
         name: np.full_like(array, np.nan)
         for name, array in state.arrays.items()
         if name.startswith("work.before.")
     }
-    other = _after(job, state._replace(arrays=state.arrays | unknown))
-    if _bits(after) != _bits(other):
+    without_before = _after(job, state._replace(arrays=state.arrays | unknown))
+    if _bits(after) != _bits(without_before):
         return f"boids see in work.before what an earlier step has left; {PUBLISH}"
     return None
 
 
 def _stale(job: Job, state: State) -> str | None:
-    """What is wrong if the grid is not told of moves: tried with a grid that has one of
-    each pair elsewhere, so that no boid needs to leave its cell.
+    """Return the error if the grid is not updated after moves.
 
-    A model that does not search may leave its grid as it is.
+    The grid of this check has one boid of each pair elsewhere. So a missing update
+    shows, although no boid needs to leave its cell. A model that does not search may
+    leave its grid as it is.
     """
-    told = _after(job, state, _parted(job, state))
-    if told.flight.work.grid.everyone or _bits(told) == _bits(_after(job, state)):
+    parted = _after(job, state, _parted(job, state))
+    if parted.flight.work.grid.everyone or _bits(parted) == _bits(_after(job, state)):
         return None
-    anew = Simulation(job)
-    anew.restore(told.state())
-    grid, wanted = told.flight.work.grid, anew.flight.work.grid
-    lost = (grid.column != wanted.column) | (grid.row != wanted.row)
-    for boid in np.flatnonzero(lost & _moved(state, told))[:1].tolist():
+    restored = Simulation(job)
+    restored.restore(parted.state())
+    grid = parted.flight.work.grid
+    expected = restored.flight.work.grid
+    lost = (grid.column != expected.column) | (grid.row != expected.row)
+    for boid in np.flatnonzero(lost & _moved(state, parted))[:1].tolist():
         return f"boid {boid} moves, and stays in its old cell of the grid; {MOVE}"
     return None
 
 
 def _parted(job: Job, state: State) -> State:
-    """The state with the first of each pair on the other side of the world."""
+    """Return the state with the first of each pair across the world."""
     x = state.arrays["flock.x"].copy()
     x[::2] += float(job.settings["width"]) / 2
     return state._replace(arrays=state.arrays | {"flock.x": x})
 
 
 def _moved(state: State, after: Simulation) -> NDArray[np.bool_]:
-    """Which boids are elsewhere than in the state."""
+    """Return which boids are elsewhere than in the state, shape (N,)."""
     x, y = state.arrays["flock.x"], state.arrays["flock.y"]
     moved: NDArray[np.bool_] = (x != after.flock.x) | (y != after.flock.y)
     return moved
 
 
 def _after(job: Job, state: State, entered: State | None = None) -> Simulation:
-    """A trial one step after a state; its grid has the boids where they are in
-    `entered`, if that is another one.
+    """Return a trial one step after a state.
+
+    Its grid has the boids at their positions in `entered`, if that is another state.
     """
     simulation = Simulation(job)
     simulation.restore(entered or state)

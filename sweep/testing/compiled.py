@@ -1,5 +1,6 @@
-"""That the step of a model is compiled, allocates nothing, and has the bits of plain
-Python.
+"""The check that a step is compiled, allocates nothing, and equals plain Python.
+
+Compiled and plain Python are compared bit by bit.
 """
 
 import tempfile
@@ -16,13 +17,16 @@ from sweep.testing.subject import Subject
 from sweep.trial.simulation import Simulation
 
 ARGUMENTS = ("flock", "world", "params", "work", "record", "rng", "steps")
-MANY, BOIDS = 400, 20
+MANY = 400
+BOIDS = 20
 PROGRAM = "sweep.testing.interpreted"
 
 
 def allocation(subject: Subject) -> None:
-    """`advance` is compiled by `kernels.jit.jit`, which refuses what allocates; and
-    numba, asked, has allocated nothing in many steps.
+    """Check that `advance` is compiled without memory, and allocates nothing.
+
+    `kernels.jit.jit` rejects code that allocates. The counters of numba confirm it over
+    many steps.
     """
     advance: Any = subject.model.advance
     place = of_function(advance)
@@ -38,7 +42,7 @@ def allocation(subject: Subject) -> None:
 
 
 def check_compiled(function: Any, name: str) -> None:
-    """Raise AssertionError for a function that is not compiled by `kernels.jit.jit`."""
+    """Raise AssertionError unless `kernels.jit.jit` compiles a function."""
     options = getattr(function, "targetoptions", None)
     if options is None:
         raise AssertionError(
@@ -53,13 +57,15 @@ def check_compiled(function: Any, name: str) -> None:
 
 
 def check_steps(subject: Subject, job: Job) -> None:
-    """Raise AssertionError where `advance` returns no truth value, or allocates more in
-    many steps than in one.
+    """Raise AssertionError if `advance` returns no boolean, or allocates per step.
+
+    Many steps must allocate no more blocks than one.
     """
     advance: Any = subject.model.advance
-    place, simulation = of_function(advance), Simulation(job)
+    place = of_function(advance)
+    simulation = Simulation(job)
     go(simulation, 1)
-    [result, *_] = {one.return_type for one in advance.nopython_signatures}
+    [result, *_] = {signature.return_type for signature in advance.nopython_signatures}
     if str(result) != "bool":
         raise AssertionError(
             f"{place}: advance returns {result}; return False after a step that is not"
@@ -75,14 +81,14 @@ def check_steps(subject: Subject, job: Job) -> None:
 
 
 def _blocks(simulation: Simulation, steps: int) -> int:
-    """The blocks of memory that are allocated in a call of so many steps."""
+    """Return the number of blocks of memory allocated in a call."""
     before = _allocated()
     simulation.advance(steps)
     return _allocated() - before
 
 
 def _allocated() -> int:
-    """The blocks that compiled code has allocated in this process."""
+    """Return the number of blocks that compiled code has allocated so far."""
     from numba.core import runtime
 
     counted: Any = runtime
@@ -91,20 +97,22 @@ def _allocated() -> int:
 
 
 def interpreter(subject: Subject) -> None:
-    """Compiled, a model gives the same bits as plain Python: tried in a process in
-    which nothing is compiled.
+    """Check that a compiled model is bitwise identical to plain Python.
+
+    Plain Python runs in another process, in which nothing is compiled.
     """
     if not subject.reference:
         raise SkipTest("a Model that is in no file is known in this process alone")
-    place, jobs = of_function(subject.model.advance), list(every_way(subject))
+    place = of_function(subject.model.advance)
+    jobs = list(every_way(subject))
     with tempfile.TemporaryDirectory() as folder:
-        there = Path(folder) / "flights.npz"
-        names = subject.reference, str(there)
+        file = Path(folder) / "flights.npz"
+        names = subject.reference, str(file)
         run_elsewhere("in plain Python", PROGRAM, *names, NUMBA_DISABLE_JIT="1")
-        plain = read(there)
+        plain = read(file)
     for job, theirs in zip(jobs, plain, strict=True):
-        if said := difference(fly(job), theirs, "compiled", "in plain Python"):
+        if mismatch := difference(fly(job), theirs, "compiled", "in plain Python"):
             raise AssertionError(
-                f"{place}: {said} ({in_words(job)}); write x * x * x for x**3, loops"
-                " for NumPy's sums, and integers below 2**63"
+                f"{place}: {mismatch} ({in_words(job)}); write x * x * x for x**3,"
+                " loops for NumPy's sums, and integers below 2**63"
             )

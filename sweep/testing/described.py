@@ -1,4 +1,4 @@
-"""That a model says all of its settings, and gives them values that can be."""
+"""The check that a model declares its parameters, and its presets are valid."""
 
 import math
 from typing import Any, get_args, get_type_hints
@@ -14,7 +14,7 @@ KINDS = (float, int, bool)
 
 
 def settings(subject: Subject) -> None:
-    """Every setting has a text and a unit, every number a range."""
+    """Check that every parameter has a text and a unit, and a number a range."""
     model = subject.model
     common = {name for _, group in GROUPS for name in group._fields}
     hints = get_type_hints(model.params, include_extras=True)
@@ -29,32 +29,35 @@ def settings(subject: Subject) -> None:
 
 
 def _wrong_with(name: str, hint: Any, common: set[str]) -> str | None:
-    """What is wrong with one setting, and the way out."""
-    kind, *about = get_args(hint) or (hint,)
-    if not about or not isinstance(about[0], About):
+    """Return the error in one parameter and how to fix it; None if valid."""
+    kind, *notes = get_args(hint) or (hint,)
+    if not notes or not isinstance(notes[0], About):
         return 'says nothing of itself; write Annotated[float, About("...", "length")]'
-    said: About = about[0]
+    declared: About = notes[0]
     if kind not in KINDS:
         return f"is of type {kind.__name__}; allowed: float, int, bool"
     if name in common:
         return "is a setting that all models have; choose another name"
-    if not said.text.strip():
+    if not declared.text.strip():
         return "has no text; say in About what it means"
-    if said.unit not in UNITS:
+    if declared.unit not in UNITS:
         units = ", ".join(f'"{unit}"' for unit in UNITS)
-        return f'has the unknown unit "{said.unit}"; allowed: {units}'
-    if kind is bool or said.choices:
+        return f'has the unknown unit "{declared.unit}"; allowed: {units}'
+    if kind is bool or declared.choices:
         return None
-    if math.isinf(said.low) and math.isinf(said.high):
+    if math.isinf(declared.low) and math.isinf(declared.high):
         return "has no range; give About its low, its high, or both"
-    if said.low > said.high:
-        return f"has the empty range {said.low:g} to {said.high:g}; change low or high"
+    if declared.low > declared.high:
+        limits = f"{declared.low:g} to {declared.high:g}"
+        return f"has the empty range {limits}; change low or high"
     return None
 
 
 def presets(subject: Subject) -> None:
-    """Every preset has an allowed value for each setting and for nothing else, its
-    conditions hold, and the metrics exist.
+    """Check that every preset has a valid value of every parameter, and no other.
+
+    The conditions of the model must hold, its metrics must be known, and studies must
+    be able to name it.
     """
     model = subject.model
     if not model.presets:
@@ -63,31 +66,32 @@ def presets(subject: Subject) -> None:
         _check_preset(subject, preset, model.preset_values(preset))
     for name in model.metrics:
         if name not in subject.known.metrics:
-            said = unknown("metric", name, subject.known.metrics)
-            raise AssertionError(f"{of_field(model, 'metrics')}: {said}")
+            message = unknown("metric", name, subject.known.metrics)
+            raise AssertionError(f"{of_field(model, 'metrics')}: {message}")
     if subject.refused:
         raise AssertionError(f"{of_field(model, 'name')}: {subject.refused}")
 
 
 def _check_preset(subject: Subject, preset: str, values: dict[str, Any]) -> None:
-    model, about = subject.model, subject.settings
-    for name in about:
+    model = subject.model
+    known = subject.settings
+    for name in known:
         if name not in values:
             raise AssertionError(
                 f'{of_field(model, "presets")}: preset "{preset}" gives "{name}" no'
                 " value; every preset gives one to every setting"
             )
     for name, value in values.items():  # looking for the place of one reads the file
-        if name not in about:
+        if name not in known:
             raise AssertionError(
                 f'{of_value(model, name)}: preset "{preset}" has "{name}", which is no'
-                f" setting{similar(name, list(about))}"
+                f" setting{similar(name, list(known))}"
             )
         try:
-            about[name].coerce(value)
+            known[name].coerce(value)
         except NotAllowedError as error:
             place = of_value(model, name)
             raise AssertionError(f'{place}: preset "{preset}": {error}') from None
-    if said := broken_demands(subject, values):
+    if messages := broken_demands(subject, values):
         place = of_field(model, "presets")
-        raise AssertionError(f'{place}: preset "{preset}": {said[0]}')
+        raise AssertionError(f'{place}: preset "{preset}": {messages[0]}')

@@ -1,4 +1,4 @@
-"""That a model can fly on a GPU with the same bits."""
+"""The check that a model can run on a GPU with bitwise identical results."""
 
 from importlib.util import find_spec
 from unittest import SkipTest
@@ -12,8 +12,9 @@ COMPILER = "numba_cuda"
 
 
 def device(subject: Subject) -> None:
-    """What a step is compiled to for a GPU has exact operations alone. No GPU is needed
-    for that. Nothing is broken by a model that only processors fly.
+    """Check that a step compiles for a GPU to exact operations alone.
+
+    The check needs no GPU. A model that only processors can run breaks no promise.
     """
     if find_spec(COMPILER) is None:
         raise SkipTest(f"not looked at: the compiler comes with {installing('gpu')}")

@@ -1,4 +1,4 @@
-"""That a model drives each of its boids, if it drives any."""
+"""The check that a model with actuators drives each of its boids."""
 
 from dataclasses import replace
 from unittest import SkipTest
@@ -10,7 +10,7 @@ from sweep.testing.places import of_field, of_function
 from sweep.testing.subject import Subject
 
 LAG = 2.0
-"""Of the motors, in steps."""
+"""Lag of the actuators, in steps."""
 
 
 def robots(subject: Subject) -> None:
@@ -37,7 +37,7 @@ def robots(subject: Subject) -> None:
 
 
 def motors(subject: Subject) -> None:
-    """A flight with motors drives each boid once in each step."""
+    """Check that a trial with actuators drives each boid once in each step."""
     advance = subject.model.advance
     place = of_function(advance)
     able = abilities(subject.model)

@@ -1,4 +1,4 @@
-"""Programs of this check in a process of their own."""
+"""Programs of these checks in a process of their own."""
 
 import os
 import subprocess
@@ -9,17 +9,31 @@ from contextlib import contextmanager
 from sweep.testing.mishaps import sentence
 
 MISHAP = 3
-"""The exit code where what is checked raises something; what stands on standard
-output.
-"""
+"""Exit code if the checked code raises; its sentence is on standard output."""
 
 
 def run_elsewhere(
     where: str, program: str, *arguments: str, **environment: str
 ) -> None:
-    """Run a module with these arguments. Raises AssertionError with the sentence, and
-    `where` that is, where what is checked raises something, and RuntimeError where the
-    program fails.
+    """Run a module in a process of its own.
+
+    Parameters
+    ----------
+    where : str
+        The process in words, for a message.
+    program : str
+        Name of the module.
+    *arguments : str
+        Arguments of the program.
+    **environment : str
+        Variables added to the environment.
+
+    Raises
+    ------
+    AssertionError
+        If the checked code raises, with its sentence and `where`.
+    RuntimeError
+        If the program itself fails.
     """
     paths = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
@@ -30,15 +44,19 @@ def run_elsewhere(
         check=False,
     )
     if done.returncode == MISHAP:
-        said = done.stdout.strip().splitlines()[-1]  # the author's code may print, too
-        raise AssertionError(f"{said} ({where})")
+        # The author's code may print, too.
+        message = done.stdout.strip().splitlines()[-1]
+        raise AssertionError(f"{message} ({where})")
     if done.returncode:
         raise RuntimeError(done.stderr)
 
 
 @contextmanager
 def mishaps_said() -> Iterator[None]:
-    """In such a program: what is raised inside is printed, and ends it with MISHAP."""
+    """Print the sentence of an error that is raised inside, and exit with MISHAP.
+
+    A program that `run_elsewhere` starts uses this context.
+    """
     try:
         yield
     except Exception as error:

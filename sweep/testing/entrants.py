@@ -1,5 +1,6 @@
-"""The metrics, maps, starts and samplers of a file that are checked, each with worlds
-in which it is tried.
+"""The metrics, maps, starts and samplers of a file that are checked.
+
+Each has worlds in which it is checked.
 """
 
 from collections.abc import Iterator, Mapping
@@ -31,13 +32,15 @@ from sweep.text import unknown
 from sweep.trial.numba_errors import Place
 
 KINDS = {"metrics": "measure", "maps": "draw", "starts": "draw", "samplers": "draw"}
-"""What a file can offer besides models, and the function of each."""
+"""Kinds of entries of a file besides models, with the function of each."""
 
 
 @dataclass(frozen=True)
 class Entrant:
-    """An entry of a file: one of KINDS, its name, what it is, the file, and a catalogue
-    in which it is known.
+    """An entry of a file.
+
+    `kind` is one of KINDS, `entry` is the entry itself, and `known` a catalogue that
+    contains it.
     """
 
     kind: str
@@ -48,16 +51,16 @@ class Entrant:
 
     @property
     def words(self) -> str:
-        """As `metric gain`."""
+        """The kind and the name, such as `metric gain`."""
         return f"{self.kind.removesuffix('s')} {self.name}"
 
     @property
     def function(self) -> Any:
-        """What measures or draws; that within a partial function."""
-        found = getattr(self.entry, KINDS[self.kind])
-        while not hasattr(found, "__code__") and hasattr(found, "func"):
-            found = found.func
-        return found
+        """The function that measures or draws, also within a partial function."""
+        function = getattr(self.entry, KINDS[self.kind])
+        while not hasattr(function, "__code__") and hasattr(function, "func"):
+            function = function.func
+        return function
 
     @property
     def place(self) -> Place:
@@ -65,17 +68,20 @@ class Entrant:
         return of_function(self.function)
 
     def jobs(self) -> Iterator[Job]:
-        """Small trials of a model of ours that have it: with obstacles and without, as
-        far as it demands nothing else. Raises SkipTest where there is none.
+        """Yield small trials of a built-in model that use the entry.
+
+        They are trials with obstacles and without, if they meet the conditions of the
+        entry. Raises SkipTest if there is none.
         """
         subject = self._stand_in()
         demands: tuple[Demand, ...] = getattr(self.entry, "demands", ())
-        tried, broken = False, [""]
+        tried = False
+        broken = [""]
         for job in self._jobs(subject):
             broken = [
-                one.message
-                for one in demands
-                if not _holds(one.condition, subject, job)
+                demand.message
+                for demand in demands
+                if not _holds(demand.condition, subject, job)
             ]
             if not broken:
                 tried = True
@@ -92,7 +98,7 @@ class Entrant:
                 yield replace(job, record=record, obstacles=rocks)
 
     def _settings(self) -> dict[str, Any]:
-        """Those by which a trial has it."""
+        """Return the parameters by which a trial uses the entry."""
         if self.kind == "starts":
             return {"start_draws": self.name}
         if self.kind != "maps":
@@ -103,12 +109,15 @@ class Entrant:
         return {"map": self.name, **sides}
 
     def _stand_in(self) -> Subject:
-        """A model of ours, with the state and kinds of boids that a metric reads."""
+        """Return a built-in model.
+
+        It has the state and the kinds of boids that the metric reads.
+        """
         models = [_with_boids(model, self.entry) for model in MODELS.values()]
         model = next(
-            one
-            for one in models
-            if self.kind != "metrics" or not lacks(one, self.entry)
+            candidate
+            for candidate in models
+            if self.kind != "metrics" or not lacks(candidate, self.entry)
         )
         known = Catalogue(
             {model.name: model}, self.known.metrics, self.known.maps, self.known.starts
@@ -117,32 +126,50 @@ class Entrant:
 
 
 def entrants(reference: str) -> list[Entrant]:
-    """What the file of that path offers besides models, which runs; nothing where
-    `reference` is the name of a model, or asks for one of a file.
+    """Return the entries of a file besides its models.
 
-    Raises CodeError for what is no such entry.
+    The file runs. The list is empty if `reference` is the name of a model, or asks for
+    one model of a file. Raises CodeError for an entry that is not valid.
     """
     file = Path(reference)
     if not reference.endswith(SUFFIX) or not file.is_file():
         return []
     known = loaded(OwnCode(gather(file.parent, [file.name]), ((file.name, None),)))
     return [
-        Entrant(kind, name, entry, file, known)
+        Entrant(kind, name, entry, file, known=known)
         for kind in KINDS
         for name, entry in getattr(known.own, kind).items()
     ]
 
 
 def entrant(file: str, kind: str, name: str) -> Entrant:
-    """One of them. Raises ChoiceError where there is no such."""
-    found = {one.name: one for one in entrants(file) if one.kind == kind}
-    if name not in found:
-        raise ChoiceError(unknown(kind, name, found))
-    return found[name]
+    """Return one entry of a file.
+
+    Parameters
+    ----------
+    file : str
+        Path of the file.
+    kind : str
+        One of KINDS.
+    name : str
+        Name of the entry.
+
+    Raises
+    ------
+    ChoiceError
+        If the file has no such entry.
+    """
+    named = {member.name: member for member in entrants(file) if member.kind == kind}
+    if name not in named:
+        raise ChoiceError(unknown(kind, name, named))
+    return named[name]
 
 
 def has_model(reference: str) -> bool:
-    """Whether a model is asked for by name, or stands in a file under the usual one."""
+    """Return whether a reference is the name of a model, or a file with one.
+
+    The file must have its model under the usual name.
+    """
     file = Path(reference)
     if not reference.endswith(SUFFIX) or not file.is_file():
         return True
@@ -150,8 +177,10 @@ def has_model(reference: str) -> bool:
 
 
 def _with_boids(model: Model, entry: Any) -> Model:
-    """The model in one preset, with the state and kinds of boids that an entry reads,
-    if it does.
+    """Return the model in one preset.
+
+    It has the state and the kinds of boids that an entry reads, if the entry is a
+    metric.
     """
     preset = next(iter(model.presets))
     model = model._replace(presets={preset: model.presets[preset]})
@@ -169,13 +198,13 @@ def _with_boids(model: Model, entry: Any) -> Model:
 def _drawn(
     _params: Any, _flock: Any, _kind: Any, rng: np.random.Generator, state: Any
 ) -> None:
-    """A state in which any two boids differ."""
+    """Draw a state in which any two boids differ."""
     state[:] = rng.random(state.shape)
 
 
 @dataclass(frozen=True)
 class _Divided:
-    """Boids in as many kinds, of about the same number each."""
+    """A division of boids into kinds of about the same number."""
 
     kinds: int
 
@@ -185,5 +214,5 @@ class _Divided:
 
 def _holds(condition: str, subject: Subject, job: Job) -> bool:
     values: Mapping[str, Any] = job.settings
-    found = parse(condition, subject.settings).evaluate(dict(values), 1)
-    return bool(found.all())
+    holds = parse(condition, subject.settings).evaluate(dict(values), 1)
+    return bool(holds.all())

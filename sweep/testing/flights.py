@@ -1,4 +1,4 @@
-"""Small flights by which a model is tried, and the first bit in which two differ."""
+"""Small trials of a model, and the first bit in which two trials differ."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,9 +24,10 @@ from sweep.trial.simulation import Simulation
 from sweep.trial.state import State, Taken, joined
 
 SEED = 27
-BOIDS, STEPS = 14, 10
+BOIDS = 14
+STEPS = 10
 SIDE = 6
-"""Of the world, in ranges of sight: so there are cells that are no neighbours."""
+"""Side of the world, in ranges of sight: some cells are no neighbours."""
 BORDERS: tuple[dict[str, Any], ...] = (
     {"borders": "open", "minimum_image": False},
     {"borders": "torus", "minimum_image": False},
@@ -35,7 +36,7 @@ BORDERS: tuple[dict[str, Any], ...] = (
 )
 BODIES = ("x", "y", "vx", "vy")
 SCRATCH = ("work.near.", "work.before.")
-"""Arrays in which something is left from the last boid, or the last step."""
+"""Arrays with values that the last boid, or the last step, has left."""
 
 Settings = Mapping[str, Any]
 Floats = NDArray[np.float64]
@@ -43,8 +44,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Flown:
-    """A flight that is over: x, y, vx and vy of every frame (F, 4, N), the steps of the
-    frames (F,), and the arrays that a model may change, as they are at the end.
+    """A trial that has ended.
+
+    `bodies` has x, y, vx and vy of every frame, shape (F, 4, N), and `steps` the steps
+    of the frames, shape (F,). `last` has the arrays that a model may change, as they
+    are at the end.
     """
 
     bodies: Floats
@@ -53,25 +57,33 @@ class Flown:
 
 
 def params_of(job: Job, subject: Subject) -> Any:
-    """The Params of a job."""
+    """Return the Params of a job."""
     return settings_tuple(subject.model.params, job.settings, subject.settings)
 
 
 def sight_of(job: Job, subject: Subject) -> Sight:
-    """Whom the boids of a job see."""
+    """Return the sight of the boids of a job."""
     return subject.model.sight(params_of(job, subject))
 
 
 def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job:
-    """A trial of a preset in a square world that is as large as its boids can see six
-    times, with or without three obstacles.
+    """Return a trial of a preset in a small square world.
 
-    Of `changes` those are made whose settings the model has.
+    The side of the world is SIDE times the range of sight.
+
+    Parameters
+    ----------
+    subject : Subject
+        The model.
+    preset : str
+        Name of the preset.
+    obstacles : bool
+        Whether the world has three obstacles.
+    **changes
+        Values of further parameters; those that the model does not have are ignored.
     """
-    about, settings = (
-        subject.settings,
-        preset_settings(subject.model.name, preset, subject.known),
-    )
+    declared = subject.settings
+    settings = preset_settings(subject.model.name, preset, subject.known)
     length = _length(subject, settings)
     side = SIDE * length
     settings |= {
@@ -88,9 +100,9 @@ def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job
         "start_radius": 0.0,
     }
     settings |= {
-        name: about[name].coerce(value)
+        name: declared[name].coerce(value)
         for name, value in changes.items()
-        if name in about
+        if name in declared
     }
     return Job(
         trial_id="",
@@ -110,7 +122,10 @@ def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job
 
 
 def together(job: Job) -> dict[str, Value]:
-    """The settings of a start in the middle, where all boids are near each other."""
+    """Return the parameters of a start in the middle of the world.
+
+    All boids are then near each other.
+    """
     side = float(job.settings["width"])
     return {
         "start_center_x": side / 2,
@@ -120,11 +135,14 @@ def together(job: Job) -> dict[str, Value]:
 
 
 def _length(subject: Subject, settings: dict[str, Any]) -> float:
-    """How far boids see, or a sixth of their world where that is no length."""
+    """Return the range of sight.
+
+    If the range is infinite or zero, it is a sixth of the world of the preset.
+    """
     params = settings_tuple(subject.model.params, settings, subject.settings)
-    seen = float(subject.model.sight(params).range)
+    sight_range = float(subject.model.sight(params).range)
     world = min(settings["width"], settings["height"]) / SIDE
-    return seen if 0.0 < seen < math.inf else world
+    return sight_range if 0.0 < sight_range < math.inf else world
 
 
 def _obstacles(side: float) -> Obstacles:
@@ -136,13 +154,29 @@ def _obstacles(side: float) -> Obstacles:
 def every_way(
     subject: Subject, obstacles: bool = True, **changes: Any
 ) -> Iterator[Job]:
-    """A trial of each preset, update and kind of borders whose settings go together.
+    """Yield a trial of each preset, update and kind of borders.
 
-    Raises SkipTest where there is none.
+    Combinations that break a condition of the model are left out.
+
+    Parameters
+    ----------
+    subject : Subject
+        The model.
+    obstacles : bool, default True
+        Whether the world has three obstacles.
+    **changes
+        Values of further parameters, as in `a_job`.
+
+    Raises
+    ------
+    SkipTest
+        If no combination is possible.
     """
     update = subject.settings.get("update")
     updates = update.choices if update else ("",)
-    presets, tried, broken = subject.model.presets, False, [""]
+    presets = subject.model.presets
+    tried = False
+    broken = [""]
     for preset, name, borders in product(presets, updates, BORDERS):
         ways = borders | {"update": name} if name else borders
         job = a_job(subject, preset, obstacles, **(ways | changes))
@@ -155,29 +189,30 @@ def every_way(
 
 
 def broken_demands(subject: Subject, settings: Settings) -> list[str]:
-    """What the conditions of a model, and of every study, say of settings, where they
-    do not hold.
+    """Return the messages of the conditions that do not hold.
+
+    The conditions are those of every study and those of the model.
     """
-    about = subject.settings
+    declared = subject.settings
     return [
         demand.message
         for demand in (*DEMANDS, *subject.model.demands)
-        if not parse(demand.condition, about).evaluate(dict(settings), 1).all()
+        if not parse(demand.condition, declared).evaluate(dict(settings), 1).all()
     ]
 
 
 def in_words(job: Job) -> str:
-    """How the settings of a trial differ from those of others here."""
+    """Return the parameters in which a trial differs from others here."""
     names = ("update", "borders")
-    said = [str(job.settings[name]) for name in names if name in job.settings]
-    seen = ", seen across its borders" if job.settings["minimum_image"] else ""
-    return f"preset {job.preset}, {' and '.join(said)}{seen}"
+    choices = [str(job.settings[name]) for name in names if name in job.settings]
+    across = ", seen across its borders" if job.settings["minimum_image"] else ""
+    return f"preset {job.preset}, {' and '.join(choices)}{across}"
 
 
 def go(simulation: Simulation, steps: int) -> bool:
-    """Take steps in one call; False if the state is not finite.
+    """Take steps in one call; return False if the state is not finite.
 
-    Raises AssertionError where `advance` takes another number of steps.
+    Raises AssertionError if `advance` takes another number of steps.
     """
     try:
         return simulation.advance(steps)
@@ -187,59 +222,88 @@ def go(simulation: Simulation, steps: int) -> bool:
 
 
 def fly(job: Job, calls: Sequence[int] = (STEPS,)) -> Flown:
-    """Fly a job from its start, with these numbers of steps in a call."""
+    """Run a job from its start, with these numbers of steps per call."""
     simulation = Simulation(job)
     return _finish(simulation, calls, [simulation.take_frames()])
 
 
 def begun(job: Job, steps: int = 1) -> State | None:
-    """The state after the first steps; None if it is not finite."""
+    """Return the state after the first steps; None if it is not finite."""
     simulation = Simulation(job)
     going = go(simulation, steps)
     simulation.take_frames()
     return simulation.state().copied() if going else None
 
 
-def go_on(job: Job, state: State, calls: Sequence[int], room: int = 0) -> Flown:
-    """Fly a job from a state of it, with so much room in a block of its grid."""
+def resume(job: Job, state: State, calls: Sequence[int], room: int = 0) -> Flown:
+    """Run a job from one of its states.
+
+    Parameters
+    ----------
+    job : Job
+    state : State
+        State of the job.
+    calls : sequence of int
+        Numbers of steps per call.
+    room : int, default 0
+        Number of boids per block of the grid; 0 for the usual number.
+    """
     simulation = Simulation(job)
     simulation.restore(state, room)
     return _finish(simulation, calls, [])
 
 
 def _finish(simulation: Simulation, calls: Sequence[int], taken: list[Taken]) -> Flown:
-    """Take steps, as many in a call, or fewer where the state is no longer finite."""
+    """Take steps, with these numbers per call.
+
+    It takes fewer steps if the state is no longer finite.
+    """
     for steps in calls:
         going = go(simulation, steps)
         taken.append(simulation.take_frames())
         if not going:
             break
     arrays = simulation.state().copied().arrays
-    last = {name: one for name, one in arrays.items() if not name.startswith(SCRATCH)}
-    whole = joined(taken)
-    return Flown(whole.bodies, whole.steps, last)
+    last = {
+        name: array for name, array in arrays.items() if not name.startswith(SCRATCH)
+    }
+    frames = joined(taken)
+    return Flown(frames.bodies, frames.steps, last)
 
 
-def difference(one: Flown, other: Flown, first: str, second: str) -> str | None:
-    """Where the bits of two flights differ first, in words; None where they are the
-    same. `first` and `second` say how each flew.
+def difference(a: Flown, b: Flown, way_a: str, way_b: str) -> str | None:
+    """Return the first difference between the bits of two trials, in words.
+
+    Parameters
+    ----------
+    a, b : Flown
+        The trials, of the same job.
+    way_a, way_b : str
+        How each of them ran, for the message.
+
+    Returns
+    -------
+    str or None
+        None if the trials are bitwise identical.
     """
-    frames = min(len(one.bodies), len(other.bodies))
-    ours, theirs = one.bodies[:frames], other.bodies[:frames]
-    unlike = np.argwhere(ours.view(np.uint64) != theirs.view(np.uint64))
+    frames = min(len(a.bodies), len(b.bodies))
+    bodies_a = a.bodies[:frames]
+    bodies_b = b.bodies[:frames]
+    unlike = np.argwhere(bodies_a.view(np.uint64) != bodies_b.view(np.uint64))
     if len(unlike):
         frame, kind, boid = min(map(tuple, unlike.tolist()))
-        mine, yours = (float(flown[frame, kind, boid]) for flown in (ours, theirs))
+        value_a = float(bodies_a[frame, kind, boid])
+        value_b = float(bodies_b[frame, kind, boid])
         return (
-            f"after step {one.steps[frame]}, {BODIES[kind]} of boid {boid} is {mine!r}"
-            f" {first} and {yours!r} {second}"
+            f"after step {a.steps[frame]}, {BODIES[kind]} of boid {boid} is {value_a!r}"
+            f" {way_a} and {value_b!r} {way_b}"
         )
-    if len(one.bodies) != len(other.bodies):
+    if len(a.bodies) != len(b.bodies):
         return (
-            f"it goes on until step {one.steps[-1]} {first} and until step"
-            f" {other.steps[-1]} {second}"
+            f"it goes on until step {a.steps[-1]} {way_a} and until step"
+            f" {b.steps[-1]} {way_b}"
         )
-    for name, array in one.last.items():
-        if array.tobytes() != other.last[name].tobytes():
-            return f"at the end, {name} is another one {first} than {second}"
+    for name, array in a.last.items():
+        if array.tobytes() != b.last[name].tobytes():
+            return f"at the end, {name} is another one {way_a} than {way_b}"
     return None

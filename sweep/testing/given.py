@@ -1,5 +1,6 @@
-"""What an entry of a file gives in small worlds; and a program that does the same in a
-process of its own:
+"""The values of an entry of a file in small worlds.
+
+As a program the module writes them from a process of its own:
 
 python -m sweep.testing.given FILE KIND NAME NUMBERS.npz
 """
@@ -22,70 +23,100 @@ from sweep.testing.flights import STEPS, go, in_words
 from sweep.trial.scenery import flock_drawn_now, obstacles
 from sweep.trial.simulation import Simulation
 
-POINTS, SIDES = (1, 12), ("one", "two", "three")
-"""The numbers of points that a sampler is asked for, and the settings."""
+POINTS = (1, 12)
+"""Numbers of points that a sampler draws."""
+SIDES = ("one", "two", "three")
+"""Names of the parameters that a sampler draws."""
 BLANK = float("nan")
 
 Floats = NDArray[np.float64]
 
 
 class Given(NamedTuple):
-    """What an entry gives in a world: its numbers, where in words, and the job."""
+    """The values of an entry in a world.
+
+    `where` is the world in words. `job` is its trial; a sampler has none.
+    """
 
     numbers: Floats
     where: str
     job: Job | None = None
 
 
-def given(one: Entrant) -> Iterator[Given]:
-    """The values of a metric in all frames of flights, the obstacles of a map, x, y, vx
-    and vy of a start, or the columns of a sampler.
+def given(entrant: Entrant) -> Iterator[Given]:
+    """Yield the values of an entry in small worlds.
+
+    metric   its values in all frames of trials
+    map      its obstacles
+    start    x, y, vx and vy
+    sampler  its columns
     """
-    if one.kind == "samplers":
+    if entrant.kind == "samplers":
         for points in POINTS:
             cube = UnitCube(points, SIDES, "joint", 1)
-            columns = [np.asarray(column, float) for column in one.entry.draw(cube)]
+            columns = [np.asarray(column, float) for column in entrant.entry.draw(cube)]
             yield Given(np.concatenate(columns), f"{points} points of {len(SIDES)}")
     else:
-        for job in one.jobs():
-            yield Given(_numbers(one, job), in_words(job), job)
+        for job in entrant.jobs():
+            yield Given(_numbers(entrant, job), in_words(job), job)
 
 
-def _numbers(one: Entrant, job: Job) -> Floats:
-    if one.kind == "maps":
+def _numbers(entrant: Entrant, job: Job) -> Floats:
+    if entrant.kind == "maps":
         return numbers_of(obstacles(job))
-    if one.kind == "starts":
+    if entrant.kind == "starts":
         return np.stack(flock_drawn_now(job)[:4])
     flown = flight_of(job)
-    return measured(flown, one.entry, np.full(flown.filled, BLANK))
+    return measured(flown, entrant.entry, np.full(flown.filled, BLANK))
 
 
 def flight_of(job: Job) -> Any:
-    """The flight of a job after STEPS steps, whose frames are still there."""
+    """Return the flight of a job after STEPS steps, with its frames."""
     simulation = Simulation(job)
     go(simulation, STEPS)
     return simulation.flight
 
 
 def measured(flight: Any, metric: Any, values: Floats) -> Floats:
-    """`values` after the metric has written those of all frames of a flight."""
-    frames, ground = flight.record.frames, flight.ground
-    metric.measure(frames, flight.filled, ground, flight.observation, values)
+    """Return `values` after a metric has written into them.
+
+    Parameters
+    ----------
+    flight : Flight
+        A flight with F frames.
+    metric : Metric
+    values : ndarray, shape (F,) or longer
+        Receives one value per frame.
+    """
+    arguments = (flight.record.frames, flight.filled, flight.ground, flight.observation)
+    metric.measure(*arguments, values)
     return values
 
 
 def read(file: Path) -> list[Floats]:
-    """The numbers that the program has written."""
+    """Return the values that the program has written."""
     with np.load(file) as arrays:
         return [arrays[name] for name in arrays.files]
 
 
 def main(file: str, kind: str, name: str, numbers: str) -> None:
-    """Write what an entry gives, or say what it raises."""
+    """Write the values of an entry into a file, or print the sentence of its error.
+
+    Parameters
+    ----------
+    file : str
+        Path of the file with the entry.
+    kind : str
+        One of `sweep.testing.entrants.KINDS`.
+    name : str
+        Name of the entry.
+    numbers : str
+        Path of the file of values, in the format npz.
+    """
     warnings.simplefilter("ignore", RuntimeWarning)  # compiled code has none
-    one = entrant(file, kind, name)
+    checked = entrant(file, kind, name)
     with mishaps_said():
-        np.savez(numbers, *(found.numbers for found in given(one)))
+        np.savez(numbers, *(sample.numbers for sample in given(checked)))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""That a model finds the same neighbours with any grid."""
+"""The check that a model finds the same neighbours with any grid."""
 
 import math
 from collections.abc import Iterator
@@ -12,27 +12,32 @@ from sweep.testing.flights import (
     begun,
     difference,
     every_way,
-    go_on,
     in_words,
+    resume,
     sight_of,
 )
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
 from sweep.trial.state import State
 
-BOIDS, STEPS = 80, 26
+BOIDS = 80
+STEPS = 26
 CALLS = (5,) * (STEPS // 5)
 WIDER = 1.4
 ROOMS = (1, 5, 64)
-"""Of blocks in the grid: in small ones lists go on in others."""
+"""Numbers of boids per block of the grid: small blocks chain into longer lists."""
 SPREADS = {"": 1.0, " and gathered": 0.02, " and far outside the world": 30.0}
 
 
 def grid(subject: Subject) -> None:
-    """A flight has the same bits whether everyone is searched, or a grid of any cells,
-    also one whose lists are cut into blocks; and wherever the boids are.
+    """Check that a trial is bitwise identical with any grid.
+
+    The reference searches all pairs. The grids have different cells, also some whose
+    lists are cut into blocks. The boids are as they are, gathered, or far outside the
+    world.
     """
-    everyone, wider = _seeing(subject, math.inf), _seeing(subject, WIDER)
+    everyone = _seeing(subject, math.inf)
+    wider = _seeing(subject, WIDER)
     jobs = [
         job
         for job in every_way(subject, n=BOIDS, steps=STEPS)
@@ -42,12 +47,15 @@ def grid(subject: Subject) -> None:
         searching = replace(job, known=everyone.known)
         larger = replace(job, known=wider.known)
         for where, state in _flocks(job):
-            wanted = go_on(searching, state, CALLS)
+            expected = resume(searching, state, CALLS)
             for way, flown in _flown(job, larger, state):
-                if said := difference(wanted, flown, "if everyone is searched", way):
+                if mismatch := difference(
+                    expected, flown, "if everyone is searched", way
+                ):
                     raise AssertionError(
-                        f"{of_function(subject.model.sight)}: {said} ({in_words(job)}"
-                        f"{where}); sight must declare the longest range that is"
+                        f"{of_function(subject.model.sight)}: {mismatch}"
+                        f" ({in_words(job)}{where}); sight must declare the longest"
+                        " range that is"
                         " searched, kernels.neighbours.search alone finds"
                         " neighbours, and the grid is told of each move at once"
                     )
@@ -56,7 +64,7 @@ def grid(subject: Subject) -> None:
 
 
 def _flocks(job: Job) -> Iterator[tuple[str, State]]:
-    """The flock after a step, as it is, gathered, and far outside the world."""
+    """Yield the flock after a step: as it is, gathered, and far outside."""
     state = begun(job)
     for where, spread in SPREADS.items() if state else ():
         assert state is not None
@@ -69,18 +77,18 @@ def _flocks(job: Job) -> Iterator[tuple[str, State]]:
 
 
 def _flown(job: Job, larger: Job, state: State) -> Iterator[tuple[str, Flown]]:
-    """What becomes of a flock with each grid."""
-    yield "with cells as large as it sees", go_on(job, state, CALLS)
-    yield "with larger cells", go_on(larger, state, CALLS)
+    """Yield the trial of a flock with each grid, and the grid in words."""
+    yield "with cells as large as it sees", resume(job, state, CALLS)
+    yield "with larger cells", resume(larger, state, CALLS)
     for room in ROOMS:
-        yield f"with room for {room} in a block", go_on(job, state, CALLS, room)
+        yield f"with room for {room} in a block", resume(job, state, CALLS, room)
 
 
 def _seeing(subject: Subject, more: float) -> Subject:
-    """The model with cells for a sight that is so many times as long."""
+    """Return the model with a range of sight that is `more` times as long."""
 
     def sight(params: object) -> Sight:
-        seen = subject.model.sight(params)
-        return seen._replace(range=seen.range * more)
+        declared = subject.model.sight(params)
+        return declared._replace(range=declared.range * more)
 
     return subject.variant(sight=sight)

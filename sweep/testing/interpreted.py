@@ -1,4 +1,4 @@
-"""A program that flies a model without compiling it, in a process of its own:
+"""A program that runs a model without compiling it, in a process of its own.
 
 NUMBA_DISABLE_JIT=1 python -m sweep.testing.interpreted REFERENCE FILE.npz
 """
@@ -15,34 +15,38 @@ from sweep.testing.elsewhere import mishaps_said
 from sweep.testing.flights import Flown, every_way, fly
 from sweep.testing.subject import subject
 
-BODIES, TAKEN = "bodies", "steps"
+BODIES = "bodies"
+TAKEN = "steps"
 
 
 def write(flown: Iterator[Flown], file: Path) -> None:
-    """Keep flights in a file."""
+    """Write trials into a file."""
     arrays: dict[str, Any] = {}
-    for number, one in enumerate(flown):
-        for name, array in {BODIES: one.bodies, TAKEN: one.steps, **one.last}.items():
+    for number, trial in enumerate(flown):
+        named = {BODIES: trial.bodies, TAKEN: trial.steps, **trial.last}
+        for name, array in named.items():
             arrays[f"{number} {name}"] = array
     np.savez(file, **arrays)
 
 
 def read(file: Path) -> list[Flown]:
-    """The flights in a file."""
-    found: dict[str, dict[str, Any]] = {}
+    """Return the trials in a file."""
+    trials: dict[str, dict[str, Any]] = {}
     with np.load(file) as arrays:
         for key in arrays.files:
             number, _, name = key.partition(" ")
-            found.setdefault(number, {})[name] = arrays[key]
-    return [Flown(one.pop(BODIES), one.pop(TAKEN), one) for one in found.values()]
+            trials.setdefault(number, {})[name] = arrays[key]
+    return [
+        Flown(trial.pop(BODIES), trial.pop(TAKEN), trial) for trial in trials.values()
+    ]
 
 
 def main(reference: str, file: str) -> None:
-    """Write the flights of a model into a file, or say what it raises."""
+    """Write the trials of a model into a file, or print the sentence of its error."""
     warnings.simplefilter("ignore", RuntimeWarning)  # compiled code has none
-    about = subject(reference)
+    checked = subject(reference)
     with mishaps_said():
-        write(map(fly, every_way(about)), Path(file))
+        write(map(fly, every_way(checked)), Path(file))
 
 
 if __name__ == "__main__":

@@ -5,9 +5,9 @@ from sweep.trial.numba_errors import explained
 
 
 def sentence(error: Exception) -> str:
-    """What an error says, and where in the files of the author it was raised."""
-    if said := explained(error):
-        return said
+    """Return the message of an error, with the author's line that raised it."""
+    if explanation := explained(error):
+        return explanation
     place = of_error(error)
     where = f'{place}, "{place.code}": ' if place else ""
     first = str(error).partition("\n")[0]

@@ -1,4 +1,4 @@
-"""What the metrics, maps, starts and samplers of a file promise."""
+"""The promises of the metrics, maps, starts and samplers of a file."""
 
 import tempfile
 from collections.abc import Iterator
@@ -20,64 +20,73 @@ from sweep.testing.given import POINTS, SIDES, Given, flight_of, given, measured
 from sweep.trial.scenery import obstacles
 
 BEYOND = 3
-"""Values after those of frames, which a metric leaves alone."""
+"""Number of values after those of frames, which a metric leaves alone."""
 BLANKS = (1.5, -2.5)
-"""What stands in values before a metric writes."""
+"""Content of the values before a metric writes them."""
 PROGRAM = "sweep.testing.given"
 OTHER_SEED = 1
 ROUNDING = 1e-9
-"""Values may lie outside of their range by this part of them."""
+"""Relative tolerance of values outside of their range."""
 
 Floats = NDArray[np.float64]
 
 
-def described(one: Entrant) -> None:
-    """An entry has a text, and a source where its kind has one."""
+def described(entrant: Entrant) -> None:
+    """Check that an entry has a text, and a source if its kind has one."""
     for field in ("text", "source"):
-        if not getattr(one.entry, field, "none").strip():
-            raise AssertionError(f"{one.place}: {one.words} has no {field}")
+        if not getattr(entrant.entry, field, "none").strip():
+            raise AssertionError(f"{entrant.place}: {entrant.words} has no {field}")
 
 
-def allocation(one: Entrant) -> None:
-    """`measure` is compiled by `kernels.jit.jit`, which refuses what allocates."""
-    check_compiled(one.entry.measure, "measure")
+def allocation(entrant: Entrant) -> None:
+    """Check that `kernels.jit.jit` compiles `measure`.
 
-
-def values(one: Entrant) -> None:
-    """A metric writes a number for each frame, whatever stood there, the same whatever
-    other frames it gets; and it writes nothing else. The number lies in the range that
-    the metric declares.
+    This compiler rejects code that allocates.
     """
-    for job in one.jobs():
-        for said in _wrong_values(flight_of(job), one.entry):
+    check_compiled(entrant.entry.measure, "measure")
+
+
+def values(entrant: Entrant) -> None:
+    """Check the values that a metric writes.
+
+    A metric writes one number per frame, and nothing else. The number depends neither
+    on the earlier content nor on other frames. It is in the range that the metric
+    declares.
+    """
+    for job in entrant.jobs():
+        for error in _wrong_values(flight_of(job), entrant.entry):
             raise AssertionError(
-                f"{one.place}: {said} ({in_words(job)}); write values[f] once for each"
-                " f in range(filled), from frame f alone, and nothing else"
+                f"{entrant.place}: {error} ({in_words(job)}); write values[f] once for"
+                " each f in range(filled), from frame f alone, and nothing else"
             )
-        if said := _beyond(flight_of(job), one.entry):
+        if error := _beyond(flight_of(job), entrant.entry):
             raise AssertionError(
-                f"{one.place}: {said} ({in_words(job)}); let low and high of the metric"
-                " be such that all values lie between them"
+                f"{entrant.place}: {error} ({in_words(job)}); let low and high of the"
+                " metric be such that all values lie between them"
             )
 
 
 def _beyond(flight: Any, metric: Metric) -> str:
-    """Which value lies outside of what a metric declares; "" where none does, but for
-    rounding.
+    """Return the first value outside of the range that a metric declares, in words.
+
+    It is "" if there is none, except for rounding.
     """
-    found = measured(flight, metric, np.full(flight.filled, BLANKS[0]))
+    numbers = measured(flight, metric, np.full(flight.filled, BLANKS[0]))
     low, high = declaration_of(metric).support
-    slack = ROUNDING * np.abs(found)
-    beyond = np.flatnonzero((found < low - slack) | (found > high + slack))
+    slack = ROUNDING * np.abs(numbers)
+    beyond = np.flatnonzero((numbers < low - slack) | (numbers > high + slack))
     if not len(beyond):
         return ""
     first = int(beyond[0])
-    said = f"frame {first} has the value {float(found[first])!r}"
-    return f"{said}, and {declaration_of(metric).support.words} is declared"
+    return (
+        f"frame {first} has the value {float(numbers[first])!r}, and"
+        f" {declaration_of(metric).support.words} is declared"
+    )
 
 
 def _wrong_values(flight: Any, metric: Any) -> Iterator[str]:
-    filled, before = flight.filled, _read_by_metrics(flight)
+    filled = flight.filled
+    before = _read_by_metrics(flight)
     first, second = (
         measured(flight, metric, np.full(filled + BEYOND, blank)) for blank in BLANKS
     )
@@ -97,7 +106,8 @@ def _wrong_values(flight: Any, metric: Any) -> Iterator[str]:
             }
         )
         value = np.full(1, BLANKS[0])
-        metric.measure(alone, 1, flight.ground, flight.observation, value)
+        arguments = (alone, 1, flight.ground, flight.observation)
+        metric.measure(*arguments, value)
         if value.tobytes() != first[f : f + 1].tobytes():
             yield (
                 f"frame {f} has the value {float(first[f])!r} among {filled}, and"
@@ -106,49 +116,54 @@ def _wrong_values(flight: Any, metric: Any) -> Iterator[str]:
 
 
 def _read_by_metrics(flight: Any) -> list[bytes]:
-    """All arrays that a metric gets but its values, as bytes."""
+    """Return all arrays that a metric reads, as bytes."""
     ground = flight.ground
     parts = (*flight.record.frames, *ground, *ground.world)
     return [part.tobytes() for part in parts if isinstance(part, np.ndarray)]
 
 
-def interpreter(one: Entrant) -> None:
-    """Compiled, a metric has the bits of plain Python."""
+def interpreter(entrant: Entrant) -> None:
+    """Check that a compiled metric is bitwise identical to plain Python."""
     _same_elsewhere(
-        one,
+        entrant,
         "in plain Python",
         "write x * x * x for x**3, loops for NumPy's sums, and integers below 2**63",
         NUMBA_DISABLE_JIT="1",
     )
 
 
-def repeats(one: Entrant) -> None:
-    """What is drawn has the same bits the second time, and in another process."""
+def repeats(entrant: Entrant) -> None:
+    """Check that an entry draws the same values again.
+
+    The second time and in another process, the values are bitwise identical.
+    """
     way = "draw only from the random numbers that it gets, and keep nothing in globals"
-    for first, again in zip(given(one), given(one), strict=True):
+    for first, again in zip(given(entrant), given(entrant), strict=True):
         if first.numbers.tobytes() != again.numbers.tobytes():
-            where = f"{one.place}: {one.words} draws something else the second time"
+            where = (
+                f"{entrant.place}: {entrant.words} draws something else the second time"
+            )
             raise AssertionError(f"{where} ({first.where}); {way}")
-    _same_elsewhere(one, "in another process", way, PYTHONHASHSEED="7")
+    _same_elsewhere(entrant, "in another process", way, PYTHONHASHSEED="7")
 
 
-def _same_elsewhere(one: Entrant, where: str, way: str, **environment: str) -> None:
-    here = list(given(one))
+def _same_elsewhere(entrant: Entrant, where: str, way: str, **environment: str) -> None:
+    here = list(given(entrant))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "numbers.npz"
-        names = str(one.file), one.kind, one.name, str(file)
+        names = str(entrant.file), entrant.kind, entrant.name, str(file)
         run_elsewhere(where, PROGRAM, *names, **environment)
-        there = read(file)
-    for mine, theirs in zip(here, there, strict=True):
+        numbers = read(file)
+    for mine, theirs in zip(here, numbers, strict=True):
         if mine.numbers.tobytes() != theirs.tobytes():
             raise AssertionError(
-                f"{one.place}: {one.words} gives other numbers {where}"
+                f"{entrant.place}: {entrant.words} gives other numbers {where}"
                 f"{_first(mine.numbers, theirs)} ({mine.where}); {way}"
             )
 
 
 def _first(mine: Floats, theirs: Floats) -> str:
-    """The first number that differs, in words."""
+    """Return the first number that differs, in words."""
     if mine.shape != theirs.shape:
         return f", as many as {theirs.shape} and here {mine.shape}"
     unlike = np.flatnonzero(mine.view(np.uint64) != theirs.view(np.uint64))[0]
@@ -156,21 +171,25 @@ def _first(mine: Floats, theirs: Floats) -> str:
     return f", {pair[0]!r} for {pair[1]!r}"
 
 
-def bounds(one: Entrant) -> None:
-    """What is drawn lies where it must: obstacles and boids in the world, points in the
-    unit cube.
+def bounds(entrant: Entrant) -> None:
+    """Check that an entry draws within the bounds of its kind.
+
+    Obstacles and boids are in the world, and points are in the unit cube.
     """
-    said = {"maps": _wrong_obstacles, "starts": _wrong_flock, "samplers": _wrong_cube}
-    for found in given(one):
-        if wrong := said[one.kind](found):
-            raise AssertionError(f"{one.place}: {wrong} ({found.where})")
+    checks = {"maps": _wrong_obstacles, "starts": _wrong_flock, "samplers": _wrong_cube}
+    for sample in given(entrant):
+        if error := checks[entrant.kind](sample):
+            raise AssertionError(f"{entrant.place}: {error} ({sample.where})")
 
 
-def _wrong_obstacles(found: Given) -> str | None:
-    """Of finite numbers, which a trial itself asks for."""
-    assert found.job is not None
-    width, height = _sides(found)
-    boxes = boxes_of(obstacles(found.job), width, height)
+def _wrong_obstacles(sample: Given) -> str | None:
+    """Return the error in the obstacles of a map; None if they are valid.
+
+    A trial itself rejects numbers that are not finite.
+    """
+    assert sample.job is not None
+    width, height = _sides(sample)
+    boxes = boxes_of(obstacles(sample.job), width, height)
     x, y, wide, high, disc = boxes.T
     if ((wide < 0) | (high < 0)).any():
         return "an obstacle has a negative half width or height; give all from 0 on"
@@ -185,14 +204,15 @@ def _wrong_obstacles(found: Given) -> str | None:
     return None
 
 
-def _wrong_flock(found: Given) -> str | None:
-    assert found.job is not None
-    n, (width, height) = int(found.job.settings["n"]), _sides(found)
-    if found.numbers.shape != (4, n):
-        return f"it gives {found.numbers.shape[1]} boids, and n is {n}"
-    if not np.isfinite(found.numbers).all():
+def _wrong_flock(sample: Given) -> str | None:
+    assert sample.job is not None
+    n = int(sample.job.settings["n"])
+    width, height = _sides(sample)
+    if sample.numbers.shape != (4, n):
+        return f"it gives {sample.numbers.shape[1]} boids, and n is {n}"
+    if not np.isfinite(sample.numbers).all():
         return "a position or a velocity is not finite; empty_flock(n) begins with 0"
-    x, y = found.numbers[:2]
+    x, y = sample.numbers[:2]
     for i in np.flatnonzero((x < 0) | (x > width) | (y < 0) | (y > height))[:1]:
         return (
             f"boid {i} begins at ({x[i]:g}, {y[i]:g}), outside the world of {width:g}"
@@ -201,13 +221,13 @@ def _wrong_flock(found: Given) -> str | None:
     return None
 
 
-def _sides(found: Given) -> tuple[float, float]:
-    assert found.job is not None
-    return float(found.job.settings["width"]), float(found.job.settings["height"])
+def _sides(sample: Given) -> tuple[float, float]:
+    assert sample.job is not None
+    return float(sample.job.settings["width"]), float(sample.job.settings["height"])
 
 
-def _wrong_cube(found: Given) -> str | None:
-    numbers = found.numbers
+def _wrong_cube(sample: Given) -> str | None:
+    numbers = sample.numbers
     if len(numbers) not in [len(SIDES) * points for points in POINTS]:
         return f"it gives {len(numbers)} numbers; give cube.points for each of names"
     if not ((numbers >= 0) & (numbers < 1)).all():
@@ -215,15 +235,15 @@ def _wrong_cube(found: Given) -> str | None:
     return None
 
 
-def seeds(one: Entrant) -> None:
-    """A map that draws other obstacles for another seed says `random=True`."""
-    if one.entry.random:
+def seeds(entrant: Entrant) -> None:
+    """Check that a map whose obstacles depend on the seed says `random=True`."""
+    if entrant.entry.random:
         return
-    for found in given(one):
-        assert found.job is not None
-        job = replace(found.job, seed=found.job.seed + OTHER_SEED)
-        if numbers_of(obstacles(job)).tobytes() != found.numbers.tobytes():
+    for sample in given(entrant):
+        assert sample.job is not None
+        job = replace(sample.job, seed=sample.job.seed + OTHER_SEED)
+        if numbers_of(obstacles(job)).tobytes() != sample.numbers.tobytes():
             raise AssertionError(
-                f"{one.place}: {one.words} draws other obstacles for another seed;"
-                " write Map(..., random=True), else all trials have the same ones"
+                f"{entrant.place}: {entrant.words} draws other obstacles for another"
+                " seed; write Map(..., random=True), else all trials have the same ones"
             )

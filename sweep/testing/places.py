@@ -1,4 +1,4 @@
-"""Where in its file a model says what is checked: for messages."""
+"""The file and the line of a declaration of a model, for messages."""
 
 import ast
 import linecache
@@ -13,7 +13,7 @@ from sweep.trial.numba_errors import OTHERS, Place
 
 
 def of_function(function: Callable[..., Any]) -> Place:
-    """The line of `def`, not that of a decorator."""
+    """Return the line of `def`, not of a decorator."""
     code = getattr(function, "py_func", function).__code__
     for node in _nodes(code.co_filename):
         if isinstance(node, ast.FunctionDef) and node.name == code.co_name:
@@ -22,7 +22,10 @@ def of_function(function: Callable[..., Any]) -> Place:
 
 
 def of_field(model: Model, field: str) -> Place:
-    """The line at which a field of a Model is given, or else that of the Model."""
+    """Return the line at which a Model has a field.
+
+    Without such a line it is the line of the Model itself.
+    """
     file = _file_of(model)
     calls = [
         node
@@ -37,7 +40,7 @@ def of_field(model: Model, field: str) -> Place:
 
 
 def of_setting(model: Model, name: str) -> Place:
-    """The line of a setting in the class of its Params."""
+    """Return the line of a parameter in the class of its Params."""
     file = _file_of(model)
     for node in _nodes(file):
         if isinstance(node, ast.ClassDef) and node.name == model.params.__name__:
@@ -48,8 +51,9 @@ def of_setting(model: Model, name: str) -> Place:
 
 
 def of_value(model: Model, name: str) -> Place:
-    """The last line at which a dictionary gives a setting a value, or else that of the
-    presets.
+    """Return the last line at which a dictionary has a value of a parameter.
+
+    Without such a line it is the line of the presets.
     """
     file = _file_of(model)
     lines = [
@@ -63,7 +67,10 @@ def of_value(model: Model, name: str) -> Place:
 
 
 def of_error(error: BaseException) -> Place | None:
-    """The innermost line of the author's at which an error was raised."""
+    """Return the innermost line of the author at which an error was raised.
+
+    It is None if the author wrote no line of the traceback.
+    """
     frames = traceback.extract_tb(error.__traceback__)
     return next(
         (

@@ -1,4 +1,4 @@
-"""That a model gives the same in any number of processes."""
+"""The check that a model has the same results in any number of processes."""
 
 from unittest import SkipTest
 
@@ -13,8 +13,9 @@ WORKERS = 2
 
 
 def workers(subject: Subject) -> None:
-    """The same trials in this process, and in two workers at a time, have the same
-    results, to the bit.
+    """Check that trials have the same results in this process and in two workers.
+
+    The results are compared bit by bit.
     """
     if not subject.travels:
         raise SkipTest("only registered models, and those of a file, go to workers")
@@ -26,11 +27,11 @@ def workers(subject: Subject) -> None:
         engine.stop()
     for job, theirs in zip(jobs, sent, strict=True):
         mine = run(job)
-        if said := _difference(mine, theirs):
+        if mismatch := _difference(mine, theirs):
             place = of_function(subject.model.advance)
             raise AssertionError(
-                f"{place}: {said} ({in_words(job)}); a trial may depend on nothing but"
-                " its job: draw only from rng, and change nothing outside the flock"
+                f"{place}: {mismatch} ({in_words(job)}); a trial may depend on nothing"
+                " but its job: draw only from rng, and change nothing outside the flock"
                 " and work"
             )
 
@@ -38,8 +39,10 @@ def workers(subject: Subject) -> None:
 def _difference(mine: Result, theirs: Result) -> str | None:
     if mine.status != theirs.status:
         error = theirs.error.partition("\n")[0] or mine.error.partition("\n")[0]
-        said = f"a trial is {mine.status} in one process and {theirs.status} in two"
-        return f"{said}: {error}"
+        return (
+            f"a trial is {mine.status} in one process and {theirs.status} in two:"
+            f" {error}"
+        )
     assert mine.trajectory is not None
     assert theirs.trajectory is not None
     if mine.trajectory.tobytes() != theirs.trajectory.tobytes():

@@ -1,4 +1,4 @@
-"""All promises by name, and what becomes of them for one model."""
+"""All promises by name, and their outcomes for one model."""
 
 import time
 import traceback
@@ -29,8 +29,10 @@ from sweep.testing.symmetries import symmetries
 
 @dataclass(frozen=True)
 class Promise:
-    """A promise of every model, or of all other entries of a kind: `check` raises
-    AssertionError where it is broken, and SkipTest where it does not apply.
+    """A promise of every model, or of all other entries of a kind.
+
+    `check` raises AssertionError if the promise is broken, and SkipTest if it does not
+    apply. `text` is the promise in words.
     """
 
     check: Callable[[Any], None]
@@ -52,9 +54,9 @@ ALL: dict[str, Promise] = {
     "reach": Promise(reach, "nothing beyond the declared reach changes a step"),
     "device": Promise(device, "it can fly on a GPU with the same bits"),
 }
-"""In the order in which they are best mended."""
+"""Promises of models by name, in the best order to fix them."""
 PROMISES = tuple(ALL)
-"""The names of all promises of models."""
+"""Names of all promises of models."""
 DESCRIBED = Promise(offered.described, "it has a text, and says where it is from")
 REPEATS = Promise(
     offered.repeats, "again, and in another process, the bits are the same"
@@ -87,17 +89,21 @@ OFFERED: dict[str, dict[str, Promise]] = {
         "repeats": REPEATS,
     },
 }
-"""The promises of what else a file can offer."""
+"""Promises of the other entries of a file, by kind and name."""
 NEEDED = ("settings", "presets", "allocation", "calls")
-"""Promises without which the others cannot be tried."""
-KEPT, BROKEN, ELSEWHERE = "kept", "broken", "does not apply"
+"""Promises without which the others cannot be checked."""
+KEPT = "kept"
+BROKEN = "broken"
+ELSEWHERE = "does not apply"
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What became of a promise: `status` is KEPT, BROKEN or ELSEWHERE, and `why`
-    a sentence where it is not kept. `text` is what is promised, and `of` the entry that
-    promises it, as `metric gain`; "" for a model.
+    """The outcome of a promise.
+
+    `status` is KEPT, BROKEN or ELSEWHERE, and `why` a sentence unless the promise is
+    kept. `text` is the promise in words. `of` is the entry that makes the promise, such
+    as `metric gain`; "" for a model.
     """
 
     promise: str
@@ -109,16 +115,38 @@ class Kept:
 
     @property
     def words(self) -> str:
-        """What is promised, or why that is not kept."""
+        """The promise, or the reason why it is not kept."""
         return self.why or self.text
 
 
 def assert_keeps(model: Model | str | Path, promise: str) -> None:
-    """Raise AssertionError, with file, line and rule in a sentence, where `model`
-    breaks a promise, and `unittest.SkipTest` with the reason where that does not apply.
+    """Check a promise of a model.
 
-    `model` is a Model, the path of a file with one, or a name as `subject` reads it;
-    `promise` is one of PROMISES, else ValueError is raised.
+    Parameters
+    ----------
+    model : Model, str or Path
+        A Model, the path of a file with one such as ``"vortex.py"`` or
+        ``"vortex.py:NAME"``, an object of a module such as ``"package.module:NAME"``,
+        or the name of a registered model.
+    promise : str
+        One of PROMISES.
+
+    Raises
+    ------
+    AssertionError
+        If the model breaks the promise. The sentence names file, line and rule.
+    unittest.SkipTest
+        If the promise does not apply, with the reason.
+    ValueError
+        If `promise` is not one of PROMISES.
+    ChoiceError
+        If there is no such model.
+    CodeError
+        If the file has no model, or cannot be loaded.
+
+    Examples
+    --------
+    >>> assert_keeps("vortex.py", "restart")
     """
     if promise not in ALL:
         raise ValueError(f"no promise {promise!r}; allowed: {', '.join(PROMISES)}")
@@ -126,61 +154,85 @@ def assert_keeps(model: Model | str | Path, promise: str) -> None:
 
 
 def assert_offers(file: str | Path) -> None:
-    """Raise AssertionError, with file, line and rule in a sentence, where a metric, a
-    map, a start or a sampler of a file breaks a promise.
+    """Check the promises of the metrics, maps, starts and samplers of a file.
 
-    Raises CodeError for what is no such entry, and ValueError for a file without any.
+    Parameters
+    ----------
+    file : str or Path
+        Path of the file.
+
+    Raises
+    ------
+    AssertionError
+        If an entry breaks a promise. The sentence names file, line and rule.
+    CodeError
+        If an entry of the file is not valid.
+    ValueError
+        If the file has no entries.
+
+    Examples
+    --------
+    >>> assert_offers("mine.py")
     """
-    found = entrants(str(file))
-    if not found:
+    checked = entrants(str(file))
+    if not checked:
         raise ValueError(f"{file}: no METRICS, MAPS, STARTS or SAMPLERS")
-    for one in found:
-        for promise in OFFERED[one.kind].values():
+    for entrant in checked:
+        for promise in OFFERED[entrant.kind].values():
             with suppress(SkipTest):
-                _check(promise, one)
+                _check(promise, entrant)
 
 
 def check_file(reference: str) -> Iterator[Kept]:
-    """What becomes of each promise of a model, and of what else its file offers. A file
-    without a model is checked for the rest alone.
+    """Yield the outcome of each promise of a model and of the rest of its file.
+
+    A file without a model is checked for its other entries alone.
     """
-    others = entrants(reference)
-    if not others or has_model(reference):
+    checked = entrants(reference)
+    if not checked or has_model(reference):
         yield from check_all(subject(reference))
-    for one in others:
-        yield from _checked(OFFERED[one.kind], one, one.words)
+    for entrant in checked:
+        yield from _checked(OFFERED[entrant.kind], entrant, entrant.words)
 
 
-def check_all(about: Subject) -> Iterator[Kept]:
-    """What becomes of each promise of a model, one after the other. Where a needed one
-    is broken, the others do not apply.
+def check_all(subject: Subject) -> Iterator[Kept]:
+    """Yield the outcome of each promise of a model, one after the other.
+
+    If a needed promise is broken, the promises after it do not apply.
     """
-    return _checked(ALL, about)
+    return _checked(ALL, subject)
 
 
 def _checked(
-    promises: Mapping[str, Promise], about: Subject | Entrant, of: str = ""
+    promises: Mapping[str, Promise], checked: Subject | Entrant, of: str = ""
 ) -> Iterator[Kept]:
     lost = ""
     for name, promise in promises.items():
-        began, status, why = time.perf_counter(), KEPT, ""
+        began = time.perf_counter()
+        status = KEPT
+        why = ""
         try:
             if lost:
                 raise SkipTest(f'"{lost}" must be kept first')
-            _check(promise, about)
+            _check(promise, checked)
         except AssertionError as error:
-            status, why = BROKEN, str(error)
+            status = BROKEN
+            why = str(error)
             lost = name if name in NEEDED else ""
         except SkipTest as error:
-            status, why = ELSEWHERE, str(error)
+            status = ELSEWHERE
+            why = str(error)
         seconds = time.perf_counter() - began
-        yield Kept(name, status, why, seconds, promise.text, of)
+        yield Kept(name, status, why, seconds, text=promise.text, of=of)
 
 
-def _check(promise: Promise, about: Subject | Entrant) -> None:
-    """An error that the code raises, or kernels with it, breaks the promise, too."""
+def _check(promise: Promise, checked: Subject | Entrant) -> None:
+    """Check a promise of a model or another entry.
+
+    An error that the code raises, or kernels with it, breaks the promise, too.
+    """
     try:
-        promise.check(about)
+        promise.check(checked)
     except (AssertionError, SkipTest, UserError):
         raise
     except Exception as error:

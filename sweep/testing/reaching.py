@@ -1,4 +1,4 @@
-"""That a model is touched by nothing beyond what it declares."""
+"""The check that a model depends on nothing beyond its declared reach."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -30,42 +30,49 @@ BOIDS = 8
 DRAWS = 4
 OBSTACLES = 12
 MOST_TRIES = 6
-NEAREST, FARTHEST = 0.3, 0.9
-"""Of the range: where those stand who are near a boid, and outside its cone."""
+NEAREST = 0.3
+FARTHEST = 0.9
+"""Distances between which boids outside the cone are placed, in ranges of sight."""
 CORNER = 0.01
-"""Of the side of a periodic world: the place of the observer along both axes."""
+"""Coordinates of the observer in a periodic world, as a fraction of its side."""
 MOST_ROOM = 2
-"""Ranges beyond which boids would come near again on the other side of such a world."""
+"""Maximum room in a periodic world, in ranges: farther boids come near again."""
 
 Places = Callable[[float], Floats | None]
-"""Of the boids (2, N), if they are so much farther away as what moves within a step
-needs; None where there are no such places.
+"""Positions of the boids (2, N), at a distance larger by the room for moves in a step.
+
+The argument is the room. The positions are None if there are no such ones.
 """
 
 
 class Observed(NamedTuple):
-    """x, y, vx and vy of the observer after a step, and the random numbers drawn."""
+    """The observer after a step: x, y, vx and vy, and the state of the noise."""
 
     bits: bytes
     noise: str
 
 
 def reach(subject: Subject) -> None:
-    """A step of a boid has the same bits wherever the boids are that it cannot see by
-    `sight`, be they too far away or outside its cone, and with or without obstacles
-    beyond `obstacle_reach`.
+    """Check that a step of a boid depends only on what it can perceive.
 
-    Where boids move by d within a step, that is tried from 2 d beyond the range on. It
-    is tried in an open world, and across the borders of a periodic one.
+    The step is bitwise identical wherever the boids are that `sight` excludes: too far
+    away, or outside the cone. It is the same with or without obstacles beyond
+    `obstacle_reach`.
+
+    If boids move by d within a step, the boids are at least 2 d beyond the range. The
+    check uses an open world, and a periodic one across its borders.
     """
-    fitting, tried = 0, 0
+    fitting = 0
+    tried = 0
     for job in every_way(subject, obstacles=False, n=BOIDS):
         is_open = job.settings["borders"] == "open"
         fits = is_open or job.settings["minimum_image"]
         state = begun(job) if fits else None
         if state is not None:
             fitting += 1
-            tried += sum(_boids(subject, job, state, one) for one in (0, BOIDS - 1))
+            tried += sum(
+                _boids(subject, job, state, observer) for observer in (0, BOIDS - 1)
+            )
             tried += _obstacles(subject, job, state) if is_open else 0
     if not fitting:
         raise SkipTest("it has no flight in an open world, nor in a periodic one")
@@ -74,19 +81,19 @@ def reach(subject: Subject) -> None:
 
 
 def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
-    """How many flocks were tried about an observer in the middle."""
+    """Check flocks around an observer in the middle; return their number."""
     outcomes = [
-        (what, outcome)
-        for what, places in _unseen(subject, job, state, observer)
+        (words, outcome)
+        for words, places in _unseen(subject, job, state, observer)
         if (outcome := _settled(job, state, observer, places))
     ]
-    for what, other in outcomes[1:]:
-        wanted = outcomes[0][1]
+    for words, other in outcomes[1:]:
+        reference = outcomes[0][1]
         # Those before it may draw other numbers, which changes its own.
-        comparable = observer == 0 or wanted.noise == other.noise
-        if comparable and wanted.bits != other.bits:
+        comparable = observer == 0 or reference.noise == other.noise
+        if comparable and reference.bits != other.bits:
             raise AssertionError(
-                f"{of_function(subject.model.sight)}: boids {what} change the step of"
+                f"{of_function(subject.model.sight)}: boids {words} change the step of"
                 f" boid {observer} ({in_words(job)}); sight must declare all that"
                 " advance looks at"
             )
@@ -96,26 +103,31 @@ def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
 def _unseen(
     subject: Subject, job: Job, state: State, observer: int
 ) -> Iterator[tuple[str, Places]]:
-    """Places of boids that the observer does not see by `sight`, and what they are."""
-    seen, length = sight_of(job, subject), float(job.settings["width"]) / SIDE
+    """Yield positions of boids outside of `sight`, with words for them."""
+    sight = sight_of(job, subject)
+    length = float(job.settings["width"]) / SIDE
     vx, vy = (float(state.arrays[f"flock.{name}"][observer]) for name in ("vx", "vy"))
     for draw in range(DRAWS):
-        if math.isfinite(seen.range):
+        if math.isfinite(sight.range):
             yield (
-                f"farther away than sight declares, {seen.range:g},",
-                _ring(job, observer, draw, seen.range, length),
+                f"farther away than sight declares, {sight.range:g},",
+                _ring(job, observer, draw, sight.range, length=length),
             )
     for draw in range(DRAWS):
-        if seen.fov < 360.0 and (vx or vy):
-            half, ahead = math.radians(seen.fov / 2), math.atan2(vy, vx)
+        if sight.fov < 360.0 and (vx or vy):
+            half = math.radians(sight.fov / 2)
+            ahead = math.atan2(vy, vx)
             yield (
-                f"outside the cone that sight declares, {seen.fov:g} degrees,",
-                _behind(job, observer, draw, ahead, half, length),
+                f"outside the cone that sight declares, {sight.fov:g} degrees,",
+                _behind(job, observer, draw, ahead, half=half, length=length),
             )
 
 
 def _ring(job: Job, observer: int, draw: int, beyond: float, length: float) -> Places:
-    """Places farther away than `beyond`, up to about twice as far."""
+    """Return positions farther away than `beyond`.
+
+    The distance beyond it is the room for moves, and up to one range of sight.
+    """
 
     def places(room: float) -> Floats | None:
         if job.settings["minimum_image"] and room > MOST_ROOM * length:
@@ -130,7 +142,10 @@ def _ring(job: Job, observer: int, draw: int, beyond: float, length: float) -> P
 def _behind(
     job: Job, observer: int, draw: int, ahead: float, half: float, length: float
 ) -> Places:
-    """Places within the range, at larger angles than `half` from the way ahead."""
+    """Return positions within the range, but outside the cone.
+
+    Their angles from the direction `ahead` are larger than `half`, in radians.
+    """
 
     def places(room: float) -> Floats | None:
         rng = np.random.default_rng(draw)
@@ -145,8 +160,9 @@ def _behind(
 
 
 def _about(job: Job, observer: int, distances: Floats, angles: Floats) -> Floats:
-    """Places about the observer: it is in the middle of an open world, and at a corner
-    of a periodic one.
+    """Return positions around the observer, shape (2, N).
+
+    The observer is in the middle of an open world, and at a corner of a periodic one.
     """
     distances[observer] = 0.0
     around: Floats = distances * np.stack([np.cos(angles), np.sin(angles)])
@@ -157,21 +173,22 @@ def _about(job: Job, observer: int, distances: Floats, angles: Floats) -> Floats
 
 
 def _obstacles(subject: Subject, job: Job, state: State) -> int:
-    """How many worlds with obstacles were tried about the first boid."""
-    model, params = subject.model, params_of(job, subject)
-    beyond, length = model.obstacle_reach(params), float(job.settings["width"]) / SIDE
+    """Check worlds with obstacles around the first boid; return their number."""
+    model = subject.model
+    beyond = model.obstacle_reach(params_of(job, subject))
+    length = float(job.settings["width"]) / SIDE
     if model.occupancy or math.isinf(beyond):
         return 0
     # Obstacles would be left out by the declared reach itself.
     job = replace(job, known=subject.variant(obstacle_reach=_everywhere).known)
-    far = _ring(job, 0, 0, 2 * length, length)
+    far = _ring(job, 0, 0, 2 * length, length=length)
     for draw in range(DRAWS):
         room = _room(job, state, 0, far)
         if room is None:
             return 0
         rocks = _rocks(job, beyond + room, length, np.random.default_rng(draw))
         among = replace(job, obstacles=rocks)
-        alone, other = (_after(one, state, 0, far(room)) for one in (job, among))
+        alone, other = (_after(world, state, 0, far(room)) for world in (job, among))
         if alone[0].bits != other[0].bits:
             raise AssertionError(
                 f"{of_function(model.obstacle_reach)}: obstacles farther away than"
@@ -187,28 +204,36 @@ def _everywhere(_params: object) -> float:
 
 
 def _rocks(job: Job, beyond: float, length: float, rng: Generator) -> Obstacles:
-    """Discs about the middle, whose surfaces are farther away than `beyond`."""
-    middle, size = float(job.settings["width"]) / 2, length / 8
+    """Return discs around the middle, with surfaces farther away than `beyond`."""
+    middle = float(job.settings["width"]) / 2
+    size = length / 8
     distances = (beyond + size) * (1 + 1e-9) + length * rng.random(OBSTACLES)
     angles = rng.uniform(0, 2 * math.pi, OBSTACLES)
     x, y = middle + distances * np.stack([np.cos(angles), np.sin(angles)])
-    return tuple((*one, size, size, 1.0) for one in np.stack([x, y]).T.tolist())
+    return tuple((*disc, size, size, 1.0) for disc in np.stack([x, y]).T.tolist())
 
 
 def _settled(job: Job, state: State, observer: int, places: Places) -> Observed | None:
-    """What becomes of the observer, with room enough for what moves."""
+    """Return the outcome of the observer, with room enough for moves.
+
+    It is None if no room is enough.
+    """
     room = _room(job, state, observer, places)
     return None if room is None else _after(job, state, observer, places(room))[0]
 
 
 def _room(job: Job, state: State, observer: int, places: Places) -> float | None:
-    """Twice as much as any boid moves in the next step; None if no room is enough."""
+    """Return at least twice the largest move of a boid in the next step.
+
+    The move depends on the positions, so the room is found by trying. It is None if no
+    room is enough.
+    """
     room = 0.0
     for _ in range(MOST_TRIES):
-        there = places(room)
-        if there is None:
+        positions = places(room)
+        if positions is None:
             return None
-        moved = _after(job, state, observer, there)[1]
+        moved = _after(job, state, observer, positions)[1]
         if 2 * moved <= room:
             return room
         room = 2.5 * moved
@@ -218,7 +243,7 @@ def _room(job: Job, state: State, observer: int, places: Places) -> float | None
 def _after(
     job: Job, state: State, observer: int, places: Floats | None
 ) -> tuple[Observed, float]:
-    """The outcome of one step from these places, and how far the fastest boid moves."""
+    """Return the outcome of one step, and the largest move of a boid."""
     assert places is not None
     arrays = dict(state.arrays)
     arrays["flock.x"], arrays["flock.y"] = places

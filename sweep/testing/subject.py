@@ -1,4 +1,4 @@
-"""The model that is checked, and what other processes find it by."""
+"""The model that is checked, and the reference by which processes find it."""
 
 import importlib
 import sys
@@ -19,11 +19,11 @@ from sweep.text import unknown
 
 @dataclass(frozen=True)
 class Subject:
-    """A model with the catalogue in which it is entered.
+    """A model with the catalogue that contains it.
 
-    `reference` finds it in another process, as `subject` reads it; a Model that is in
-    no file has none. `refused` says why studies cannot name the model of a file, if
-    they cannot.
+    `reference` finds the model in another process, as `subject` reads it. A Model that
+    is in no file has none. `refused` is the reason why studies cannot name the model of
+    a file, or "".
     """
 
     model: Model
@@ -33,25 +33,26 @@ class Subject:
 
     @property
     def settings(self) -> dict[str, Setting]:
+        """The parameters of the model by name."""
         return settings_of(self.model.name, self.known)
 
     @property
     def travels(self) -> bool:
-        """Whether workers are given the model with a job."""
+        """True if workers receive the model with a job."""
         return self.known is BUILT_IN or bool(self.known.runs)
 
     def variant(self, **fields: Any) -> "Subject":
-        """The same model with other values of some fields of Model."""
+        """Return the same model with other values of some fields of Model."""
         model = self.model._replace(**fields)
         return replace(self, model=model, known=entered(model), reference="")
 
 
 def subject(model: Model | str | Path) -> Subject:
-    """The subject of a Model, of the name of a registered one, or of a reference:
-    `vortex.py`, `vortex.py:NAME` or `package.module:NAME`.
+    """Return the subject of a model.
 
-    Raises ChoiceError where there is no such model, and CodeError for a file of which
-    none can be had.
+    `model` is a Model, the name of a registered one, or a reference: `vortex.py`,
+    `vortex.py:NAME` or `package.module:NAME`. Raises ChoiceError for an unknown model,
+    and CodeError for a file without a valid one.
     """
     if isinstance(model, Model):
         return _of_model(model)
@@ -59,33 +60,35 @@ def subject(model: Model | str | Path) -> Subject:
     if file.endswith(SUFFIX):
         return _of_file(Path(file), attribute or MODEL)
     if attribute:
-        found = getattr(importlib.import_module(file), attribute)
-        return Subject(found, entered(found), str(model))
+        imported = getattr(importlib.import_module(file), attribute)
+        return Subject(imported, entered(imported), str(model))
     if file not in BUILT_IN.models:
         raise ChoiceError(unknown("model", file, BUILT_IN.models))
     return Subject(BUILT_IN.models[file], BUILT_IN, file)
 
 
 def _of_model(model: Model) -> Subject:
-    """The subject of a Model that is registered, or stands at the top of the module of
-    its `advance`.
+    """Return the subject of a Model.
+
+    A reference needs a Model that is registered, or at the top of the module of its
+    `advance`.
     """
     if BUILT_IN.models.get(model.name) is model:
         return Subject(model, BUILT_IN, model.name)
     module = sys.modules.get(model.advance.__module__)
-    names = [name for name, one in vars(module).items() if one is model]
+    names = [name for name, member in vars(module).items() if member is model]
     reference = f"{model.advance.__module__}:{names[0]}" if names else ""
     return Subject(model, entered(model), reference)
 
 
 def entered(model: Model) -> Catalogue:
-    """The catalogue of ours in which `model` is the only model."""
+    """Return the built-in catalogue with `model` as its only model."""
     models = {model.name: model}
     return Catalogue(models, BUILT_IN.metrics, BUILT_IN.maps, BUILT_IN.starts)
 
 
 def _of_file(path: Path, attribute: str) -> Subject:
-    """The subject of the model in a file, be it one that studies can name or not."""
+    """Return the subject of the model in a file, even if studies cannot name it."""
     if not path.is_file():
         raise CodeError(f"{path}: no such file")
     sources = gather(path.parent, [path.name])
@@ -93,9 +96,10 @@ def _of_file(path: Path, attribute: str) -> Subject:
     model = getattr(module, attribute, None)
     if not isinstance(model, Model):
         model = model_of(module, path.name, attribute)  # raises CodeError
-    reference, refused = f"{path.resolve()}:{attribute}", ""
+    refused = ""
     try:
         known: Catalogue = loaded(OwnCode(sources, ((path.name, attribute),)))
     except CodeError as error:
-        known, refused = entered(model), str(error)
-    return Subject(model, known, reference, refused)
+        known = entered(model)
+        refused = str(error)
+    return Subject(model, known, f"{path.resolve()}:{attribute}", refused)

@@ -1,4 +1,4 @@
-"""That a model has the symmetries that it declares."""
+"""The check that a model has the symmetries that it declares."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -20,11 +20,14 @@ from sweep.trial.kinds import kinds_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import State
 
-BOIDS, STEPS = 25, 16
+BOIDS = 25
+STEPS = 16
 TOLERANCE = 1e-10
-"""Of the side of the world, and for velocities of its side in a step or of the highest
-speed. Rounding is 1e-16 of it, which the published models amplify to at most 1e-12 in
-15 steps; a symmetry that does not hold is off by more than 1e-6.
+"""Tolerance as a fraction of the side of the world.
+
+For velocities the unit is the side per step, or the highest speed. Rounding is 1e-16 of
+it, which the published models amplify to at most 1e-12 in 15 steps. A symmetry that
+does not hold is off by more than 1e-6.
 """
 PLACES = (("flock.x", "flock.y"),)
 VECTORS = (
@@ -34,13 +37,15 @@ VECTORS = (
 )
 STATES = ("work.state", "work.state_before")
 BY_BOID = ("flock.", "work.heading_", "work.state")
-"""How the names of arrays begin whose last axis has a place for each boid."""
+"""Prefixes of the names of arrays whose last axis is that of the boids."""
 
 
 class Transform(NamedTuple):
-    """What becomes of a flock: places p become `turn` p + `shift`, vectors are turned
-    only, and boids stand in another `order`. On a torus places are taken modulo `side`.
-    `rows` are the pairs of rows of the state that are vectors.
+    """A change of a flock.
+
+    Positions p become `turn` p + `shift`, and vectors become `turn` v. The boids are in
+    another `order`. In a periodic world positions are taken modulo `side`. `rows` are
+    the pairs of rows of the state that are vectors.
     """
 
     turn: Floats
@@ -50,7 +55,7 @@ class Transform(NamedTuple):
     rows: tuple[tuple[int, int], ...]
 
     def of(self, state: State) -> State:
-        """The changed state. What else boids have goes along as it is."""
+        """Return the changed state; other arrays of boids only follow the order."""
         arrays = {name: array.copy() for name, array in state.arrays.items()}
         for pairs, shift in ((PLACES, self.shift), (VECTORS, np.zeros((2, 1)))):
             for names in pairs:
@@ -69,37 +74,40 @@ class Transform(NamedTuple):
 
 
 def symmetries(subject: Subject) -> None:
-    """A flock that is moved, turned, mirrored or sorted otherwise does the same, moved,
-    turned, mirrored or sorted, within TOLERANCE: in a world without obstacles, whose
-    middle is the goal.
+    """Check that a changed flock moves as the flock does, changed.
+
+    The changes are shifts, rotations, reflections and other orders of the boids. The
+    check uses a world without obstacles, whose middle is the goal, and holds within
+    TOLERANCE.
     """
-    declared, place = subject.model.symmetries, of_field(subject.model, "symmetries")
+    declared = subject.model.symmetries
+    place = of_field(subject.model, "symmetries")
     if not declared:
         raise SkipTest("it declares no symmetry")
-    if said := _not_readable(subject, declared):
-        raise AssertionError(f"{place}: {said}")
+    if message := _not_readable(subject, declared):
+        raise AssertionError(f"{place}: {message}")
     known = list(subject.model.state)
     rows = tuple((known.index(x), known.index(y)) for x, y in subject.model.vectors)
-    for name, given in declared.items():
-        changes = {"n": BOIDS, "steps": STEPS} | dict(given)
+    for name, settings in declared.items():
+        changes = {"n": BOIDS, "steps": STEPS} | dict(settings)
         for job in every_way(subject, obstacles=False, **changes):
             near = replace(job, settings=job.settings | together(job))
             for change in _changes(name, near, rows):
-                if wrong := _broken(near, change):
+                if error := _broken(near, change):
                     raise AssertionError(
-                        f'{place}: "{name}" does not hold ({in_words(job)}): {wrong};'
+                        f'{place}: "{name}" does not hold ({in_words(job)}): {error};'
                         " declare the settings with which it does, or declare it not"
                     )
 
 
 def _not_readable(subject: Subject, declared: Any) -> str | None:
-    """What is wrong with how symmetries are declared."""
+    """Return the error in the declaration of symmetries; None if valid."""
     if not isinstance(declared, Mapping):
         return 'symmetries are written as {"translation": {"setting": value}}'
-    for name, given in declared.items():
+    for name, settings in declared.items():
         if name not in get_args(Symmetry):
             return unknown("symmetry", name, get_args(Symmetry))
-        for setting, value in given.items():
+        for setting, value in settings.items():
             if setting not in subject.settings:
                 return f"{name}: {unknown('setting', setting, subject.settings)}"
             try:
@@ -112,12 +120,16 @@ def _not_readable(subject: Subject, declared: Any) -> str | None:
 def _changes(
     name: str, job: Job, rows: tuple[tuple[int, int], ...]
 ) -> Iterator[Transform]:
-    """The changes by which a symmetry is tried in the world of a job."""
-    side, borders = float(job.settings["width"]), job.settings["borders"]
-    is_open = borders == "open"
-    as_it_is, here = np.eye(2), np.zeros((2, 1))
-    order = np.arange(BOIDS)
-    same = Transform(as_it_is, here, order, math.inf, rows)
+    """Yield the changes that check a symmetry in the world of a job."""
+    side = float(job.settings["width"])
+    is_open = job.settings["borders"] == "open"
+    same = Transform(
+        turn=np.eye(2),
+        shift=np.zeros((2, 1)),
+        order=np.arange(BOIDS),
+        side=math.inf,
+        rows=rows,
+    )
     turned = same._replace(shift=np.array([[side], [0.0]]))
     if name == "translation" and is_open:
         yield same._replace(shift=side * np.array([[0.2175], [-0.128]]))
@@ -135,8 +147,13 @@ def _changes(
 
 
 def _sorted_otherwise(job: Job) -> NDArray[np.intp]:
-    """Another order of boids, within each kind: the first boids are of the first."""
-    rng, orders, start = np.random.default_rng(6), list[NDArray[np.intp]](), 0
+    """Return another order of boids, shape (N,).
+
+    It is within each kind, since the first boids are those of the first kind.
+    """
+    rng = np.random.default_rng(6)
+    orders: list[NDArray[np.intp]] = []
+    start = 0
     for count in kinds_of(job).values() or [BOIDS]:
         orders.append(start + rng.permutation(count))
         start += count
@@ -144,34 +161,42 @@ def _sorted_otherwise(job: Job) -> NDArray[np.intp]:
 
 
 def _about_the_middle(same: Transform, angle: float, side: float) -> Transform:
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine = math.cos(angle)
+    sine = math.sin(angle)
     turn = np.array([[cosine, -sine], [sine, cosine]])
     middle = np.full((2, 1), side / 2)
     return same._replace(turn=turn, shift=middle - turn @ middle)
 
 
 def _is_synchronous(job: Job) -> bool:
-    """Boids that see each other's new states one after the other have an order."""
+    """Return whether the boids of a trial have no order.
+
+    Boids that see each other's new states one after the other have an order.
+    """
     return job.settings.get("update") != "sequential"
 
 
 def _broken(job: Job, change: Transform) -> str | None:
-    """By how much the changed flock ends up elsewhere than the flock, changed."""
+    """Return the difference between the changed flock and the flock, changed, in words.
+
+    It is None within TOLERANCE.
+    """
     state = begun(job)
     if state is None:
         return None
-    plain, changed = _end(job, state), _end(job, change.of(state))
+    plain = _end(job, state)
+    changed = _end(job, change.of(state))
     if plain is None or changed is None:
         if plain is changed:
             return None
         return "one of the two flocks does not stay finite"
-    wanted = change.of(plain)
+    expected = change.of(plain)
     side, dt = (float(job.settings[name]) for name in ("width", "dt"))
     speed = max(float(np.abs(plain.arrays[name]).max()) for name in VECTORS[0])
     worst = 0.0
     for names, scale in ((PLACES[0], side), (VECTORS[0], max(side / dt, speed))):
         for name in names:
-            off = np.abs(wanted.arrays[name] - changed.arrays[name])
+            off = np.abs(expected.arrays[name] - changed.arrays[name])
             if names == PLACES[0] and math.isfinite(change.side):
                 off = np.minimum(off, change.side - off)
             worst = max(worst, float(off.max()) / scale)
@@ -184,7 +209,7 @@ def _broken(job: Job, change: Transform) -> str | None:
 
 
 def _end(job: Job, state: State) -> State | None:
-    """The state at the end of a flight from a state; None if it is not finite."""
+    """Return the state at the end of a trial from a state; None if not finite."""
     simulation = Simulation(job)
     simulation.restore(state)
     going = go(simulation, simulation.steps_left)
