@@ -8,8 +8,8 @@ import pytest
 from kernels.jit import jit
 from kernels.models import MODELS
 from kernels.robots import differing
-from kernels.robots.differing import params_of
 from kernels.robots.abilities import abilities, in_source, to_declare
+from kernels.robots.differing import params_of
 from kernels.robots.readers import parameters_read, potential_of
 
 ANY = MODELS["nanobot"]
