@@ -22,17 +22,14 @@ def robots(subject: Subject) -> None:
     model = subject.model
     if missing := to_declare(model):
         raise SkipTest(f"its Model does not say what robots can do: add {missing}")
-    declared = abilities(model)
-    found = in_source(model)
-    for name, value in found._asdict().items():
-        said = getattr(declared, name)
-        if name == "shared":
-            said = tuple(sorted(said))
-            value = tuple(sorted(value))
-        if said != value:
+    declared = abilities(model)._asdict()
+    by_source = in_source(model)._asdict()
+    for name, value in declared.items():
+        in_order = sorted if name == "shared" else bool
+        if in_order(value) != in_order(by_source[name]):
             raise AssertionError(
-                f"{of_field(model, name)}: {name} is {said!r}, and by its source"
-                f" {value!r}"
+                f"{of_field(model, name)}: {name} is {value!r}, and by its source"
+                f" {by_source[name]!r}"
             )
 
 
