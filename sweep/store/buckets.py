@@ -126,21 +126,21 @@ class Bucket:
         self.discard(part)
         return place
 
-    def tidy(self, *, whole: bool) -> None:
+    def tidy(self, *, alone: bool) -> None:
         """Delete old tables without a manifest and old graves of claims; only while
         nobody else writes to the study.
         """
-        if not whole:
+        if not alone:
             return
         study = patiently(self.root.listed)
-        found = study.found or {}
+        found = study.objects or {}
         now = max((one.st_mtime_ns for one in found.values()), default=0)
         for part in (study / PARTS).iterdir():
             is_part = (part / MANIFEST).exists() or not PART_NAME.fullmatch(part.name)
-            if not is_part and _age(part.found, now) > LEFTOVER_SECONDS:
+            if not is_part and _age(part.objects, now) > LEFTOVER_SECONDS:
                 _delete_below(part)
         for grave in (study / LOCK).glob(f"*{GRAVE}"):
-            if _age(grave.found, now) > GRAVE_SECONDS:
+            if _age(grave.objects, now) > GRAVE_SECONDS:
                 _delete(grave)
 
     def content(self) -> dict[str, int]:
@@ -187,7 +187,7 @@ class Bucket:
 
     def _own(self) -> dict[str, ListedObject]:
         """The objects of the study by their keys below its prefix, but for its lock."""
-        found = patiently(self.root.listed).found or {}
+        found = patiently(self.root.listed).objects or {}
         first = {key: key.partition("/")[0] for key in found}
         return {
             key: one

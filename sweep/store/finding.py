@@ -17,7 +17,7 @@ def stored_names(results: Location) -> list[str]:
     if isinstance(results, Path):
         return launched_studies(results)
     ending = f"/{PLAN}"
-    found = results.listed().found or ()
+    found = results.listed().objects or ()
     return sorted(key.removesuffix(ending) for key in found if key.endswith(ending))
 
 

@@ -133,7 +133,7 @@ class Folder:
         self._flush(place.parent)
         return place
 
-    def tidy(self, *, whole: bool) -> None:
+    def tidy(self, *, alone: bool) -> None:
         """Delete what dead processes were writing, and flush what they had stored.
 
         On this machine a process that has ended is dead. Files of another machine, or
@@ -148,7 +148,7 @@ class Folder:
             dead = (
                 started(int(process)) is None
                 if owner == here()
-                else whole and self._is_old(folder)
+                else alone and self._is_old(folder)
             )
             if dead:
                 shutil.rmtree(folder, ignore_errors=True)

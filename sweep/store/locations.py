@@ -146,14 +146,14 @@ class ObjectPath:
     """An object, or a prefix, of an object store, with those methods of pathlib.Path
     that the reader of a store needs.
 
-    `key` begins with the bucket. `found` are the objects below it, by the rest of their
+    `key` begins with the bucket. `objects` are those below it, by the rest of their
     keys, if they have been listed already: then the server is not asked again. This is
     for what never changes, such as a part.
     """
 
     server: ObjectServer = field(compare=False, repr=False)
     key: str
-    found: Mapping[str, ListedObject] | None = field(
+    objects: Mapping[str, ListedObject] | None = field(
         default=None, compare=False, repr=False
     )
 
@@ -161,7 +161,7 @@ class ObjectPath:
         return f"s3://{self.key}"
 
     def __truediv__(self, name: str) -> "ObjectPath":
-        below = None if self.found is None else _below(self.found).get(name, {})
+        below = None if self.objects is None else _below(self.objects).get(name, {})
         return ObjectPath(self.server, f"{self.key}/{name}", below)
 
     @property
@@ -181,10 +181,10 @@ class ObjectPath:
 
     def stat(self) -> ListedObject:
         """Size and time. Raises FileNotFoundError where there is no such object."""
-        if self.found is not None:
-            if "" not in self.found:
+        if self.objects is not None:
+            if "" not in self.objects:
                 raise FileNotFoundError(str(self))
-            return self.found[""]
+            return self.objects[""]
         about = self.server.ask(self, lambda files: files.get_file_info(self.key))
         if not about.is_file:
             raise FileNotFoundError(str(self))
@@ -207,7 +207,7 @@ class ObjectPath:
         start = len(self.key) + 1
         return replace(
             self,
-            found={
+            objects={
                 one.path[start:]: ListedObject(max(one.size, 0), one.mtime_ns)
                 for one in about
                 if one.is_file
@@ -216,8 +216,8 @@ class ObjectPath:
 
     def iterdir(self) -> Iterator["ObjectPath"]:
         """The objects and prefixes directly below this one."""
-        here = self if self.found is not None else self.listed()
-        below = _below(here.found or {})
+        here = self if self.objects is not None else self.listed()
+        below = _below(here.objects or {})
         return (
             ObjectPath(self.server, f"{self.key}/{name}", found)
             for name, found in below.items()

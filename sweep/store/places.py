@@ -50,8 +50,8 @@ class StudyPlace(Protocol):
     def set_aside(self, part: Location) -> Location | None:
         """Move a part below damaged/. Returns its new place; None if it is gone."""
 
-    def tidy(self, *, whole: bool) -> None:
-        """Delete what dead processes were writing; with `whole`, nobody else is at work
+    def tidy(self, *, alone: bool) -> None:
+        """Delete what dead processes were writing; with `alone`, nobody else is at work
         on the study.
         """
 

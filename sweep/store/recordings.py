@@ -96,17 +96,17 @@ def _recording(part: Location) -> Recording | None:
 
 @dataclass(frozen=True, eq=False)
 class Served:
-    """Trials that are not stored, `asked`, and the stored ones in their place, which
+    """Trials that are not stored, `missing`, and the stored ones in their place, which
     are the same flights and record more; both (n,).
     """
 
-    asked: KnownIds
+    missing: KnownIds
     stored: Ids
 
     @classmethod
-    def of(cls, asked: Ids, stored: Ids) -> "Served":
+    def of(cls, missing: Ids, stored: Ids) -> "Served":
         """Each of some trials, and the stored one in its place."""
-        return cls(KnownIds.of(asked), stored)
+        return cls(KnownIds.of(missing), stored)
 
     def __len__(self) -> int:
         return len(self.stored)
@@ -115,7 +115,7 @@ class Served:
         """The ids with those of stored trials in the place of those that they serve."""
         found = ids.copy()
         for some in blocks(found):
-            places = self.asked.places(some)
+            places = self.missing.places(some)
             there = places >= 0
             some[there] = self.stored[places[there]]
         return found
@@ -127,7 +127,7 @@ class Served:
 
         def into(batch: pa.RecordBatch) -> pa.RecordBatch:
             ids = batch.column(place)
-            places = self.asked.places_of_column(pa.chunked_array([ids]))
+            places = self.missing.places_of_column(pa.chunked_array([ids]))
             there = places >= 0
             stored = as_texts(self.stored[places[there]]).combine_chunks()
             ids = pc.replace_with_mask(ids, pa.array(there), stored)
@@ -139,7 +139,7 @@ class Served:
         """These and others."""
         if not len(self):
             return others
-        mine, theirs = self.asked, others.asked
+        mine, theirs = self.missing, others.missing
         rows = np.concatenate([mine.rows, len(self) + theirs.rows])
         ids = np.concatenate([mine.ids, theirs.ids])
         order = np.argsort(ids)

@@ -219,7 +219,7 @@ class Store:
         for part in parts:
             if part.name in replaced:
                 self.discard(part)
-        self.place.tidy(whole=not self.shared)
+        self.place.tidy(alone=not self.shared)
 
     def write_plan(
         self, plan: pa.RecordBatchReader, asked: pa.Table | None = None
