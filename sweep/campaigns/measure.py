@@ -346,7 +346,7 @@ class _Measuring:
         """What is stored of trials in a table. Raises StoreError for what no launch
         writes.
         """
-        trials = as_texts(pairs.asked.ids).combine_chunks()
+        trials = as_texts(pairs.missing.ids).combine_chunks()
         table = self.store.read(name, trial_ids=trials)
         return checked(self.study.name, name, table, point.known)
 

@@ -94,7 +94,7 @@ def twins(
     for recording in recordings:
         names = columns_of(recording.shared(asked))
         own = ids_recording(study, jobs if names else (), asked)
-        run = served.asked.places(own) < 0
+        run = served.missing.places(own) < 0
         if not run.any():
             continue
         own = own[run]

@@ -76,7 +76,7 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
         _refuse_others(place, study, packed)
         try:
             with Lock(place):
-                place.tidy(whole=True)
+                place.tidy(alone=True)
                 # Somebody may have launched it, and ended, while we waited.
                 _refuse_others(place, study, packed)
                 launched_as, own_code = _fill(place, packed)

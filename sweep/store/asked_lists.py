@@ -1,7 +1,7 @@
-"""What a search has asked for, as a column of its plan: a list for each trial, as a
-trial may be asked for more than once.
+"""Trials that a search has asked for, as a column of its plan: a list for each trial.
 
-So the plan and what was asked for are one file, which is replaced in one step.
+A trial may be asked for more than once. So the plan and the requests are one file,
+which is replaced in one step.
 """
 
 import numpy as np
@@ -12,24 +12,37 @@ from sweep.errors import UnreadableError
 from sweep.store.locations import Location
 
 ASKED_FOR = "asked for"
-"""The column. The blank keeps it apart from settings, which are columns too."""
+"""Name of the column.
+
+Its blank keeps it apart from parameters, which are columns too.
+"""
 ROW = "row"
-"""The place in the table of what was asked for, beside its other columns."""
+"""Number of a request in the table of all requests, next to its other columns."""
 
 
-def with_asked(plan: pa.Table, asked: pa.Table) -> pa.Table:
-    """The plan with a column of what was asked for.
+def with_asked(plan: pa.Table, requests: pa.Table) -> pa.Table:
+    """Return the plan with a column of what a search has asked for.
 
-    Each row of `asked` has the `trial_id` of a trial of the plan. The metadata of the
-    column are those of `asked`. Raises ValueError for another trial.
+    Parameters
+    ----------
+    plan : Table
+        One row per trial, with its `trial_id`.
+    requests : Table
+        One row per request, with the `trial_id` of a trial of the plan. Its metadata
+        become those of the column.
+
+    Raises
+    ------
+    ValueError
+        If a request is for a trial that is not in the plan.
     """
     ids = plan["trial_id"].combine_chunks()
-    places = pc.index_in(asked["trial_id"].combine_chunks(), value_set=ids)
+    places = pc.index_in(requests["trial_id"].combine_chunks(), value_set=ids)
     if places.null_count:
         raise ValueError("a search can ask only for trials of its plan")
     numbers = places.to_numpy()
     ends = np.cumsum(np.bincount(numbers, minlength=len(ids)))
-    rows = asked.drop_columns("trial_id").append_column(
+    rows = requests.drop_columns("trial_id").append_column(
         ROW, pa.array(np.arange(len(numbers)))
     )
     rows = rows.take(pa.array(np.argsort(numbers, kind="stable")))
@@ -38,15 +51,26 @@ def with_asked(plan: pa.Table, asked: pa.Table) -> pa.Table:
     )
     offsets = pa.array(np.concatenate([[0], ends]).astype(np.int32))
     lists = pa.ListArray.from_arrays(offsets, values)
-    field = pa.field(ASKED_FOR, lists.type, metadata=asked.schema.metadata)
+    field = pa.field(ASKED_FOR, lists.type, metadata=requests.schema.metadata)
     return plan.append_column(field, lists)
 
 
 def asked_in(plan: pa.Table, file: Location, remedy: str) -> pa.Table:
-    """What was asked for, from a plan with such a column, in its order.
+    """Return what a search has asked for, from a plan with such a column, in its order.
 
-    Raises UnreadableError, which names the `file` and the `remedy`, for a column that
-    no search has written.
+    Parameters
+    ----------
+    plan : Table
+        Its columns `trial_id` and ASKED_FOR.
+    file : Location
+        File of the plan, for the error.
+    remedy : str
+        How to fix it, for the error.
+
+    Raises
+    ------
+    UnreadableError
+        If no search has written the column.
     """
     kind = plan.schema.field(ASKED_FOR).type
     entry = kind.value_type if pa.types.is_list(kind) else pa.null()

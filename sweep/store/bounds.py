@@ -1,11 +1,11 @@
-"""How much a stored table may unpack to, asked of its footer before memory is taken.
+"""Limits of what a stored table may unpack to.
 
-A parquet file of a megabyte can hold billions of equal rows. Plans, and the trials of a
-part, have an id in each row, of 24 hexadecimal digits of a hash. No compression brings
-those below 12 bytes. So the size of the file bounds the number of its rows, whatever
-the size of the study. Series, heatmaps and trajectories of quiet swarms compress well,
-so their files may be small. They are bounded by the memory of this machine, which could
-not hold more anyway.
+They are read from its footer before memory is taken. A parquet file of a megabyte can
+hold billions of equal rows. Plans, and the trials of a part, have an id in each row, of
+24 hexadecimal digits of a hash. No compression brings those below 12 bytes. So the size
+of the file bounds the number of its rows, whatever the size of the study. Series,
+heatmaps and trajectories of quiet swarms compress well, so their files may be small.
+They are bounded by the memory of this machine, which could not hold more anyway.
 """
 
 from typing import Any
@@ -13,18 +13,27 @@ from typing import Any
 from sweep.spec.study_folder import ASKED, PLAN
 
 ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
-"""The least bytes of a row in files with ids. In the last of them one trial may have
-several rows, and so it may in lists of a plan: a value of these takes a byte or more.
+"""Least bytes of a row in files with ids.
+
+In the last of them one trial may have several rows. So it may in lists of a plan, where
+a value takes a byte or more.
 """
 FREE_ROWS = 100_000
-"""Rows that a file of any size may have."""
+"""Number of rows that a file of any size may have."""
 CELL_BYTES = 8
 
 
 def excess_rows(name: str, metadata: Any, size: int) -> str:
-    """Why no launch can have stored this table, in a few words; empty if one can.
+    """Return why no launch can have stored a table, in a few words; empty if one can.
 
-    Its file has this name and size in bytes; `metadata` is that of the file's footer.
+    Parameters
+    ----------
+    name : str
+        Name of the file.
+    metadata : FileMetaData
+        Metadata of the footer of the file.
+    size : int
+        Bytes of the file.
     """
     rows = _rows(metadata)
     if name in ROW_BYTES and rows > FREE_ROWS + size // ROW_BYTES[name]:
@@ -35,10 +44,10 @@ def excess_rows(name: str, metadata: Any, size: int) -> str:
 
 
 def excess_bytes(metadata: Any) -> str:
-    """Why this machine cannot hold a table, in a few words; empty if it can."""
-    groups, rows = _groups(metadata), _rows(metadata)
-    packed = sum(group.total_byte_size for group in groups)
-    unpacked, room = max(packed, CELL_BYTES * rows * metadata.num_columns), _memory()
+    """Return why this machine cannot hold a table, in a few words; empty if it can."""
+    packed = sum(group.total_byte_size for group in _groups(metadata))
+    unpacked = max(packed, CELL_BYTES * _rows(metadata) * metadata.num_columns)
+    room = _memory()
     if unpacked > room:
         return f"it unpacks to {unpacked:,} bytes, this machine has {room:,}"
     return ""
@@ -55,7 +64,7 @@ def _rows(metadata: Any) -> int:
 
 
 def _values(metadata: Any) -> int:
-    """The most values that a column has: more than rows where these are lists."""
+    """Return the most values that a column has: more than rows where it has lists."""
     groups = _groups(metadata)
     return max(
         (
@@ -67,7 +76,7 @@ def _values(metadata: Any) -> int:
 
 
 def _memory() -> int:
-    """The bytes of memory of this machine."""
+    """Return the bytes of memory of this machine."""
     import psutil
 
     return int(psutil.virtual_memory().total)

@@ -1,5 +1,6 @@
-"""A study in an object store: nothing is renamed there, so a part is there when its
-manifest is.
+"""A study in an object store.
+
+Nothing is renamed there, so a part exists once its manifest does.
 
     parts/<part id>/trials.parquet, ...  uploaded first, in any state
     parts/<part id>/manifest.json        uploaded last: without it there is no part
@@ -43,7 +44,7 @@ GRAVE = ".ended"
 
 
 class Bucket:
-    """The place of a study below the prefix `root` of an object store."""
+    """Place of a study below the prefix `root` of an object store."""
 
     def __init__(self, root: ObjectPath) -> None:
         self.root = root
@@ -52,7 +53,10 @@ class Bucket:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new local folder, deleted afterwards. StoreError if writing fails."""
+        """Make a new local folder, which is deleted afterwards.
+
+        Raises StoreError if writing fails.
+        """
         try:
             with tempfile.TemporaryDirectory(
                 prefix=f"boidsweep-{name}-", ignore_cleanup_errors=True
@@ -64,8 +68,9 @@ class Bucket:
             ) from error
 
     def parts(self) -> list[Location]:
-        """All parts, that is those with a manifest, oldest first, with what they
-        consist of; it takes one request.
+        """Return all parts, those with a manifest, oldest first, with their objects.
+
+        It takes one request.
         """
         listed = patiently(self._parts.listed)
         parts = [
@@ -76,27 +81,40 @@ class Bucket:
         return [*sorted(parts, key=lambda part: part.name)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Upload a staged folder as a part, its manifest last. Returns its place."""
+        """Upload a staged folder as a part, its manifest last.
+
+        Parameters
+        ----------
+        staged : Path
+            Local folder of the files of the part.
+        name : str
+            Id of the part.
+
+        Returns
+        -------
+        Location
+            Place of the part, with its objects as if they were listed.
+        """
         files = sorted(
             staged.iterdir(), key=lambda file: (file.name == MANIFEST, file.name)
         )
         for file in files:
             _upload(file, self._parts / name / file.name)
         now = time.time_ns()
-        found = {file.name: ListedObject(file.stat().st_size, now) for file in files}
-        return ObjectPath(self.root.server, f"{self._parts.key}/{name}", found)
+        objects = {file.name: ListedObject(file.stat().st_size, now) for file in files}
+        return ObjectPath(self.root.server, f"{self._parts.key}/{name}", objects)
 
     def put(self, staged: Path) -> None:
-        """Upload a staged file as that of the same name in the study, at once."""
+        """Upload a staged file, which replaces that of the same name in the study."""
         _upload(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
-        """Delete an object of the study, if it is there."""
+        """Delete an object of the study, if it exists."""
         _delete(self.root / name)
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
-        """The parts, downloaded to where they can be read often and fast."""
+        """Download parts to where they can be read often and fast, for the context."""
         with self.staging("fetched") as folder:
             for part in parts:
                 (folder / part.name).mkdir()
@@ -111,8 +129,9 @@ class Bucket:
         _delete_below(place)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Copy a part below damaged/, then delete it. Returns its new place; None if
-        the part is gone.
+        """Copy a part below damaged/, then delete it.
+
+        Returns its new place; None if the part is gone.
         """
         place = self.root / DAMAGED / part.name
         sources: list[Location] = [*part.iterdir()]
@@ -126,47 +145,45 @@ class Bucket:
         self.discard(part)
         return place
 
-    def tidy(self, *, whole: bool) -> None:
-        """Delete old tables without a manifest and old graves of claims; only while
-        nobody else writes to the study.
+    def tidy(self, *, alone: bool) -> None:
+        """Delete old tables without a manifest and old graves of claims.
+
+        Nothing is deleted unless this launch works `alone` on the study.
         """
-        if not whole:
+        if not alone:
             return
         study = patiently(self.root.listed)
-        found = study.found or {}
-        now = max((one.st_mtime_ns for one in found.values()), default=0)
+        objects = study.objects or {}
+        now = max((listed.st_mtime_ns for listed in objects.values()), default=0)
         for part in (study / PARTS).iterdir():
             is_part = (part / MANIFEST).exists() or not PART_NAME.fullmatch(part.name)
-            if not is_part and _age(part.found, now) > LEFTOVER_SECONDS:
+            if not is_part and _age(part.objects, now) > LEFTOVER_SECONDS:
                 _delete_below(part)
         for grave in (study / LOCK).glob(f"*{GRAVE}"):
-            if _age(grave.found, now) > GRAVE_SECONDS:
+            if _age(grave.objects, now) > GRAVE_SECONDS:
                 _delete(grave)
 
     def content(self) -> dict[str, int]:
-        """The bytes of what is the study's, by the first name below its prefix; not of
-        its lock.
-        """
+        """Return the bytes of the study by the first name below it; not of its lock."""
         sizes = Counter[str]()
-        for key, one in self._own().items():
-            sizes[key.partition("/")[0]] += one.st_size
+        for key, listed in self._own().items():
+            sizes[key.partition("/")[0]] += listed.st_size
         return dict(sorted(sizes.items()))
 
     def rename(self, target: ObjectPath) -> None:
-        """Copy what is the study's below the prefix `target`, its plan last, then
-        delete it here.
+        """Copy the study below the prefix `target`, its plan last, then delete it here.
 
         Without a plan nothing is a study, so there is always one of the two, or for a
-        moment both. After a crash the same call goes on. Raises StoreError where there
-        is anything else below `target`.
+        moment both. After a crash the same call resumes. Raises StoreError if anything
+        else exists below `target`.
         """
-        objects, there = self._own(), Bucket(target)._own()
-        other = [
+        objects = self._own()
+        foreign = [
             key
-            for key, one in there.items()
-            if key not in objects or one.st_size != objects[key].st_size
+            for key, listed in Bucket(target)._own().items()
+            if key not in objects or listed.st_size != objects[key].st_size
         ]
-        if other:
+        if foreign:
             raise StoreError(f"{target}: exists already; choose another name")
         for key in sorted(objects, key=_place, reverse=True):
             path = ObjectPath(self.root.server, f"{self.root.key}/{key}")
@@ -174,47 +191,58 @@ class Bucket:
         self.delete()
 
     def delete(self) -> None:
-        """Delete what is the study's, its plan first and the manifest of each part
-        before its tables; its lock and all else stays.
+        """Delete the study, its plan first.
+
+        The manifest of each part goes before its tables. Its lock and everything else
+        below the prefix stay.
         """
         for key in sorted(self._own(), key=_place):
             _delete(ObjectPath(self.root.server, f"{self.root.key}/{key}"))
 
     def left(self) -> list[str]:
-        """The names below the prefix; it is gone with the last of them."""
+        """Return the names below the prefix, which is gone with the last of them."""
         listed = patiently(self.root.listed)
         return sorted(path.name for path in listed.iterdir() if path.name != LOCK)
 
     def _own(self) -> dict[str, ListedObject]:
-        """The objects of the study by their keys below its prefix, but for its lock."""
-        found = patiently(self.root.listed).found or {}
-        first = {key: key.partition("/")[0] for key in found}
+        """Return the objects of the study, without its lock, by their keys below it."""
+        objects = patiently(self.root.listed).objects or {}
+        first = {key: key.partition("/")[0] for key in objects}
         return {
-            key: one
-            for key, one in found.items()
+            key: listed
+            for key, listed in objects.items()
             if is_own(first[key]) and first[key] != LOCK
         }
 
 
 class LockObjects:
-    """Claims as objects. An object store cannot change an object only if it still
-    exists. So whoever deletes a claim first uploads a mark, its grave.
+    """Claims as objects.
 
-    A claim with a grave is void for everybody, even if a late upload brings it back.
-    Its owner looks for a grave after each change of its own.
+    An object store cannot change an object only if it still exists. So whoever deletes
+    a claim first uploads a mark, its grave. A claim with a grave is void for everybody,
+    even if a late upload brings it back. Its owner looks for a grave after each change
+    of its own.
     """
 
     def __init__(self, folder: ObjectPath) -> None:
         self._folder = folder
-        self._said = ""
+        self._text_written = ""
 
     def create(self, token: str, text: str) -> None:
-        """By one upload."""
-        self._said = text
+        """Write a claim, by one upload.
+
+        Parameters
+        ----------
+        token : str
+            Token of the claim.
+        text : str
+            Content of the claim.
+        """
+        self._text_written = text
         _write(self._folder / f"{token}.json", text.encode())
 
     def _listed(self) -> tuple[set[str], set[str]]:
-        """The tokens of claims, and those with a grave."""
+        """Return the tokens of claims, and those with a grave."""
         names = [path.name for path in self._folder.iterdir()]
         claims = {
             name.removesuffix(".json") for name in names if name.endswith(".json")
@@ -224,30 +252,46 @@ class LockObjects:
         }
 
     def tokens(self) -> list[str]:
-        """Those without a grave, in the order of their tokens."""
+        """Return the tokens of claims without a grave, sorted."""
         claims, graves = self._listed()
         return sorted(claims - graves)
 
     def text(self, token: str) -> str | None:
-        """None where the object is gone."""
+        """Return the text of a claim; None if the object is gone."""
         return claim_text(self._folder / f"{token}.json")
 
     def update(self, token: str, text: str) -> bool:
-        """Write first, then look for a grave: so a grave that was left before our write
-        is always seen.
+        """Write the claim first, then look for a grave.
+
+        So a grave that was left before our write is always seen.
+
+        Parameters
+        ----------
+        token : str
+            Token of the own claim.
+        text : str
+            New content of the claim.
+
+        Returns
+        -------
+        bool
+            False if the claim has a grave.
         """
         self.create(token, text)
         return token not in self._listed()[1]
 
     def touch(self, token: str) -> bool:
-        """Write it again, unless it is gone."""
+        """Write the claim again, unless it is gone; then return False."""
         if token not in self.tokens():
             return False
-        _write(self._folder / f"{token}.json", self._said.encode())
+        _write(self._folder / f"{token}.json", self._text_written.encode())
         return True
 
     def touched(self, token: str) -> int | None:
-        """When it was last written, by the server's clock."""
+        """Return when the claim was last written, in ns by the server's clock.
+
+        None if it is gone.
+        """
         try:
             return (self._folder / f"{token}.json").stat().st_mtime_ns
         except FileNotFoundError:
@@ -259,7 +303,9 @@ class LockObjects:
         _delete(self._folder / f"{token}.json")
 
     def withdraw(self, token: str) -> None:
-        """If the server is away the claim stays there; others see that its process is
+        """Delete the own claim.
+
+        If the server is away the claim stays there. Others see that its process is
         dead, or that it is no longer touched.
         """
         with suppress(StoreError, FileNotFoundError):
@@ -268,15 +314,17 @@ class LockObjects:
 
 
 def _place(key: str) -> tuple[bool, bool, str]:
-    """Sorts the objects of a study: its plan, then manifests, then what these list."""
+    """Return the key by which the objects of a study are sorted.
+
+    First its plan, then manifests, then the tables that these list.
+    """
     return key != PLAN, key.rpartition("/")[2] != MANIFEST, key
 
 
-def _age(found: Mapping[str, ListedObject] | None, now: int) -> float:
-    """Seconds since the youngest of the objects was written."""
-    return (
-        now - max((one.st_mtime_ns for one in (found or {}).values()), default=now)
-    ) / 1e9
+def _age(objects: Mapping[str, ListedObject] | None, now: int) -> float:
+    """Return the seconds since the youngest of the objects was written."""
+    times = (listed.st_mtime_ns for listed in (objects or {}).values())
+    return (now - max(times, default=now)) / 1e9
 
 
 def _upload(file: Path, path: ObjectPath) -> None:
@@ -311,8 +359,9 @@ def _download(path: ObjectPath | Path, file: Path) -> None:
 
 
 def _read(stream: Any, most: int) -> bytes:
-    """The bytes that arrive, at most `most` of them. Memory is taken as they arrive,
-    not for the size that was announced.
+    """Return the bytes that arrive, at most `most` of them.
+
+    Memory is taken as they arrive, not for the size that was announced.
     """
     content = bytearray()
     while arrived := stream.read(min(READ_BYTES, most - len(content))):

@@ -1,5 +1,6 @@
-"""A store in the hands of one launch: others are kept out, and what is damaged is set
-aside before anything runs.
+"""A store in the hands of one launch.
+
+Others are kept out, and damaged parts are set aside before anything runs.
 """
 
 import logging
@@ -18,14 +19,16 @@ LOG = logging.getLogger("sweep")
 
 @contextmanager
 def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
-    """Inside, this process alone launches the study of `store`, or its `share` of it,
-    and its parts are sound.
+    """Hold the study of `store`, or its shard `share`, and set its damaged parts aside.
 
-    With a share, others write the same study at the same time. Then the store merges
+    Inside, this process alone launches the study or the shard, and its parts are sound.
+    With a shard, others write the same study at the same time. Then the store merges
     only its own parts and deletes nothing that may belong to others. The log, which
-    goes to stderr, tells of a lock that was taken over and of each part set aside.
-    SIGTERM and SIGHUP end what is inside like Ctrl-C. Raises StoreError where somebody
-    else is launching the study, or the share, and where the store cannot be written.
+    goes to stderr, reports a lock that was taken over and each part set aside. SIGTERM
+    and SIGHUP end the context as Ctrl-C does.
+
+    Raises StoreError if somebody else is launching the study, or the shard, and if the
+    store cannot be written.
     """
     with ended_like_ctrl_c(), Lock(store.place, share) as lock:
         store.shared = share is not None
@@ -37,26 +40,23 @@ def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
 def set_aside_damaged(store: Store) -> None:
     """Move damaged parts below damaged/, so that their trials count as not run.
 
-    A part that has gone meanwhile was merged or set aside by a launch of another share.
+    A part that has gone meanwhile was merged or set aside by a launch of another shard.
     """
     parts = store.all_parts()
-    for part, what in zip(parts, each(parts, damage), strict=True):
-        if not what:
+    for part, flaw in zip(parts, each(parts, damage), strict=True):
+        if not flaw:
             continue
         trials = trials_of(part)
         place = store.place.set_aside(part)
         if place is None:
             continue
-        held = (
-            "how many trials it held is not known; those"
+        outcome = (
+            "how many trials it held is not known; those run again"
             if trials is None
-            else f"its {trials:,} trials"
+            else f"its {trials:,} trials run again"
         )
-        again = (
-            "run again"
-            if not store.shared
-            else "run again with the shares that they belong to"
-        )
+        if store.shared:
+            outcome += " with the shares that they belong to"
         LOG.warning(
-            "%s: damaged: %s; set aside as %s, %s %s", part, what, place, held, again
+            "%s: damaged: %s; %s", part, flaw, f"set aside as {place}, {outcome}"
         )

@@ -1,12 +1,13 @@
-"""What the disk holds when the power fails: the content and names that were flushed.
+"""Files and names that outlive a loss of power: the disk holds what was flushed.
 
 Flushing a file saves its content; flushing a folder saves the names in it. So a new
 file is safe when first its content is flushed, and then its name in each folder on the
 way to it.
 
-Windows has no way to flush the names in a folder, and some file systems have none, as
-of networks and in user space. One that keeps a journal, as NTFS, holds the names soon
-after. Where a file system says that it has no way, a line says so once.
+Windows has no way to flush the names in a folder. Some file systems have none either,
+such as those of networks and in user space. One that keeps a journal, such as NTFS,
+holds the names soon after. Where a file system reports that it has no way, the log has
+one warning.
 """
 
 import errno
@@ -19,17 +20,20 @@ from pathlib import Path
 
 LOG = logging.getLogger("sweep")
 HAS_NO_WAY = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
-"""What a file system says that cannot flush folders. All else, as EIO and ENOSPC, means
-that it has tried, and that something may be lost already.
+"""Errors of a file system that cannot flush folders.
+
+All others, such as EIO and ENOSPC, mean that it has tried, and that something may be
+lost already.
 """
 SAID = "BOIDSWEEP_FLUSHES_NO_FOLDERS"
-"""A variable that says that it was said. Worker processes inherit it."""
+"""Variable of the environment that notes the warning. Worker processes inherit it."""
 
 
 def flush(descriptor: int) -> None:
-    """Flush what an open file or folder holds to the disk. Raises OSError.
+    """Flush the content of an open file, or the names in an open folder, to the disk.
 
     On macOS fsync only hands it to the drive, which may keep it in memory of its own.
+    Raises OSError.
     """
     if sys.platform == "darwin":
         import fcntl
@@ -42,6 +46,7 @@ def flush(descriptor: int) -> None:
 
 def flush_names(descriptor: int) -> None:
     """Flush the names in an open folder, where its file system has a way to do that.
+
     Raises OSError.
     """
     try:
@@ -59,7 +64,10 @@ def flush_names(descriptor: int) -> None:
 
 
 def flush_to_disk(path: Path) -> None:
-    """Flush a file's content, or the names in a folder, to the disk. Raises OSError."""
+    """Flush a file's content, or the names in a folder, to the disk.
+
+    Raises OSError.
+    """
     flags = os.O_RDONLY
     if not hasattr(os, "O_DIRECTORY"):  # folders cannot be opened
         if path.is_dir():
@@ -74,7 +82,7 @@ def flush_to_disk(path: Path) -> None:
 
 
 def move_durably(source: Path, target: Path) -> None:
-    """Rename a file or folder that was flushed; afterwards its new name is flushed too.
+    """Rename a file or folder that was flushed, and flush its new name.
 
     Raises OSError.
     """
@@ -85,7 +93,7 @@ def move_durably(source: Path, target: Path) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder in one that is there; afterwards the disk holds its name.
+    """Make a folder in one that exists; afterwards the disk holds its name.
 
     Raises OSError.
     """

@@ -1,4 +1,4 @@
-"""Which studies there are, and what to say where the one that is asked for is not."""
+"""Names of the stored studies, and the error for a study that is not stored."""
 
 import os
 from pathlib import Path
@@ -11,38 +11,40 @@ from sweep.text import choices
 
 
 def stored_names(results: Location) -> list[str]:
-    """The names of the studies in a folder, at most three folders deep, or below a
-    prefix.
+    """Return the names of the studies in a folder, or below a prefix, sorted.
+
+    In a folder they are at most three folders deep.
     """
     if isinstance(results, Path):
         return launched_studies(results)
     ending = f"/{PLAN}"
-    found = results.listed().found or ()
-    return sorted(key.removesuffix(ending) for key in found if key.endswith(ending))
+    keys = results.listed().objects or ()
+    return sorted(key.removesuffix(ending) for key in keys if key.endswith(ending))
 
 
 def no_study(place: Location, results: Location) -> StoreError:
-    """The error that says that no study lies in a place below `results`: which there
-    are, or which name a spec gives to its study.
+    """Return the error that no study is stored in a place below `results`.
+
+    It lists the studies that are stored, or the name that a spec gives to its study.
     """
     if isinstance(results, Path):
         check_folder(results)
-    said = f"{place}: no study has been launched here"
+    message = f"{place}: no study has been launched here"
     name = _name(place, results)
     if name.endswith(SPEC_ENDINGS):
-        return StoreError(f"{said}; {_named_by(Path(name))}")
+        return StoreError(f"{message}; {_named_by(Path(name))}")
     names = stored_names(results)
-    if below := [one for one in names if one.startswith(f"{name}/")]:
-        return StoreError(said + choices("", below, "Below it"))
-    return StoreError(said + choices(name, names, "Stored"))
+    if below := [study for study in names if study.startswith(f"{name}/")]:
+        return StoreError(message + choices("", below, "Below it"))
+    return StoreError(message + choices(name, names, "Stored"))
 
 
 def check_folder(results: Path) -> None:
-    """Raise StoreError where there is no such folder of results."""
+    """Raise StoreError if there is no such folder of results."""
     if not results.is_dir():
-        what = "is no folder" if results.exists() else "no such folder of results"
+        flaw = "is no folder" if results.exists() else "no such folder of results"
         raise StoreError(
-            f"{results}: {what}; name another one, or launch a study first"
+            f"{results}: {flaw}; name another one, or launch a study first"
         )
 
 
@@ -53,19 +55,20 @@ def _name(place: Location, results: Location) -> str:
 
 
 def _named_by(spec: Path) -> str:
-    """How the file of a spec, which was given as a study, names its study."""
+    """Return how a spec, whose file was given as a study, names its study."""
     if names := studies_of(spec):
         return f"{spec} is a spec, of the study {' and '.join(names)}"
     return "a study is named as its spec says, and not as the file of that"
 
 
 def studies_of(spec: Path) -> list[str]:
-    """The names of the studies that the file of a spec describes; none where it cannot
-    be read.
+    """Return the names of the studies that the file of a spec describes.
+
+    There are none if it cannot be read.
     """
     try:
         roots = read_documents(spec)
     except SpecError:
         return []
-    said = [one.value.get("study") for one in roots if isinstance(one.value, dict)]
-    return [name for name in said if isinstance(name, str)]
+    names = [root.value.get("study") for root in roots if isinstance(root.value, dict)]
+    return [name for name in names if isinstance(name, str)]

@@ -1,5 +1,6 @@
-"""A study in a folder of a file system: what is new is written beside its place,
-flushed to the disk and renamed.
+"""A study in a folder of a file system.
+
+New files are written next to their place, flushed to the disk and renamed.
 
     <study>/parts/<part id>/                a part
     <study>/writing/<here>~<pid>~<name>/    what a process is writing, or left behind
@@ -39,12 +40,11 @@ from sweep.store.processes import here, started
 
 STAGED_NAME = re.compile(r"[^~]+~[0-9]+~.+")
 LEFTOVER_SECONDS = 3600.0
-"""After this time, by the clock of the place, nobody goes on with an unfinished file.
-"""
+"""Age, by the clock of the place, from which nobody resumes an unfinished file."""
 
 
 class Folder:
-    """The place of a study in the folder `root`, which may be made by the first write.
+    """Place of a study in the folder `root`, which may be made by the first write.
 
     `results` is the folder above it that the user has named.
     """
@@ -52,12 +52,16 @@ class Folder:
     def __init__(self, root: Path, results: Path) -> None:
         self.root = root
         self._results = results
-        self._parts, self._writing = root / PARTS, root / WRITING
+        self._parts = root / PARTS
+        self._writing = root / WRITING
         self.lock = LockFiles(root / LOCK, self.staging)
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder in writing/, deleted afterwards. StoreError if writing fails."""
+        """Make a new folder in writing/, which is deleted afterwards.
+
+        Raises StoreError if writing fails.
+        """
         staging = self._writing / f"{here()}~{os.getpid()}~{name}"
         refuse_links(self.root, self._results)
         try:
@@ -82,11 +86,26 @@ class Folder:
         )
 
     def parts(self) -> list[Location]:
-        """The folders of all parts, oldest first. Raises StoreError for a link."""
+        """Return the folders of all parts, oldest first.
+
+        Raises StoreError for a link.
+        """
         return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Turn a staged folder into a part, in one step, and return its place."""
+        """Turn a staged folder into a part, in one step, and return its place.
+
+        Parameters
+        ----------
+        staged : Path
+            Folder of the files of the part.
+        name : str
+            Id of the part.
+
+        Returns
+        -------
+        Location
+        """
         part = self._parts / name
         move_durably(staged, part)
         return part
@@ -96,7 +115,7 @@ class Folder:
         move_durably(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
-        """Delete a file of the study, if it is there."""
+        """Delete a file of the study, if it exists."""
         try:
             (self.root / name).unlink(missing_ok=True)
         except OSError as error:
@@ -106,7 +125,7 @@ class Folder:
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
-        """The parts where they can be read often and fast: where they are."""
+        """Give the parts where they can be read often and fast: where they are."""
         yield parts
 
     def discard(self, part: Location) -> None:
@@ -118,9 +137,13 @@ class Folder:
             (self._parts / part.name).rename(staging / part.name)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged/. Returns its new place; None if it is gone."""
+        """Move a part below damaged/.
+
+        Returns its new place; None if it is gone.
+        """
         refuse_links(self.root, self._results)
-        source, place = self._parts / part.name, self.root / DAMAGED / part.name
+        source = self._parts / part.name
+        place = self.root / DAMAGED / part.name
         try:
             make_folders(place.parent)
             source.rename(place)
@@ -133,13 +156,13 @@ class Folder:
         self._flush(place.parent)
         return place
 
-    def tidy(self, *, whole: bool) -> None:
+    def tidy(self, *, alone: bool) -> None:
         """Delete what dead processes were writing, and flush what they had stored.
 
         On this machine a process that has ended is dead. Files of another machine, or
         of this one before it was restarted, are deleted after LEFTOVER_SECONDS, and
-        only while nobody else works on the study. A process may have died before it
-        flushed the last part that it stored: this part is flushed now.
+        only if this launch works `alone` on the study. A process may have died before
+        it flushed the last part that it stored: this part is flushed now.
         """
         if self._parts.is_dir():
             self._flush(self._parts)
@@ -148,25 +171,24 @@ class Folder:
             dead = (
                 started(int(process)) is None
                 if owner == here()
-                else whole and self._is_old(folder)
+                else alone and self._is_old(folder)
             )
             if dead:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def content(self) -> dict[str, int]:
-        """The bytes of what is the study's in its folder, by name; not of its lock."""
+        """Return the bytes of the study in its folder, by name, without its lock."""
         if self.root.is_symlink() or not self.root.is_dir():
             return {}
         with os.scandir(self.root) as entries:
-            names = [entry.name for entry in entries if is_own(entry.name)]
-        found = sorted(name for name in names if name != LOCK)
-        return {name: _bytes(self.root / name) for name in found}
+            names = {entry.name for entry in entries if is_own(entry.name)} - {LOCK}
+        return {name: _bytes(self.root / name) for name in sorted(names)}
 
     def rename(self, target: Path) -> None:
         """Move the whole folder to `target`, which may not exist, in one step.
 
-        What else lies in the folder goes along. Raises StoreError, also where another
-        study lies within.
+        Everything else in the folder moves with it. Raises StoreError, also if another
+        study is within.
         """
         for path in (self.root, target):
             refuse_links(path, self._results)
@@ -192,8 +214,9 @@ class Folder:
         self._without_empty_folders()
 
     def delete(self) -> None:
-        """Delete what is the study's, its plan first and each part in one step; its
-        lock and all else stays. Raises StoreError.
+        """Delete the study, its plan first and each part in one step.
+
+        Its lock and everything else in the folder stay. Raises StoreError.
         """
         refuse_links(self.root, self._results)
         self.remove(PLAN)
@@ -213,8 +236,9 @@ class Folder:
                 ) from error
 
     def left(self) -> list[str]:
-        """The names of what lies in the folder, which goes if it is empty, and so do
-        those above it that held nothing else.
+        """Return the names in the folder, which is removed if it is empty.
+
+        Folders above it that held nothing else are removed too.
         """
         self._without_empty_folders()
         if not self.root.is_dir():
@@ -228,8 +252,9 @@ class Folder:
                 folder.rmdir()
 
     def _is_old(self, folder: Path) -> bool:
-        """Whether nothing has appeared in a folder for LEFTOVER_SECONDS, by the clock
-        of the place.
+        """Return whether nothing has appeared in a folder for LEFTOVER_SECONDS.
+
+        Time is that of the clock of the place.
         """
         with self.staging("clock") as fresh:
             try:
@@ -239,7 +264,7 @@ class Folder:
 
 
 def refuse_links(folder: Path, results: Path) -> None:
-    """Raise StoreError where a study's folder, or what we write in it, is a link.
+    """Raise StoreError if a study's folder, or anything we write in it, is a link.
 
     That holds for the folders between it and `results` too, and not for `results`.
     """
@@ -253,11 +278,11 @@ def refuse_links(folder: Path, results: Path) -> None:
 
 
 def _bytes(path: Path) -> int:
-    """The bytes of a file, or of all files below a folder; a link counts nothing."""
+    """Return the bytes of a file, or of all files below a folder; none of a link."""
     total = 0
-    for one in () if path.is_symlink() else (path, *path.rglob("*")):
+    for file in () if path.is_symlink() else (path, *path.rglob("*")):
         with suppress(FileNotFoundError):  # a launch has just deleted it
-            total += one.lstat().st_size if one.is_file() else 0
+            total += file.lstat().st_size if file.is_file() else 0
     return total
 
 
@@ -273,8 +298,9 @@ def _not_followed(path: Path) -> StoreError:
 
 
 def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
-    """Our own sub-folders, by name; anything else in the folder is left alone. Raises
-    StoreError for a link.
+    """Return our own sub-folders, by name; anything else in the folder is left alone.
+
+    Raises StoreError for a link.
     """
     if folder.is_symlink():
         raise _not_followed(folder)

@@ -1,4 +1,4 @@
-"""Where boids of stored trials are at their end, and chains that go on from there."""
+"""Boids of stored trials at their end, and chains that start from there."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -18,15 +18,29 @@ from sweep.store.store import Store
 def last_flocks(
     store: Store, trials: Iterable[str], state: Sequence[str]
 ) -> dict[str, LastFlock]:
-    """The last flocks of those of some trials that have left one, by their ids. `state`
-    are the names of the rows of state of their model.
+    """Return the last flocks that some trials have left, by their ids.
 
-    Raises StoreError for a damaged part, and for what no launch writes.
+    Parameters
+    ----------
+    store : Store
+    trials : iterable of str
+        Ids of trials. Those that have left no flock are not in the result.
+    state : sequence of str
+        Names of the rows of state of their model.
+
+    Returns
+    -------
+    dict of str to LastFlock
+
+    Raises
+    ------
+    StoreError
+        If a part is damaged, or its last flocks are not what a launch writes.
     """
-    wanted = pa.array(sorted({*trials}), pa.string())
-    if not len(wanted):
+    trial_ids = pa.array(sorted({*trials}), pa.string())
+    if not len(trial_ids):
         return {}
-    table = store.read(LAST_FLOCKS, trial_ids=wanted)
+    table = store.read(LAST_FLOCKS, trial_ids=trial_ids)
     try:
         return {row["trial_id"]: _flock(row, state) for row in table.to_pylist()}
     except (KeyError, TypeError, ValueError):
@@ -36,60 +50,65 @@ def last_flocks(
 
 def _flock(row: dict[str, list[float]], state: Sequence[str]) -> LastFlock:
     def rows(names: Sequence[str]) -> NDArray[np.float64]:
-        found = np.array([row[name] for name in names], np.float64)
-        if not np.isfinite(found).all():
+        numbers = np.array([row[name] for name in names], np.float64)
+        if not np.isfinite(numbers).all():
             raise ValueError("a number is not finite")
-        return found.reshape(len(names), len(row["x"]))
+        return numbers.reshape(len(names), len(row["x"]))
 
     return LastFlock(rows(FLIGHT), rows(HEADINGS), rows(state))
 
 
 def chains(store: Store, missing: SomeJobs) -> LinkedJobs:
-    """The chains that missing links make, each from a first link, or from a link that
-    is stored. Those are left out where that one did not come to its end.
+    """Return the chains that missing links make.
 
-    Raises StoreError as `last_flocks`.
+    Each begins at a first link, or after a link that is stored. A chain is left out if
+    the trial of that link did not come to its end. Raises StoreError as `last_flocks`
+    does.
     """
-    jobs, places = missing.jobs, missing.indices
-    before = jobs.before(places).tolist()
-    pairs = zip(before, places.tolist(), strict=True)
-    after = {parent: place for parent, place in pairs if parent != FIRST}
-    there = {*places.tolist()}
+    jobs = missing.jobs
+    indices = missing.indices.tolist()
+    before = jobs.before(missing.indices).tolist()
+    pairs = [*zip(before, indices, strict=True)]
+    after = {previous: index for previous, index in pairs if previous != FIRST}
+    unstored = {*indices}
     begins = [
-        (place, parent)
-        for place, parent in zip(places.tolist(), before, strict=True)
-        if parent not in there
+        (index, previous) for previous, index in pairs if previous not in unstored
     ]
     model = jobs.study.known.models[jobs.study.model]
-    parents = {place: jobs.at(place).parent for place, one in begins if one != FIRST}
+    parents = {
+        index: jobs.at(index).parent for index, previous in begins if previous != FIRST
+    }
     flocks = last_flocks(store, parents.values(), [*model.state])
-    links, first = list[list[int]](), list[LastFlock | None]()
-    for place, _ in begins:
-        if place not in parents or parents[place] in flocks:
-            links.append(_chain(place, after))
-            first.append(flocks[parents[place]] if place in parents else None)
+    links = list[list[int]]()
+    first = list[LastFlock | None]()
+    for index, _ in begins:
+        if index not in parents or parents[index] in flocks:
+            links.append(_chain(index, after))
+            first.append(flocks[parents[index]] if index in parents else None)
     return LinkedJobs(jobs, links, first)
 
 
-def _chain(place: int, after: dict[int, int]) -> list[int]:
-    """The missing links from one on, as far as each is that after the one before."""
-    found = [place]
-    while found[-1] in after:
-        found.append(after[found[-1]])
-    return found
+def _chain(index: int, after: dict[int, int]) -> list[int]:
+    """Return the missing links from a job on, each the link after the one before it."""
+    links = [index]
+    while links[-1] in after:
+        links.append(after[links[-1]])
+    return links
 
 
 def with_beginning(store: Store, job: Job) -> Job:
-    """The job of a stored trial, with the flock with which it begins, if another trial
-    has left that. Raises StoreError where it is not stored any more.
+    """Return the job of a stored trial, with the flock with which it begins.
+
+    Only links of chains begin with a flock that another trial has left. Raises
+    StoreError if that flock is not stored any more.
     """
     if not job.parent:
         return job
     state = [*job.known.models[job.model].state]
-    found = last_flocks(store, [job.parent], state)
-    if job.parent not in found:
+    flocks = last_flocks(store, [job.parent], state)
+    if job.parent not in flocks:
         raise StoreError(
             f"{store.folder}: trial {job.trial_id} begins where trial {job.parent} has"
             " ended, which is not stored any more; launch the study again"
         )
-    return replace(job, begins=found[job.parent])
+    return replace(job, begins=flocks[job.parent])

@@ -1,9 +1,8 @@
-"""Which trials go on from the last state that the same trial with fewer steps has left,
-and what that is.
+"""Trials that resume from the last state that the same trial with fewer steps has left.
 
 The shorter trial is found by the id that the job would have with the steps of a stored
-last state. The id covers all else that makes the flight, and what is recorded. Whether
-both trials begin alike is seen by the worker (`sweep.workers.last_state`).
+last state. The id covers all else that determines the trial, and what is recorded.
+The worker checks that both trials begin in the same way (`sweep.workers.last_state`).
 """
 
 import secrets
@@ -36,9 +35,14 @@ from sweep.store.store import Store
 
 @dataclass(frozen=True, eq=False)
 class Earlier:
-    """For each of some jobs the stored trial with the most steps from which it can go
-    on: its id, which means nothing where there is none, and the `steps` that it has
-    done, 0 there; both (n,).
+    """For each of n jobs the stored trial with the most steps from which it can resume.
+
+    Attributes
+    ----------
+    ids : Ids
+        Id of that trial, shape (n,), which means nothing where there is none.
+    steps : array of int
+        Steps that it has done, shape (n,); 0 where there is none.
     """
 
     ids: Ids
@@ -46,31 +50,47 @@ class Earlier:
 
     @property
     def count(self) -> int:
-        """How many of the jobs go on."""
+        """Number of the jobs that resume."""
         return int((self.steps > 0).sum())
 
 
 def earlier_trials(study: Study, store: Store, jobs: Sequence[Job]) -> Earlier:
-    """From which stored trials `jobs` of a study can go on. Raises StoreError for a
-    damaged part.
+    """Return the stored trials from which jobs of a study can resume.
+
+    Parameters
+    ----------
+    study : Study
+    store : Store
+    jobs : sequence of Job
+
+    Returns
+    -------
+    Earlier
+
+    Raises
+    ------
+    StoreError
+        If a part is damaged.
     """
     known, done = _stored_steps(store)
-    ids, steps = np.zeros(len(jobs), BYTES), np.zeros(len(jobs), np.int64)
-    asked = steps_of(jobs)
+    ids = np.zeros(len(jobs), BYTES)
+    steps = np.zeros(len(jobs), np.int64)
+    needed = steps_of(jobs)
     for step in np.unique(done)[::-1].tolist():
-        could = (asked > step) & (steps == 0)
+        could = (needed > step) & (steps == 0)
         if not could.any():
             continue
         shorter = ids_of_steps(study, jobs, step)
-        places = known.places(shorter)
-        found = could & (places >= 0)
-        found[found] = done[places[found]] == step
-        ids[found], steps[found] = shorter[found], step
+        rows = known.places(shorter)
+        resumes = could & (rows >= 0)
+        resumes[resumes] = done[rows[resumes]] == step
+        ids[resumes] = shorter[resumes]
+        steps[resumes] = step
     return Earlier(ids, steps)
 
 
 def _stored_steps(store: Store) -> tuple[KnownIds, Counts]:
-    """The trials whose last states are stored, and after how many steps; (n,)."""
+    """Return the n trials whose last states are stored, and their steps, shape (n,)."""
     stored = store.read(LAST_STATES, columns=["trial_id", "step"])
     if not len(stored):
         return KnownIds.of(NO_IDS), np.zeros(0, np.int64)
@@ -90,11 +110,22 @@ def _check(store: Store, as_written: bool) -> None:
 def continued(
     store: Store, jobs: Sequence[Job], earlier: Earlier
 ) -> Iterator[Sequence[Job]]:
-    """`jobs`, each with the last state of the earlier trial from which it goes on.
+    """Give jobs, each with the last state of the earlier trial from which it resumes.
 
-    Meanwhile these states lie in a local file, in the order in which they are stored:
-    so a job finds its own at once, and no memory is taken for all of them. Raises
-    StoreError for a damaged part, and where that file cannot be written.
+    Meanwhile these states are in a local file, in the order in which they are stored.
+    So a job finds its own at once, and no memory is taken for all of them.
+
+    Parameters
+    ----------
+    store : Store
+    jobs : sequence of Job
+    earlier : Earlier
+        Earlier trials of these jobs.
+
+    Raises
+    ------
+    StoreError
+        If a part is damaged, or the local file cannot be written.
     """
     if not earlier.count:
         yield jobs
@@ -102,10 +133,10 @@ def continued(
     # Else what finding them has freed would be kept beside what copying takes.
     give_back()
     with store.staging(f"{LAST_STATES}-{secrets.token_hex(6)}") as folder:
-        wanted = KnownIds.of(np.unique(earlier.ids[earlier.steps > 0]))
-        which = wanted.places(earlier.ids)
+        resumed = KnownIds.of(np.unique(earlier.ids[earlier.steps > 0]))
+        which = resumed.places(earlier.ids)
         with create(folder / LAST_STATES) as file:
-            places = store.steadily(lambda parts: _copied(store, parts, wanted, file))
+            places = store.steadily(lambda parts: _copied(store, parts, resumed, file))
 
             def state(job: int) -> LastState:
                 first, size = places[which[job]].tolist()
@@ -117,24 +148,26 @@ def continued(
 
 
 def _copied(
-    store: Store, parts: list[Location], wanted: KnownIds, file: BinaryIO
+    store: Store, parts: list[Location], resumed: KnownIds, file: BinaryIO
 ) -> Counts:
-    """Write the last states of some trials into a file. Returns where each begins, and
-    its bytes, shape (len(wanted.ids), 2); the latest part of a trial counts.
+    """Write the last states of some trials into a file.
+
+    Returns where each begins and its bytes, shape (len(resumed.ids), 2). The latest
+    part of a trial counts.
     """
     file.seek(0)
     file.truncate()
-    places = np.zeros((len(wanted.ids), 2), np.int64)
+    places = np.zeros((len(resumed.ids), 2), np.int64)
     for part in parts:
         if LAST_STATES not in table_names(part):
             continue
-        there = load_table(part, LAST_STATES, ["trial_id"])["trial_id"]
-        if not (wanted.places_of_column(there) >= 0).any():
+        ids = load_table(part, LAST_STATES, ["trial_id"])["trial_id"]
+        if not (resumed.places_of_column(ids) >= 0).any():
             continue
         for rows in pieces(part, LAST_STATES):
             _check(store, rows["state"].type == pa.large_binary())
             _check(store, not rows["state"].null_count)
-            which = wanted.places_of_column(rows["trial_id"])
+            which = resumed.places_of_column(rows["trial_id"])
             for row in np.flatnonzero(which >= 0).tolist():
                 content = rows["state"][row].as_buffer()
                 places[which[row]] = file.tell(), len(content)

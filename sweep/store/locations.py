@@ -1,10 +1,9 @@
-"""Where results lie: a folder, or a prefix of an object store, which is read through
-the same few calls as a path.
+"""A folder, or a prefix of an object store that is read by the same few calls.
 
 An object store is `s3://bucket/prefix`: that of Amazon, or any other with its
 interface, such as MinIO and Ceph. Credentials and region are those of the usual
 variables and files (AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION,
-AWS_ENDPOINT_URL, ~/.aws); what follows a question mark wins, as in
+AWS_ENDPOINT_URL, ~/.aws). The text after a question mark wins, as in
 `s3://bucket/prefix?endpoint_override=127.0.0.1:9000&scheme=http`. This module loads
 nothing heavy before it is needed.
 """
@@ -51,8 +50,10 @@ LONGEST_PAUSE = 10.0
 
 
 class ListedObject(NamedTuple):
-    """An object as it was listed: its size in bytes, and when it was written, in ns by
-    the clock of the server.
+    """An object as it was listed.
+
+    Its size is in bytes. The time at which it was written is in ns by the clock of the
+    server.
     """
 
     st_size: int
@@ -60,8 +61,9 @@ class ListedObject(NamedTuple):
 
 
 class ObjectServer:
-    """An object store. It is `known` once it has answered: only then is it waited for
-    while it is away.
+    """An object store.
+
+    It is `known` once it has answered: only then is it waited for while it is away.
     """
 
     def __init__(self, **options: str) -> None:
@@ -70,17 +72,19 @@ class ObjectServer:
 
     @cached_property
     def files(self) -> Any:
-        """pyarrow's file system. It repeats what fails for a second or two, and writes
-        small objects by one request.
+        """File system of pyarrow.
+
+        It repeats what fails for a second or two, and writes small objects by one
+        request.
         """
         from pyarrow import fs
 
         options = self.options
-        given = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get(
+        endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get(
             "AWS_ENDPOINT_URL"
         )
-        if given and "endpoint_override" not in options:
-            scheme, _, place = given.rpartition("://")
+        if endpoint and "endpoint_override" not in options:
+            scheme, _, place = endpoint.rpartition("://")
             options = {
                 "endpoint_override": place,
                 "scheme": scheme or "https",
@@ -94,11 +98,23 @@ class ObjectServer:
         )
 
     def ask(self, path: "ObjectPath", call: Callable[[Any], T]) -> T:
-        """The result of `call` on the file system, after a check that the bucket
-        exists.
+        """Return the result of a call on the file system, after a check of the bucket.
 
-        Raises FileNotFoundError where there is no such object, UnreachableError where
-        the server does not answer, and StoreError where it refuses.
+        Parameters
+        ----------
+        path : ObjectPath
+            Path of the call, for the check of its bucket and for errors.
+        call : callable
+            Takes the file system of pyarrow.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such object.
+        UnreachableError
+            If the server does not answer.
+        StoreError
+            If the server refuses, or there is no such bucket.
         """
         try:
             if not self.known:
@@ -124,11 +140,24 @@ class ObjectServer:
             )
 
     def trouble(self, path: "ObjectPath", error: OSError) -> StoreError:
-        """What went wrong, in one sentence."""
-        said = SAID.search(str(error))
+        """Return the error that tells what went wrong, in one sentence.
+
+        Parameters
+        ----------
+        path : ObjectPath
+            Path of the request.
+        error : OSError
+            Error of pyarrow, whose text has the code and words of the server.
+
+        Returns
+        -------
+        StoreError
+            UnreachableError if the server does not answer.
+        """
+        answer = SAID.search(str(error))
         words = (
-            f"{said['words'].strip()} [{said['code']}]"
-            if said
+            f"{answer['words'].strip()} [{answer['code']}]"
+            if answer
             else " ".join(str(error).split())
         )
         if AWAY.search(str(error)):
@@ -143,17 +172,17 @@ class ObjectServer:
 
 @dataclass(frozen=True)
 class ObjectPath:
-    """An object, or a prefix, of an object store, with those methods of pathlib.Path
-    that the reader of a store needs.
+    """An object, or a prefix, of an object store.
 
-    `key` begins with the bucket. `found` are the objects below it, by the rest of their
-    keys, if they have been listed already: then the server is not asked again. This is
-    for what never changes, such as a part.
+    It has those methods of pathlib.Path that the reader of a store needs. `key` begins
+    with the bucket. `objects` are the objects below it, by the rest of their keys, if
+    they have been listed already: then the server is not asked again. This is for what
+    never changes, such as a part.
     """
 
     server: ObjectServer = field(compare=False, repr=False)
     key: str
-    found: Mapping[str, ListedObject] | None = field(
+    objects: Mapping[str, ListedObject] | None = field(
         default=None, compare=False, repr=False
     )
 
@@ -161,37 +190,40 @@ class ObjectPath:
         return f"s3://{self.key}"
 
     def __truediv__(self, name: str) -> "ObjectPath":
-        below = None if self.found is None else _below(self.found).get(name, {})
+        below = None if self.objects is None else _below(self.objects).get(name, {})
         return ObjectPath(self.server, f"{self.key}/{name}", below)
 
     @property
     def name(self) -> str:
-        """The last name in the key."""
+        """Last name in the key."""
         return self.key.rpartition("/")[2]
 
     @property
     def parent(self) -> "ObjectPath":
-        """The prefix above it."""
+        """Prefix above it."""
         return ObjectPath(self.server, self.key.rpartition("/")[0])
 
     @property
     def stem(self) -> str:
-        """The last name without its ending."""
+        """Last name without its ending."""
         return Path(self.name).stem
 
     def stat(self) -> ListedObject:
-        """Size and time. Raises FileNotFoundError where there is no such object."""
-        if self.found is not None:
-            if "" not in self.found:
+        """Return size and time.
+
+        Raises FileNotFoundError if there is no such object.
+        """
+        if self.objects is not None:
+            if "" not in self.objects:
                 raise FileNotFoundError(str(self))
-            return self.found[""]
-        about = self.server.ask(self, lambda files: files.get_file_info(self.key))
-        if not about.is_file:
+            return self.objects[""]
+        info = self.server.ask(self, lambda files: files.get_file_info(self.key))
+        if not info.is_file:
             raise FileNotFoundError(str(self))
-        return ListedObject(about.size, about.mtime_ns)
+        return ListedObject(info.size, info.mtime_ns)
 
     def exists(self) -> bool:
-        """Whether there is such an object."""
+        """Return whether there is such an object."""
         try:
             self.stat()
         except FileNotFoundError:
@@ -199,42 +231,49 @@ class ObjectPath:
         return True
 
     def listed(self) -> "ObjectPath":
-        """The same with all objects below it, listed now: a request for each 1000."""
+        """Return the path with all objects below it, as they are now.
+
+        It takes a request per 1000 objects.
+        """
         from pyarrow import fs
 
         selector = fs.FileSelector(self.key, recursive=True, allow_not_found=True)
-        about = self.server.ask(self, lambda files: files.get_file_info(selector))
+        infos = self.server.ask(self, lambda files: files.get_file_info(selector))
         start = len(self.key) + 1
         return replace(
             self,
-            found={
-                one.path[start:]: ListedObject(max(one.size, 0), one.mtime_ns)
-                for one in about
-                if one.is_file
+            objects={
+                info.path[start:]: ListedObject(max(info.size, 0), info.mtime_ns)
+                for info in infos
+                if info.is_file
             },
         )
 
     def iterdir(self) -> Iterator["ObjectPath"]:
-        """The objects and prefixes directly below this one."""
-        here = self if self.found is not None else self.listed()
-        below = _below(here.found or {})
+        """Return the objects and prefixes directly below this one."""
+        here = self if self.objects is not None else self.listed()
+        below = _below(here.objects or {})
         return (
-            ObjectPath(self.server, f"{self.key}/{name}", found)
-            for name, found in below.items()
+            ObjectPath(self.server, f"{self.key}/{name}", objects)
+            for name, objects in below.items()
         )
 
     def glob(self, pattern: str) -> Iterator["ObjectPath"]:
-        """The entries whose name matches."""
+        """Return the entries whose name matches a pattern."""
         return (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
 
     def open(self, _mode: str = "rb") -> Any:
-        """The object for reading, whole or in pieces. Raises FileNotFoundError where it
-        is not there.
+        """Open the object for reading, whole or in pieces.
+
+        Raises FileNotFoundError if there is no such object.
         """
         return self.server.ask(self, lambda files: files.open_input_file(self.key))
 
     def head(self, size: int) -> bytes:
-        """The first `size` bytes. Raises FileNotFoundError without such an object."""
+        """Return the first `size` bytes.
+
+        Raises FileNotFoundError if there is no such object.
+        """
 
         def read(files: Any) -> bytes:
             content: bytes = files.open_input_stream(self.key).read(size)
@@ -243,31 +282,34 @@ class ObjectPath:
         return self.server.ask(self, read)
 
 
-def _below(found: Mapping[str, ListedObject]) -> dict[str, dict[str, ListedObject]]:
-    """What was found, by the first name in its key; "" is the object itself."""
+def _below(objects: Mapping[str, ListedObject]) -> dict[str, dict[str, ListedObject]]:
+    """Return objects by the first name in their keys; "" is the object itself."""
     names = defaultdict[str, dict[str, ListedObject]](dict)
-    for key, one in found.items():
+    for key, listed in objects.items():
         name, _, rest = key.partition("/")
-        names[name][rest] = one
+        names[name][rest] = listed
     return names
 
 
 Location = Path | ObjectPath
 
 
-def location(given: Location | str) -> Location:
-    """The place that a user has named. Raises StoreError for what is neither a folder
-    nor an object store.
+def location(named: Location | str) -> Location:
+    """Return the place that a user has named.
+
+    Raises StoreError if it is neither a folder nor in an object store, and if its name
+    is not UTF-8.
     """
-    if isinstance(given, ObjectPath):
-        return given
-    found = URL.fullmatch(str(given))
-    if found is None:
-        return in_unicode(Path(given))
-    scheme, (rest, _, query) = found["scheme"].lower(), found["rest"].partition("?")
+    if isinstance(named, ObjectPath):
+        return named
+    url = URL.fullmatch(str(named))
+    if url is None:
+        return in_unicode(Path(named))
+    scheme = url["scheme"].lower()
+    rest, _, query = url["rest"].partition("?")
     if scheme != "s3":
         raise StoreError(
-            f"{given}: {unknown('kind of place', scheme + '://', ['s3://'])}, or a"
+            f"{named}: {unknown('kind of place', scheme + '://', ['s3://'])}, or a"
             " folder"
         )
     options = dict(parse_qsl(query, keep_blank_values=True))
@@ -285,8 +327,9 @@ def location(given: Location | str) -> Location:
 
 
 def in_unicode(path: Path) -> Path:
-    """The path. Raises StoreError where its name is no UTF-8, by which libraries ask
-    for their files.
+    """Return the path, if libraries can ask for its files.
+
+    Raises StoreError if its name is not UTF-8.
     """
     try:
         str(path).encode()
@@ -297,22 +340,27 @@ def in_unicode(path: Path) -> Path:
     return path
 
 
-def local_folder(place: Location, what: str) -> Path:
-    """The place as a folder. Raises StoreError if it is none, which `what` needs."""
+def local_folder(place: Location, need: str) -> Path:
+    """Return the place as a folder.
+
+    Raises StoreError if it is in an object store, where `need` says what needs a
+    folder.
+    """
     if isinstance(place, Path):
         return place
-    raise StoreError(f"{place}: {what} a folder on this machine, not an object store")
+    raise StoreError(f"{place}: {need} a folder on this machine, not an object store")
 
 
 def patiently(call: Callable[[], T]) -> T:
-    """What `call` returns, tried again with growing pauses for PATIENCE_SECONDS while
-    the object store is away.
+    """Return the result of `call`, tried again while the object store is away.
 
-    Only a server that has answered before is waited for. In the end UnreachableError is
-    raised, and the server counts as one that has never answered: so the next write does
-    not wait again.
+    Pauses grow, for PATIENCE_SECONDS in all. Only a server that has answered before is
+    waited for. In the end UnreachableError is raised, and the server counts as one that
+    has never answered: so the next write does not wait again.
     """
-    end, pause, said = time.monotonic() + PATIENCE_SECONDS, FIRST_PAUSE, False
+    end = time.monotonic() + PATIENCE_SECONDS
+    pause = FIRST_PAUSE
+    warned = False
     while True:
         try:
             return call()
@@ -320,8 +368,8 @@ def patiently(call: Callable[[], T]) -> T:
             if not error.server.known or time.monotonic() + pause > end:
                 error.server.known = False
                 raise
-            if not said:
+            if not warned:
                 LOG.warning("%s; trying again for %.0f s", error, PATIENCE_SECONDS)
-            said = True
+            warned = True
         time.sleep(pause)
         pause = min(2 * pause, LONGEST_PAUSE)

@@ -1,26 +1,26 @@
-"""One launch of a study at a time, or one for each share of it, by claims that name
-their owner and expire.
+"""One launch of a study at a time, or one per shard of it, by claims that expire.
 
-    <study>/lock/<token>.json   the owner, the share, and whether it asks or holds;
+    <study>/lock/<token>.json   the owner, the shard, and whether it asks or holds;
                                 touched as a sign of life
 
-Whoever wants a study, or a share of it, writes a claim that asks, and then lists all
-claims. The whole excludes everything; a share excludes itself and the shares of any
+Whoever wants a study, or a shard of it, writes a claim that asks, and then lists all
+claims. The whole excludes everything; a shard excludes itself and the shards of any
 other division. If a claim that is in the way holds, one withdraws and is refused. If it
 asks too, the one with the larger token withdraws, and tries again later; the smaller
 waits until the other is gone or holds. With nothing in the way the claim holds.
 
 Of two claims that exclude each other at most one comes to hold: each owner writes its
-claim before it lists, so the owner of the later claim sees the earlier one, and goes on
-only when that is gone. One of them does come to hold: the owner of the smallest token
-waits for nobody who waits for it. The place must promise only that a listing shows what
-was written before it began.
+claim before it lists, so the owner of the later claim sees the earlier one, and
+continues only when that is gone. One of them does come to hold: the owner of the
+smallest token waits for nobody who waits for it. The place must promise only that a
+listing shows what was written before it began.
 
-The claim of a dead owner is deleted by its own name. An owner on this machine lives as
-long as its process. An owner elsewhere lives while the time of its claim moves on, or
-is at most STALE_SECONDS old by the clock of the place. A clock may jump, so a claim
-that looks too old, or comes from the future, is watched for a while before its owner
-counts as dead. An owner who was suspended meanwhile finds its claim gone, and stops.
+A claim names its owner. The claim of a dead owner is deleted by its own name. An owner
+on this machine lives as long as its process. An owner elsewhere lives while the time of
+its claim moves on, or is at most STALE_SECONDS old by the clock of the place. A clock
+may jump, so a claim that looks too old, or comes from the future, is watched for a
+while before its owner counts as dead. An owner who was suspended meanwhile finds its
+claim gone, and stops.
 """
 
 import json
@@ -45,21 +45,24 @@ WATCH_SECONDS = 15.0
 POLL_SECONDS = 0.05
 YIELD_SECONDS = 5.0
 CLAIM_BYTES = 1000
-ASKING, HELD = "asking", "held"
+ASKING = "asking"
+HELD = "held"
 SILENCE = (
     "; of another machine, or one restarted since, it counts as ended after"
     f" {STALE_SECONDS:.0f} s of silence"
 )
 LOG = logging.getLogger("sweep")
 GIVEN_BACK: set[str] = set()
-"""Claims that this process has given up. One may still be there, if the place did not
-answer when it was to be deleted.
+"""Claims that this process has given up.
+
+One may still be there, if the place did not answer when it was to be deleted.
 """
 
 
 class LockClaim(NamedTuple):
-    """The content of a claim; one of version 0.3.0 has fewer fields, and holds the
-    whole.
+    """Content of a claim.
+
+    A claim of version 0.3.0 has fewer fields, and holds the whole study.
     """
 
     token: str
@@ -71,7 +74,7 @@ class LockClaim(NamedTuple):
     started: str = ""
 
     def excludes(self, share: str) -> bool:
-        """Whether this claim excludes one of `share`; "" is the whole."""
+        """Return whether this claim excludes one of `share`; "" is the whole study."""
         if not self.share or not share:
             return True
         return (
@@ -81,10 +84,16 @@ class LockClaim(NamedTuple):
 
 
 class Lock:
-    """Holds the study in a place, or one share of it, while the context lasts.
+    """Exclusive access to the study in a place, or to one shard of it, for the context.
 
     Entering raises StoreError if somebody else holds what is asked for. The log tells
     when it was taken over from a dead owner.
+
+    Parameters
+    ----------
+    place : StudyPlace
+    share : Share, optional
+        Shard to hold; by default the whole study.
     """
 
     def __init__(self, place: StudyPlace, share: Share | None = None) -> None:
@@ -123,8 +132,9 @@ class Lock:
         self._give_back()
 
     def check(self) -> None:
-        """Raise StoreError where somebody has taken the lock over, as after this
-        machine has slept.
+        """Raise StoreError if somebody has taken the lock over.
+
+        That can happen after this machine has slept.
         """
         if self.lost:
             raise StoreError(
@@ -133,7 +143,7 @@ class Lock:
             )
 
     def _ask(self) -> None:
-        """A new token for each claim, as others may have deleted the old claim."""
+        """Write a new claim, with a new token: the old claim may have been deleted."""
         self.token = secrets.token_hex(8)
         self._claims.create(self.token, self._text(ASKING))
 
@@ -142,19 +152,20 @@ class Lock:
         GIVEN_BACK.add(self.token)
 
     def _text(self, state: str) -> str:
-        """The claim as bytes, always of the same number."""
+        """Return the claim as text, always of the same number of bytes."""
         return json.dumps(_owner() | {"share": self.share, "state": state}).ljust(
             CLAIM_BYTES
         )
 
     def _granted(self) -> bool:
-        """Whether nobody is in the way, so that the claim holds. Raises StoreError if
-        somebody is in the way and holds.
+        """Return whether nobody is in the way, so that the claim holds.
+
+        Raises StoreError if somebody is in the way and holds.
         """
         rivals = self._rivals()
         for rival in rivals:
             if rival.state == HELD:
-                what = (
+                target = (
                     f"share {rival.share} of this study"
                     if rival.share
                     else "this study"
@@ -163,7 +174,7 @@ class Lock:
                     "" if rival.machine == machine() else SILENCE
                 )
                 raise StoreError(
-                    f"{self.path}: {what} is being launched by {rival.who}; {way_out}"
+                    f"{self.path}: {target} is being launched by {rival.who}; {way_out}"
                 )
         if not rivals:
             if self._claims.update(self.token, self._text(HELD)):
@@ -178,8 +189,9 @@ class Lock:
         return False
 
     def _rivals(self) -> list[LockClaim]:
-        """The claims in the way whose owners live, by token. Those of dead owners are
-        deleted.
+        """Return the claims in the way whose owners live, sorted by token.
+
+        Those of dead owners are deleted.
         """
         rivals = []
         for token in self._claims.tokens():
@@ -197,17 +209,20 @@ class Lock:
         return rivals
 
     def _read(self, token: str) -> LockClaim | None:
-        """A claim; None if it is gone. A file that lost its content in a power cut is a
-        claim of nobody.
+        """Return a claim; None if it is gone.
+
+        A file that lost its content in a power cut is a claim of nobody.
         """
         text = self._claims.text(token)
         if text is None:
             return None
         try:
-            about = parsed(text.encode(), {})
+            content = parsed(text.encode(), {})
         except ValueError:
             return LockClaim(token)
-        known = {name: about[name] for name in LockClaim._fields[1:] if name in about}
+        known = {
+            name: content[name] for name in LockClaim._fields[1:] if name in content
+        }
         kinds = {
             name: type(default) for name, default in LockClaim._field_defaults.items()
         }
@@ -216,8 +231,9 @@ class Lock:
         return LockClaim(token, **known)
 
     def _let_pass(self, tokens: list[str]) -> None:
-        """Wait until those who go first hold or are gone; not for ever, since they may
-        die while they ask.
+        """Wait until owners who go first hold or are gone.
+
+        The wait ends after YIELD_SECONDS, since they may die while they ask.
         """
         end = time.monotonic() + YIELD_SECONDS
         while time.monotonic() < end:
@@ -227,7 +243,7 @@ class Lock:
             time.sleep(POLL_SECONDS)
 
     def _death(self, claim: LockClaim) -> str:
-        """How we know that the owner is dead; empty if it may live."""
+        """Return how we know that the owner is dead; empty if it may live."""
         if claim.token in GIVEN_BACK:
             return "that launch is over"
         if claim.machine == machine():
@@ -236,8 +252,10 @@ class Lock:
                 if started(int(claim.process)) == claim.started
                 else "that process is gone"
             )
+        # Just touched, the own claim has the present time by the clock of the place.
         self._claims.touch(self.token)
-        now, then = self._claims.touched(self.token), self._claims.touched(claim.token)
+        now = self._claims.touched(self.token)
+        then = self._claims.touched(claim.token)
         if now is None or then is None:
             return ""
         age = (now - then) / 1e9
@@ -250,9 +268,10 @@ class Lock:
         )
 
     def owners(self) -> list[str]:
-        """Who launches the study or a share of it, as far as reading shows: nothing is
-        written, and no claim is deleted. An owner elsewhere counts by the clock of this
-        machine.
+        """Return who launches the study or a shard of it, as far as reading shows.
+
+        Nothing is written, and no claim is deleted. An owner elsewhere counts by the
+        clock of this machine.
         """
         claims = [self._read(token) for token in self._claims.tokens()]
         return [
@@ -276,17 +295,25 @@ class Lock:
 
 
 def _owner() -> dict[str, object]:
-    name, process, login = host(), os.getpid(), user()
+    name = host()
+    process = os.getpid()
+    login = user()
     since = time.strftime("%Y-%m-%d %H:%M:%S %Z")
-    who = f"{login} on {name} (process {process}) since {since}"
-    about = {"host": name, "process": process, "user": login, "since": since}
-    lasting = {"machine": machine(), "started": started(process) or ""}
-    return about | {"who": who} | lasting
+    return {
+        "host": name,
+        "process": process,
+        "user": login,
+        "since": since,
+        "who": f"{login} on {name} (process {process}) since {since}",
+        "machine": machine(),
+        "started": started(process) or "",
+    }
 
 
 def _is_touched(claims: Claims, token: str) -> bool:
-    """Whether somebody touches or deletes a claim while we watch."""
-    before, end = claims.touched(token), time.monotonic() + WATCH_SECONDS
+    """Return whether somebody touches or deletes a claim while we watch."""
+    before = claims.touched(token)
+    end = time.monotonic() + WATCH_SECONDS
     while time.monotonic() < end:
         time.sleep(min(0.5, WATCH_SECONDS / 10))
         if claims.touched(token) != before:

@@ -1,5 +1,6 @@
-"""Where claims on a study are kept: each in a file that only its owner writes, and
-touches as a sign of life.
+"""Files of the claims on a study.
+
+Each is written by its owner alone, who touches it as a sign of life.
 """
 
 import os
@@ -13,33 +14,56 @@ from sweep.store.new_files import create
 from sweep.store.regular import open_regular, read_whole
 
 MOST_CLAIM = 100_000
-"""At most so many bytes of a claim are read; one of ours has a hundredth of that."""
+"""Most bytes of a claim that are read; one of ours has a hundredth of that."""
 
 
 class Claims(Protocol):
-    """What `lock.py` asks of a place, with claims by their token. Raises OSError or
-    StoreError if that fails.
+    """Calls that `lock.py` makes of a place, with claims by their token.
+
+    They raise OSError or StoreError if the place fails.
     """
 
     def create(self, token: str, text: str) -> None:
-        """Write a claim, whole; whoever lists the claims from now on sees it."""
+        """Write a claim, whole; whoever lists the claims from now on sees it.
+
+        Parameters
+        ----------
+        token : str
+            Token of the claim.
+        text : str
+            Content of the claim.
+        """
 
     def tokens(self) -> list[str]:
-        """All claims."""
+        """Return the tokens of all claims."""
 
     def text(self, token: str) -> str | None:
-        """What a claim says; None where it is gone."""
+        """Return the content of a claim; None if it is gone."""
 
     def update(self, token: str, text: str) -> bool:
-        """Change what one's own claim says, to a text as long; False where somebody has
-        taken it away.
+        """Change the content of one's own claim.
+
+        Parameters
+        ----------
+        token : str
+            Token of the own claim.
+        text : str
+            New content, as long as the old one.
+
+        Returns
+        -------
+        bool
+            False if somebody has taken the claim away.
         """
 
     def touch(self, token: str) -> bool:
-        """Give the own claim the present time; False where somebody has deleted it."""
+        """Give the own claim the present time; False if somebody has deleted it."""
 
     def touched(self, token: str) -> int | None:
-        """When a claim was last touched, in ns by the place's clock; None if gone."""
+        """Return when a claim was last touched, in ns by the place's clock.
+
+        None if it is gone.
+        """
 
     def evict(self, token: str) -> None:
         """Take a dead owner's claim away."""
@@ -49,7 +73,7 @@ class Claims(Protocol):
 
 
 def claim_text(path: Location) -> str | None:
-    """The text of a claim; None if it is gone, "" if it is no file of ours."""
+    """Return the text of a claim; None if it is gone, "" if it is no file of ours."""
     try:
         return read_whole(path, MOST_CLAIM).decode(errors="replace")
     except FileNotFoundError:
@@ -59,8 +83,9 @@ def claim_text(path: Location) -> str | None:
 
 
 class LockFiles:
-    """Claims as files of a folder. An owner never creates its claim again after it was
-    deleted.
+    """Claims as files of a folder.
+
+    An owner never creates its claim again after it was deleted.
     """
 
     def __init__(
@@ -73,8 +98,16 @@ class LockFiles:
         return self._folder / f"{token}.json"
 
     def create(self, token: str, text: str) -> None:
-        """Write the claim under another name and rename it, so that it is never seen
-        half written.
+        """Write the claim under another name and rename it.
+
+        So it is never seen half written.
+
+        Parameters
+        ----------
+        token : str
+            Token of the claim.
+        text : str
+            Content of the claim.
         """
         with self._staging(f"lock-{token}") as staging:
             new = staging / self._file(token).name
@@ -87,7 +120,7 @@ class LockFiles:
                     new.rename(self._file(token))
 
     def tokens(self) -> list[str]:
-        """In the order of their tokens."""
+        """Return the tokens of all claims, sorted."""
         try:
             return sorted(
                 file.stem for file in self._folder.iterdir() if file.suffix == ".json"
@@ -96,11 +129,24 @@ class LockFiles:
             return []
 
     def text(self, token: str) -> str | None:
-        """None where the file is gone."""
+        """Return the content of a claim; None if the file is gone."""
         return claim_text(self._file(token))
 
     def update(self, token: str, text: str) -> bool:
-        """Write into the existing file: a rename could bring back a deleted one."""
+        """Write into the existing file: a rename could bring back a deleted one.
+
+        Parameters
+        ----------
+        token : str
+            Token of the own claim.
+        text : str
+            New content, as long as the old one.
+
+        Returns
+        -------
+        bool
+            False if the file is gone.
+        """
         try:
             with open_regular(self._file(token), os.O_RDWR) as file:
                 file.write(text.encode())
@@ -109,7 +155,10 @@ class LockFiles:
         return self._file(token).exists()
 
     def touch(self, token: str) -> bool:
-        """False if the file is gone: who deleted it has taken the study over."""
+        """Give the file the present time.
+
+        Returns False if it is gone: who deleted it has taken the study over.
+        """
         try:
             os.utime(self._file(token))
         except FileNotFoundError:
@@ -117,8 +166,10 @@ class LockFiles:
         return True
 
     def touched(self, token: str) -> int | None:
-        """Open the file first, as network file systems otherwise answer with an old
-        time.
+        """Return when the file was last touched, in ns by the place's clock.
+
+        None if it is gone. The file is opened first: network file systems otherwise
+        answer with an old time.
         """
         try:
             with open_regular(self._file(token)) as file:
@@ -131,13 +182,14 @@ class LockFiles:
             return None
 
     def evict(self, token: str) -> None:
-        """Delete it by its own name, and so never the claim of somebody who was
-        quicker.
+        """Delete the claim by its own name.
+
+        So it is never the claim of somebody who was quicker.
         """
         self._file(token).unlink(missing_ok=True)
 
     def withdraw(self, token: str) -> None:
-        """The last to leave removes the folder."""
+        """Delete the own claim; the last to leave removes the folder."""
         with suppress(OSError):
             self._file(token).unlink(missing_ok=True)
             self._folder.rmdir()

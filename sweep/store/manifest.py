@@ -1,5 +1,7 @@
-"""What a part consists of. Its manifest is written with it, and shows when the part has
-lost a file, or a bit of one.
+"""List of the files of a part, with their sizes and checksums.
+
+A part's manifest is written with it, and shows when the part has lost a file, or a bit
+of one.
 
     {
       "trials": 12,
@@ -32,10 +34,15 @@ from sweep.store.origin import part_provenance
 from sweep.store.parquet import load_table, opened, remedy_for
 from sweep.store.regular import ForeignError, open_stored, read_json
 
-MANIFEST, REPLACES, MERGED_MARK = "manifest.json", "replaces.json", "+"
-MOST_MANIFEST, MOST_REPLACES = 2**16, 2**24
-"""Bytes of a manifest of a few tables, and of a list of up to 100,000 merged parts."""
-NAME, TABLE = re.compile(r"[a-z_]+\.(parquet|json)"), re.compile(r"[a-z_]+\.parquet")
+MANIFEST = "manifest.json"
+REPLACES = "replaces.json"
+MERGED_MARK = "+"
+MOST_MANIFEST = 2**16
+"""Bytes of a manifest of a few tables."""
+MOST_REPLACES = 2**24
+"""Bytes of a list of up to 100,000 merged parts."""
+NAME = re.compile(r"[a-z_]+\.(parquet|json)")
+TABLE = re.compile(r"[a-z_]+\.parquet")
 SHAPE = {"trials": int, "files": {str: {"bytes": int, "crc32": int}}}
 READ_BYTES = 2**20
 
@@ -48,7 +55,7 @@ class FileAbout(TypedDict):
 
 
 class Manifest(TypedDict):
-    """The number of trials of a part, and its files by name."""
+    """Number of trials of a part, and its files by name."""
 
     trials: int
     files: dict[str, FileAbout]
@@ -64,36 +71,38 @@ def write_manifest(folder: Path) -> None:
 
 
 def damage(part: Location) -> str:
-    """What is wrong with a part, in a few words; empty if every byte is as it was
-    written.
+    """Return the flaw of a part, in a few words.
 
-    Raises StoreError if it cannot be read now, which is no damage.
+    It is empty if every byte is as it was written. Raises StoreError if the part cannot
+    be read now, which is no damage.
     """
     try:
-        manifest, written_at = _read(part), (part / MANIFEST).stat().st_mtime_ns
+        manifest = _read(part)
+        written_at = (part / MANIFEST).stat().st_mtime_ns
     except FileNotFoundError:
         return _undecodable(part)
     except ValueError:
         return f"{MANIFEST} cannot be read"
     except OSError as error:
         return _what_damages(part / MANIFEST, error)
-    for name, about in manifest["files"].items():
+    for name, written in manifest["files"].items():
         try:
-            found = _now(part / name, about, written_at)
+            present = _now(part / name, written, written_at)
         except FileNotFoundError:
             return f"{name} is missing"
         except OSError as error:
             return _what_damages(part / name, error)
-        if found["bytes"] != about["bytes"]:
-            return f"{name} has {found['bytes']:,} bytes of {about['bytes']:,}"
-        if found != about:
+        if present["bytes"] != written["bytes"]:
+            return f"{name} has {present['bytes']:,} bytes of {written['bytes']:,}"
+        if present != written:
             return f"{name} has other bytes than were written"
     return _made_up(part, manifest) if isinstance(part, Path) else ""
 
 
 def _what_damages(file: Location, error: OSError) -> str:
-    """What is wrong with a file, in a few words, if the error is about the file itself;
-    otherwise raises StoreError.
+    """Return the flaw of a file, in a few words, if the error is about the file itself.
+
+    Otherwise it raises StoreError.
     """
     if isinstance(error, ForeignError) or error.errno == errno.EIO:
         return f"{file.name} cannot be read ({error})"
@@ -102,8 +111,9 @@ def _what_damages(file: Location, error: OSError) -> str:
 
 
 def trials_of(part: Location) -> int | None:
-    """How many trials a part holds, or held before it was damaged; None where that
-    cannot be known.
+    """Return the number of trials that a part holds, or held before it was damaged.
+
+    None if that cannot be known.
     """
     try:
         return _read(part)["trials"]
@@ -117,9 +127,10 @@ def trials_of(part: Location) -> int | None:
 
 
 def table_names(part: Location) -> list[str]:
-    """The tables of a part, by its manifest; other files in its folder are not tables.
+    """Return the tables of a part, by its manifest.
 
-    Raises StoreError where the manifest cannot be read.
+    Other files in its folder are not tables. Raises StoreError if the manifest cannot
+    be read.
     """
     try:
         files = [*_read(part)["files"]]
@@ -142,7 +153,7 @@ def _listed(part: Location) -> list[str]:
 
 
 def replaced_by(part: Location) -> list[str]:
-    """The names of the parts that a merged one replaces.
+    """Return the names of the parts that a merged one replaces.
 
     Raises FileNotFoundError if there is no such list, StoreError if it cannot be read.
     """
@@ -158,40 +169,45 @@ def replaced_by(part: Location) -> list[str]:
 
 
 def _read(part: Location) -> Manifest:
-    """The manifest of a part. Raises OSError, and ValueError where it is none."""
+    """Return the manifest of a part.
+
+    Raises OSError, and ValueError if it is none.
+    """
     manifest: Manifest = read_json(part / MANIFEST, MOST_MANIFEST, SHAPE)
     if odd := [name for name in manifest["files"] if not NAME.fullmatch(name)]:
         raise ValueError(f"{odd[0]} is no name of a file in a part")
     return manifest
 
 
-def _now(file: Location, about: FileAbout, written_at: int) -> FileAbout:
-    """Size and checksum of a file now. Its bytes are read only if their number is
-    right.
+def _now(file: Location, written: FileAbout, written_at: int) -> FileAbout:
+    """Return size and checksum of a file now.
 
-    An object that is not younger than the manifest, which was written at `written_at`
-    (ns), counts as unchanged.
+    Its bytes are read only if their number is right. An object that is not younger than
+    the manifest, which was written at `written_at` (ns), counts as unchanged.
     """
-    found = file.stat()
-    whole = found.st_size == about["bytes"]
-    if not whole or (not isinstance(file, Path) and found.st_mtime_ns <= written_at):
-        return {"bytes": found.st_size, "crc32": about["crc32"]}
+    status = file.stat()
+    unchanged = not isinstance(file, Path) and status.st_mtime_ns <= written_at
+    if status.st_size != written["bytes"] or unchanged:
+        return {"bytes": status.st_size, "crc32": written["crc32"]}
     return _about(file)
 
 
 def _about(file: Location) -> FileAbout:
-    size, crc = 0, 0
+    size = 0
+    crc = 0
     with open_stored(file) as stream:
         while content := stream.read(READ_BYTES):
-            size, crc = size + len(content), zlib.crc32(content, crc)
+            size += len(content)
+            crc = zlib.crc32(content, crc)
     return {"bytes": size, "crc32": crc}
 
 
 def _made_up(part: Path, manifest: Manifest) -> str:
-    """What is wrong with a part whose files match its manifest: it was forged."""
+    """Return the flaw of a part whose files match its manifest: it was forged."""
     try:
         with opened(part / "trials.parquet") as file:
-            rows, schema = file.metadata.num_rows, file.schema_arrow
+            rows = file.metadata.num_rows
+            schema = file.schema_arrow
         part_provenance(schema, part / "trials.parquet")
         if MERGED_MARK in part.name:
             replaced_by(part)
@@ -209,8 +225,9 @@ def _made_up(part: Path, manifest: Manifest) -> str:
 
 
 def _undecodable(part: Location) -> str:
-    """What is wrong with a part without a manifest, as far as decoding shows."""
-    present, missing = {*table_names(part)}, set[str]()
+    """Return the flaw of a part without a manifest, as far as decoding shows."""
+    present = {*table_names(part)}
+    missing = set[str]()
     for name in sorted({"trials"} | present):
         try:
             table = load_table(part, name)
@@ -222,7 +239,7 @@ def _undecodable(part: Location) -> str:
 
 
 def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
-    """The tables, besides trials, that a launch of the spec in `schema` stores."""
+    """Return the tables besides trials that a launch of the spec in `schema` stores."""
     from sweep.errors import SpecError
     from sweep.spec.strict_yaml import parse_document
 

@@ -1,8 +1,8 @@
-"""What becomes of memory that was used and freed.
+"""Memory that was used and freed.
 
 Arrow and the C library keep what is freed, for what comes next. After the plan of a
 million trials that is a hundred megabytes, and what comes next, to run them, is small:
-a launch gives it back. What comes next in a page is as large: it is kept.
+a launch gives it back. What comes next in the results explorer is as large: it is kept.
 """
 
 import ctypes
@@ -12,9 +12,10 @@ import pyarrow as pa
 
 
 def keep() -> None:
-    """From now on Arrow takes memory from the C library, and so again the memory that
-    it has freed. Its own allocator asks the system for new pages, which takes as long
-    as reading a study.
+    """Let Arrow take memory from the C library from now on.
+
+    So it takes the memory again that it has freed. Its own allocator asks the system
+    for new pages, which takes as long as reading a study.
     """
     pa.set_memory_pool(pa.system_memory_pool())
 

@@ -1,11 +1,10 @@
-"""Which small parts are merged into larger ones, and which rows of a part do not count
-any more.
+"""Merging of small parts into larger ones, and rows of a part that count no more.
 
 At the end of a launch all small parts are considered. While it runs, its own parts are
-gathered by generation, which says how often a part has been merged. MOST_GATHERED parts
-of one generation, or 100,000 trials, become one part of the next. So each trial is
-written again only once a generation, and a launch of a million trials has a few hundred
-parts at any time.
+gathered by generation, the number of times that a part has been merged. MOST_GATHERED
+parts of one generation, or 100,000 trials, become one part of the next. So each trial
+is written again only once per generation, and a launch of a million trials has a few
+hundred parts at any time.
 """
 
 from collections import defaultdict
@@ -43,31 +42,49 @@ class Gathering:
         default_factory=lambda: defaultdict(list)
     )
 
-    def add(self, one: Gathered, generation: int = 0) -> None:
-        """Note a new part, unless it is large enough to stay."""
-        if one.rows < MERGED_ROWS and one.size < MAX_MERGED_BYTES // 2:
-            self.generations[generation].append(one)
+    def add(self, part: Gathered, generation: int = 0) -> None:
+        """Note a new part, unless it is large enough to stay.
+
+        Parameters
+        ----------
+        part : Gathered
+        generation : int, default 0
+            Number of times that the part has been merged.
+        """
+        if part.rows < MERGED_ROWS and part.size < MAX_MERGED_BYTES // 2:
+            self.generations[generation].append(part)
 
     def due(self) -> tuple[int, list[Gathered]] | None:
-        """The parts of a generation that are to be merged now, if there are such."""
+        """Return the generation whose parts are to be merged now, and these parts.
+
+        None if there is no such generation.
+        """
         for generation, held in self.generations.items():
             full = (
-                sum(one.rows for one in held) >= MERGED_ROWS
-                or sum(one.size for one in held) >= MAX_MERGED_BYTES
+                sum(part.rows for part in held) >= MERGED_ROWS
+                or sum(part.size for part in held) >= MAX_MERGED_BYTES
             )
             if len(held) >= MOST_GATHERED or (full and len(held) > 1):
                 return generation, held
         return None
 
     def replace(self, generation: int, merged: Gathered) -> None:
-        """Note that a generation has been merged into one part of the next."""
+        """Note that a generation has been merged into one part of the next.
+
+        Parameters
+        ----------
+        generation : int
+            Generation that was merged.
+        merged : Gathered
+            Part that its parts have become.
+        """
         del self.generations[generation]
         self.add(merged, generation + 1)
 
     def parts(self) -> list[Location]:
-        """All gathered parts, oldest first."""
+        """Return all gathered parts, oldest first."""
         return sorted(
-            (one.part for held in self.generations.values() for one in held),
+            (stored.part for held in self.generations.values() for stored in held),
             key=lambda part: part.name,
         )
 
@@ -77,8 +94,9 @@ def _ids(part: Location) -> pa.ChunkedArray:
 
 
 def _are_distinct(parts: Sequence[Location]) -> bool:
-    """Whether certainly no trial is in two parts, which is the usual case. This takes 8
-    bytes a trial, while a join takes 200.
+    """Return whether certainly no trial is in two parts, which is the usual case.
+
+    This takes 8 bytes per trial, while a join takes 200.
     """
 
     def hashes(part: Location) -> NDArray[np.int64]:
@@ -89,14 +107,15 @@ def _are_distinct(parts: Sequence[Location]) -> bool:
             len(ids),
         )
 
-    found = np.concatenate([np.empty(0, np.int64), *each(parts, hashes)])
-    found.sort()
-    return not (found[1:] == found[:-1]).any()
+    ordered = np.concatenate([np.empty(0, np.int64), *each(parts, hashes)])
+    ordered.sort()
+    return not (ordered[1:] == ordered[:-1]).any()
 
 
 def superseded_rows(parts: Sequence[Location]) -> dict[Location, pa.Array]:
-    """For each part, the ids of its trials that a later part also has; only parts with
-    such trials.
+    """Return for each part the ids of its trials that a later part also has.
+
+    Parts without such trials are left out.
     """
     if _are_distinct(parts):
         return {}
@@ -119,22 +138,25 @@ def superseded_rows(parts: Sequence[Location]) -> dict[Location, pa.Array]:
 
 
 def without(table: pa.Table, trial_ids: pa.Array | None) -> pa.Table:
-    """The rows of `table` without those trials."""
+    """Return the rows of `table` without those trials."""
     if trial_ids is None:
         return table
     return table.filter(pc.invert(pc.is_in(table["trial_id"], value_set=trial_ids)))
 
 
 def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
-    """Groups of two or more parts of fewer than `rows` trials, oldest first, with the
-    same tables and schemas.
+    """Give groups of two or more small parts with the same tables and schemas.
+
+    Small parts have fewer than `rows` trials. The parts of a group are oldest first.
     """
     groups = dict[bytes, tuple[list[Location], int, int]]()
     for part, (kind, size, size_bytes) in zip(parts, each(parts, _kind), strict=True):
         if size >= rows:
             continue
         group, held, held_bytes = groups.pop(kind, ([], 0, 0))
-        group, held, held_bytes = [*group, part], held + size, held_bytes + size_bytes
+        group = [*group, part]
+        held += size
+        held_bytes += size_bytes
         if held < rows and held_bytes < MAX_MERGED_BYTES:
             groups[kind] = group, held, held_bytes
         elif len(group) > 1:
@@ -143,7 +165,7 @@ def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
 
 
 def _kind(part: Location) -> tuple[bytes, int, int]:
-    """A key that only mergeable parts share, the number of trials, and the bytes."""
+    """Return a key that only mergeable parts share, the number of trials, and bytes."""
     files = [part / f"{name}.parquet" for name in table_names(part)]
     with opened(part / "trials.parquet") as file:
         rows = file.metadata.num_rows

@@ -1,6 +1,6 @@
-"""How every file is written: under a name that nobody can foresee, then renamed.
+"""Creation of every file: under a name that nobody can foresee, then renamed.
 
-It is flushed to the disk before the rename. So a file exists whole or not at all. If a
+A file is flushed to the disk before the rename. So it exists whole or not at all. If a
 stranger's folder has a link in its place, the rename replaces the link, and nothing is
 written through it. Everything happens relative to the descriptor of the folder that was
 opened first, so it does no harm if somebody swaps a folder for a link meanwhile.
@@ -19,9 +19,9 @@ from sweep.store.durable import flush, flush_names
 
 
 def create(path: Path, folder: int | None = None) -> BinaryIO:
-    """Open a file that is not there yet, relative to the descriptor `folder`.
+    """Open a file that does not exist yet, relative to the descriptor `folder`.
 
-    Raises OSError, also where there is a link.
+    Raises OSError, also for a link.
     """
     new = os.open(
         path,
@@ -34,11 +34,11 @@ def create(path: Path, folder: int | None = None) -> BinaryIO:
 
 @contextmanager
 def replacing(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
-    """A new file that becomes `path` in one step at the end, or is gone after an error.
+    """Open a new file that becomes `path` in one step at the end.
 
-    `below` is the folder that the user has named, by default that of `path`. It may be
-    a link. Folders between `below` and `path` are made where they are missing, and none
-    of them may be a link. Raises OSError.
+    After an error it is gone. `below` is the folder that the user has named, by default
+    that of `path`. It may be a link. Folders between `below` and `path` are made if
+    they are missing, and none of them may be a link. Raises OSError.
     """
     # The name of `path` may be as long as names can be.
     name = f"{path.name[:40]}-{secrets.token_hex(8)}.unfinished"
@@ -61,7 +61,10 @@ def replacing(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
 
 
 class _Folder(Protocol):
-    """A folder in which a file comes to be. All but `close` may raise OSError."""
+    """A folder in which a file is created.
+
+    All methods but `close` may raise OSError.
+    """
 
     def create(self, name: str) -> BinaryIO: ...
 
@@ -70,7 +73,7 @@ class _Folder(Protocol):
     def delete(self, name: str) -> None: ...
 
     def enter(self, name: str) -> "_Folder":
-        """A folder in it, which is made where it is missing, and may be no link."""
+        """Return a folder in it, which is made if it is missing, and may be no link."""
 
     def flush(self) -> None:
         """Flush the names in it, where the system can."""
@@ -134,14 +137,14 @@ class _Named:
         return _Named(inner)
 
     def flush(self) -> None:
-        """Nothing: see `durable.py`."""
+        """Do nothing: see `durable.py`."""
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
 
 def _open_folder(path: Path, below: Path) -> _Folder:
-    """The folder `path`, reached from `below` through no link."""
+    """Return the folder `path`, reached from `below` through no link."""
     here = below
     folder: _Folder = _Opened(below) if hasattr(os, "O_DIRECTORY") else _Named(below)
     for name in path.relative_to(below).parts:

@@ -1,9 +1,9 @@
-"""What stored tables say of their origin. It is checked, as anyone may have written it.
+"""Origin of stored tables, as their metadata have it.
 
-Each table has it in its metadata, as JSON. An entry that is missing, or of another kind
-than we write, raises a StoreError that names the file. Further entries are left alone.
-Some came with later versions: those of LATER together, those of COMPUTED and of ALONE
-one by one. Only trials that no processor has flown have a `device`.
+It is JSON, and is checked, as anyone may have written it. An entry that is missing, or
+of another kind than we write, raises a StoreError that names the file. Further entries
+are left alone. Some came with later versions: those of LATER together, those of
+COMPUTED and of ALONE one by one. Only trials that no processor has run have a `device`.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from sweep.store.parquet import remedy_for
 from sweep.store.regular import fits, parsed
 
 PROVENANCE = b"boidsweep"
-"""The key of the provenance, as JSON, in the schema metadata of every file."""
+"""Key of the provenance, as JSON, in the schema metadata of every file."""
 
 NUMBER = int | float
 PART = {
@@ -44,7 +44,7 @@ COMPUTED = {
     "packages": {kind: {} for kind in Code._fields[1:]},
     "device": {"name": str, "driver": str, "numba_cuda": str, "nvvm": str},
 }
-"""By which code: its stamps, which of the user's own, and entries of packages; and on
+"""By which code: its hashes, which of the user's own, and entries of packages; and on
 which device.
 """
 ALONE = COMPUTED | {
@@ -60,44 +60,51 @@ LAUNCH_AGAIN = "delete it and launch the study again"
 
 
 def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
-    """Where the trials in a file of a part come from. Raises StoreError."""
+    """Return the origin of the trials in a file of a part.
+
+    Raises StoreError.
+    """
     remedy = remedy_for(file.parent)
-    about = metadata(schema, PROVENANCE, PART, file, remedy)
-    if not fits(about, _among(COMPUTED, about)):
+    origin = metadata(schema, PROVENANCE, PART, file=file, remedy=remedy)
+    if not fits(origin, _among(COMPUTED, origin)):
         raise _unknown(file, remedy)
-    return about
+    return origin
 
 
 def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
-    """Where a plan comes from; it has the columns that it names. Raises StoreError."""
-    about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
-    later = LATER if LATER.keys() & about.keys() else {}
+    """Return the origin of a plan, which has the columns that it names.
+
+    Raises StoreError.
+    """
+    origin = metadata(plan.schema, PROVENANCE, PLAN, file=file, remedy=LAUNCH_AGAIN)
+    later = LATER if LATER.keys() & origin.keys() else {}
     of_sections = {name: section.shape for name, section in sections().items()}
-    if not fits(about, later | _among(ALONE | of_sections, about)):
+    if not fits(origin, later | _among(ALONE | of_sections, origin)):
         raise _unknown(file, LAUNCH_AGAIN)
     settings = [
-        name for axis in about.get("axes", {}).values() for name in axis["fields"]
+        name for axis in origin.get("axes", {}).values() for name in axis["fields"]
     ]
-    for name in ("trial_id", "point", *about["varied"], *settings):
+    for name in ("trial_id", "point", *origin["varied"], *settings):
         if name not in plan.column_names:
             raise UnreadableError(file, f"has no column {name}", LAUNCH_AGAIN)
-    return about
+    return origin
 
 
-def _among(shapes: dict[str, Any], about: Mapping[str, Any]) -> dict[str, Any]:
-    """The shapes of what an origin has."""
-    return {name: shape for name, shape in shapes.items() if name in about}
+def _among(shapes: dict[str, Any], origin: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the shapes of the entries that an origin has."""
+    return {name: shape for name, shape in shapes.items() if name in origin}
 
 
 def stamps(origin: Mapping[str, Any]) -> Code | None:
-    """The stamps of what computes the trials of an origin; None for one before 0.7."""
+    """Return the code hashes of the trials of an origin; None for one before 0.7."""
     stored = origin.get("code")
     return Code(*(stored[name] for name in Code._fields)) if stored else None
 
 
 def machine_said(origin: Mapping[str, Any]) -> str:
-    """The machine and the versions on which bits depend, in one line: first the device
-    that has flown, where one has.
+    """Return the machine and the versions on which results depend, in one line.
+
+    First comes the device that has run the trials, if one has.
     """
     versions = origin["versions"]
     named = ", ".join(
@@ -111,7 +118,10 @@ def machine_said(origin: Mapping[str, Any]) -> str:
 
 
 def device_said(origin: Mapping[str, Any]) -> str:
-    """The device that has flown, and what compiled for it; "" for a processor."""
+    """Return the device that has run trials, and what compiled for it.
+
+    It is "" for a processor.
+    """
     if "device" not in origin:
         return ""
     device = origin["device"]
@@ -121,36 +131,46 @@ def device_said(origin: Mapping[str, Any]) -> str:
     )
 
 
-def same_code(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether trials of two origins are computed by the same code, as far as they have
-    models, metrics and maps in common.
+def same_code(earlier: Mapping[str, Any], later: Mapping[str, Any]) -> bool:
+    """Return whether trials of two origins are computed by the same code.
 
-    Before 0.7 only one hash of all kernels was recorded.
+    Only models, metrics and maps that they have in common count. Before 0.7 only one
+    hash of all kernels was recorded.
     """
-    then, now = stamps(one), stamps(other)
+    then = stamps(earlier)
+    now = stamps(later)
     if then and now:
         return not then.changes(now)
-    return bool(one["kernels_sha"] == other["kernels_sha"])
+    return bool(earlier["kernels_sha"] == later["kernels_sha"])
 
 
 def metadata(
     schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str
 ) -> dict[str, Any]:
-    """What a table's metadata say under a key.
+    """Return the value under a key of a table's metadata.
 
-        schema  the schema of the table
-        key     the key
-        shape   the shape that the value must have, see `fits`
-        file    the file of the table, for the error
-        remedy  the way out, for the error
+    Parameters
+    ----------
+    schema : Schema
+        Schema of the table.
+    key : bytes
+    shape : dict
+        Shape that the value must have, see `fits`.
+    file : Location
+        File of the table, for the error.
+    remedy : str
+        How to fix it, for the error.
 
-    Raises UnreadableError if there is no such value of this shape.
+    Raises
+    ------
+    UnreadableError
+        If there is no value of this shape.
     """
     try:
-        about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
+        value: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
     except ValueError as error:
         raise _unknown(file, remedy) from error
-    return about
+    return value
 
 
 def _unknown(file: Location, remedy: str) -> UnreadableError:

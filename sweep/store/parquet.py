@@ -1,5 +1,6 @@
-"""Parquet files as the store writes and reads them: checksummed, and clear about
-damage.
+"""Parquet files as the store writes and reads them.
+
+They are checksummed, and errors are clear about damage.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,7 +24,7 @@ REQUESTS_AT_ONCE = 16
 
 
 def remedy_for(part: Location) -> str:
-    """What to do about a part that cannot be read."""
+    """Return how to fix a part that cannot be read."""
     if isinstance(part, Path) and not part.exists():
         return (
             "it has been removed: launch the study again, which runs its trials again"
@@ -41,9 +42,10 @@ def remedy_for(part: Location) -> str:
 
 @contextmanager
 def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
-    """A parquet file that is open for reading. Raises UnreadableError where it cannot
-    be read, with `remedy` as the way out, and TooLargeError where this machine cannot
-    hold it.
+    """Open a parquet file for reading.
+
+    Raises UnreadableError if it cannot be read, where `remedy` says how to fix it, and
+    TooLargeError if this machine cannot hold it.
     """
     local = isinstance(path, Path)
     try:
@@ -72,8 +74,9 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
 
 
 def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
-    """The result of `read` for each part, in their order. In an object store several of
-    them run at once: each makes a request or two.
+    """Return the result of `read` for each part, in their order.
+
+    In an object store several of them run at once: each makes a request or two.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
         return [read(part) for part in parts]
@@ -102,14 +105,29 @@ def check_part(tables: Mapping[str, pa.Table]) -> None:
 
 
 def load_table(part: Location, name: str, columns: list[str] | None = None) -> pa.Table:
-    """A part's table, or some of its columns. Raises StoreError for a damaged file."""
+    """Return a part's table, or some of its columns.
+
+    Parameters
+    ----------
+    part : Location
+    name : str
+        Name of the table.
+    columns : list of str, optional
+        By default all columns.
+
+    Raises
+    ------
+    StoreError
+        If the file is damaged.
+    """
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
 
 
 def pieces(part: Location, name: str) -> Iterator[pa.Table]:
-    """A table of a part as it was written, row group after row group. Raises StoreError
-    for a damaged file.
+    """Give a table of a part as it was written, row group after row group.
+
+    Raises StoreError for a damaged file.
     """
     with opened(part / f"{name}.parquet") as file:
         for group in range(file.num_row_groups):
@@ -117,15 +135,19 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
 
 
 def stored_schema(path: Location) -> pa.Schema:
-    """The schema of a file. Raises StoreError for a damaged one."""
+    """Return the schema of a file.
+
+    Raises StoreError for a damaged one.
+    """
     with opened(path) as file:
         return file.schema_arrow
 
 
 def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
-    """What writes tables into a file: strings as dictionaries, floats split by byte.
+    """Return a writer of tables into a file.
 
-    Trajectories are smaller so than in any dictionary.
+    It writes strings as dictionaries, and floats split by byte: trajectories are
+    smaller so than in any dictionary.
     """
     return pq.ParquetWriter(
         file,
@@ -143,10 +165,12 @@ def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
 
 
 def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str]:
-    """The parquet path of a column whose values, or whose lists' values, match."""
-    kind, path = field.type, field.name
+    """Return the parquet path of a column whose values, or those of lists, match."""
+    kind = field.type
+    path = field.name
     if isinstance(kind, pa.BaseExtensionType):
         kind = kind.storage_type
     while pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind):
-        kind, path = kind.value_type, f"{path}.list.{kind.value_field.name}"
+        path = f"{path}.list.{kind.value_field.name}"
+        kind = kind.value_type
     return [path] if matches(kind) else []

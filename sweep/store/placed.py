@@ -1,5 +1,6 @@
-"""Where the rows of some trials lie in the parts of a study: the ids of all parts are
-read and looked up once, whatever is read of the trials then.
+"""Numbers of the rows of some trials in the parts of a study.
+
+The ids of all parts are read and looked up once, whatever is read of the trials then.
 """
 
 from collections.abc import Sequence
@@ -19,21 +20,33 @@ ID = "trial_id"
 
 
 class PartRows(NamedTuple):
-    """The trials of a part: their `ids` (k,), and which of them are `wanted` (k,), and
-    in no later part.
+    """Trials of a part.
+
+    Attributes
+    ----------
+    part : Location
+    ids : ChunkedArray
+        Ids of its k trials.
+    selected : array of bool
+        Trials that are asked for and in no later part, shape (k,).
     """
 
     part: Location
     ids: pa.ChunkedArray
-    wanted: NDArray[np.bool_]
+    selected: NDArray[np.bool_]
 
 
 class PlacedTrials(NamedTuple):
-    """Where the rows of some trials lie.
+    """Numbers of the rows of some trials.
 
-    `ids` (k,) are those of the trials asked for that are stored, in the order in which
-    they were asked for, and `rows` (k,) has the number of each among the wanted rows of
-    all parts, one part after the other.
+    Attributes
+    ----------
+    parts : list of PartRows
+    ids : ChunkedArray
+        Ids of the k trials asked for that are stored, in the order asked for.
+    rows : array of int
+        Number of each among the selected rows of all parts, one part after the other,
+        shape (k,).
     """
 
     parts: list[PartRows]
@@ -44,82 +57,105 @@ class PlacedTrials(NamedTuple):
 def placed_trials(
     parts: Sequence[Location], trial_ids: pa.ChunkedArray | pa.Array
 ) -> PlacedTrials:
-    """Where these trials lie in `parts`, oldest first: of one in several of them the
-    latest counts. Raises StoreError for a damaged part.
+    """Return the numbers of the rows of some trials in `parts`, which are oldest first.
+
+    Of a trial in several parts the latest counts. Raises StoreError for a damaged part.
     """
     tables = each(parts, lambda part: load_table(part, "trials", [ID]))
     columns = [table[ID] for table in tables]
     chunks = [chunk for column in columns for chunk in column.chunks]
     every = pa.chunked_array(chunks, pa.string())
-    found = pc.index_in(every, value_set=trial_ids).fill_null(-1).to_numpy()
-    known = np.flatnonzero(found >= 0)
+    index = pc.index_in(every, value_set=trial_ids).fill_null(-1).to_numpy()
+    known = np.flatnonzero(index >= 0)
     row = np.full(len(trial_ids), -1, np.int64)
-    row[found[known]] = known  # of several rows of a trial the last one stays
+    row[index[known]] = known  # of several rows of a trial the last one stays
     stored = row >= 0
-    wanted = np.zeros(len(found), np.bool_)
-    wanted[row[stored]] = True
+    selected = np.zeros(len(index), np.bool_)
+    selected[row[stored]] = True
     ends = np.cumsum([0, *map(len, columns)], dtype=np.int64)
-    own = [wanted[first:end] for first, end in pairwise(ends.tolist())]
-    rows = zip(parts, columns, own, strict=True)
+    own = [selected[first:end] for first, end in pairwise(ends.tolist())]
     ids = trial_ids if stored.all() else trial_ids.filter(pa.array(stored))
-    number = np.cumsum(wanted) - 1
-    return PlacedTrials([PartRows(*one) for one in rows], ids, number[row[stored]])
+    number = np.cumsum(selected) - 1
+    rows = zip(parts, columns, own, strict=True)
+    part_rows = [PartRows(*fields) for fields in rows]
+    return PlacedTrials(part_rows, ids, number[row[stored]])
 
 
 def load_wanted(rows: PartRows, name: str, columns: list[str] | None) -> pa.Table:
-    """What a table of a part has of the trials that are wanted. If these are none, only
-    its schema is read.
+    """Return the rows of a table of a part of the trials that are selected.
 
-        rows     the part, and which of its trials are wanted
-        name     the table
-        columns  the columns; None for all
+    If none is selected, only the schema of the table is read.
 
-    Raises UnreadableError for a damaged file.
+    Parameters
+    ----------
+    rows : PartRows
+        The part, and which of its trials are selected.
+    name : str
+        Name of the table.
+    columns : list of str or None
+        None for all.
+
+    Raises
+    ------
+    UnreadableError
+        If the file is damaged.
     """
-    if not rows.wanted.any():
+    if not rows.selected.any():
         schema = stored_schema(rows.part / f"{name}.parquet")
         return schema.empty_table().select(
             [column for column in schema.names if columns is None or column in columns]
         )
     table = load_table(rows.part, name, columns)
-    if rows.wanted.all():
+    if rows.selected.all():
         return table
     if name == "trials":
-        return table.filter(pa.array(rows.wanted))
-    ids = rows.ids.filter(pa.array(rows.wanted))
+        return table.filter(pa.array(rows.selected))
+    ids = rows.ids.filter(pa.array(rows.selected))
     return table.filter(pc.is_in(table[ID], value_set=ids))
 
 
 def load_each(
     parts: Sequence[PartRows], name: str, columns: list[str] | None
 ) -> list[pa.Table]:
-    """`load_wanted` of each of these parts."""
-    wanted = {one.part: one for one in parts}
-    return each([*wanted], lambda part: load_wanted(wanted[part], name, columns))
+    """Return the selected rows of a table of each of some parts, by `load_wanted`.
+
+    Parameters
+    ----------
+    parts : sequence of PartRows
+    name : str
+        Name of the table.
+    columns : list of str or None
+        None for all.
+    """
+    rows = {part_rows.part: part_rows for part_rows in parts}
+    return each([*rows], lambda part: load_wanted(rows[part], name, columns))
 
 
 def in_order(placed: PlacedTrials, columns: Sequence[str]) -> pa.Table:
-    """The ids of placed trials, in their order, and those of these columns that any of
-    their parts has, united as by `Store.read`. Raises StoreError for a damaged part,
-    and for one that is no longer there.
+    """Return ids and columns of placed trials, in their order.
+
+    The columns are those that any of their parts has, united as by `Store.read`. Raises
+    StoreError for a damaged part, and for one that is no longer there.
     """
     names = [name for name in dict.fromkeys(columns) if name != ID]
-    wanted = {one.part: one for one in placed.parts}
+    rows = {part_rows.part: part_rows for part_rows in placed.parts}
     tables = each(
-        [*wanted], lambda part: _numbered(load_wanted(wanted[part], "trials", names))
+        [*rows], lambda part: _numbered(load_wanted(rows[part], "trials", names))
     )
-    found = united(tables, names)
-    if ID in found.column_names:
-        return found  # there is no part
-    if not np.array_equal(placed.rows, np.arange(found.num_rows)):
-        found = found.take(pa.array(placed.rows))
-    found = _spelled(found)
-    return found.add_column(0, pa.field(ID, pa.string()), placed.ids)
+    trials = united(tables, names)
+    if ID in trials.column_names:
+        return trials  # there is no part
+    if not np.array_equal(placed.rows, np.arange(trials.num_rows)):
+        trials = trials.take(pa.array(placed.rows))
+    trials = _spelled(trials)
+    return trials.add_column(0, pa.field(ID, pa.string()), placed.ids)
 
 
 def _numbered(table: pa.Table) -> pa.Table:
-    """A table whose texts are numbers of different ones. Few texts stand for many rows:
-    numbers are put into order in a tenth of the time, and need little memory.
+    """Return a table whose strings are numbers of different ones.
+
+    Many rows have few different strings. Numbers are put into order in a tenth of the
+    time, and need little memory.
     """
     for place, field in enumerate(table.schema):
         if pa.types.is_string(field.type):
@@ -129,7 +165,7 @@ def _numbered(table: pa.Table) -> pa.Table:
 
 
 def _spelled(table: pa.Table) -> pa.Table:
-    """The same table with its texts."""
+    """Return the same table with its strings."""
     kinds = [
         field.with_type(field.type.value_type)
         if pa.types.is_dictionary(field.type)

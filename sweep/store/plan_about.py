@@ -1,4 +1,4 @@
-"""What a plan records of its study beside the trials: written and read here alone."""
+"""Record of a study in its plan, next to the trials: written and read here alone."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,15 +19,15 @@ OPTIONAL = (
     "continued",
     "details",
 )
-"""What only some plans have."""
+"""Entries that only some plans have."""
 
 
 @dataclass(frozen=True)
 class AxisAbout:
-    """The settings of an axis, and what sampled them.
+    """The parameters of an axis, and what sampled them.
 
-    A sample that is read in blocks has their `size` and `levels`; `rows` says which row
-    of the sample each point is, where equal points are one.
+    A sample that is read in blocks has their `size` and `levels`. `rows` has the row of
+    the sample of each point, if equal points are one.
     """
 
     settings: list[str]
@@ -38,45 +38,67 @@ class AxisAbout:
 
     @classmethod
     def of(cls, axis: Axis) -> "AxisAbout":
-        """What is recorded of an axis of a spec."""
+        """Return the record of an axis of a spec."""
         settings = list(axis.columns)
         if axis.blocks is None or axis.rows is None:
             return cls(settings, axis.sampler)
         rows = axis.rows.tolist() if axis.merged else None
-        return cls(settings, axis.sampler, axis.blocks.size, axis.blocks.levels, rows)
+        return cls(
+            settings,
+            axis.sampler,
+            size=axis.blocks.size,
+            levels=axis.blocks.levels,
+            rows=rows,
+        )
 
     @classmethod
     def read(cls, stored: Mapping[str, Any]) -> "AxisAbout":
-        """The same from a stored plan, whose shape has been checked."""
+        """Return the record from a stored plan, whose shape has been checked."""
         return cls(
             stored["fields"],
             stored["sampler"],
-            stored.get("size", 1),
-            stored.get("levels"),
-            stored.get("rows"),
+            size=stored.get("size", 1),
+            levels=stored.get("levels"),
+            rows=stored.get("rows"),
         )
 
     def as_json(self) -> dict[str, Any]:
-        """As plans store it."""
-        about: dict[str, Any] = {"fields": self.settings, "sampler": self.sampler}
+        """Return the record as plans store it."""
+        stored: dict[str, Any] = {"fields": self.settings, "sampler": self.sampler}
         if self.size > 1:
-            about |= {"size": self.size, "levels": self.levels}
-        return about | ({} if self.rows is None else {"rows": self.rows})
+            stored |= {"size": self.size, "levels": self.levels}
+        return stored | ({} if self.rows is None else {"rows": self.rows})
 
 
 @dataclass(frozen=True)
 class PlanAbout:
-    """What a plan records of its study.
+    """Record of a study in its plan.
 
-    `varied` are the settings that differ between points, in the order of the columns;
-    `record` the metrics; `series` those that are kept of each frame, and `tables` the
-    tables that are stored, both None in plans up to 0.9; `maps` those that the spec
-    brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
-    preset that an axis ablates, or of the axis whose `details` the spec names, None
-    where it names none; `axes` what each axis samples, None in plans of before 0.2;
-    `sections` what the sections of methods record, by key.
-    Where several `designs` are united, it has the names of the axes of each. Where an
-    axis is continued, `continued` has its name and the directions of its chains.
+    Attributes
+    ----------
+    varied : list of str
+        Parameters that differ between points, in the order of the columns.
+    record : list of str
+        Metrics.
+    maps : dict
+        Maps that the spec brings, as `OwnMap.as_json` writes them.
+    ablated : dict
+        Groups of parameters of each preset that an axis ablates, or of the axis whose
+        details the spec names.
+    axes : dict or None
+        Sample of each axis; None in plans of before 0.2.
+    designs : list of list of str, optional
+        Names of the axes of each design, if several are united.
+    series : list of str, optional
+        Metrics that are kept of each frame; None in plans up to 0.9.
+    tables : list of str, optional
+        Tables that are stored; None in plans up to 0.9.
+    continued : dict, optional
+        Name of the axis that is continued, and the directions of its chains.
+    sections : mapping
+        Records of the sections of methods, by key.
+    details : list of str, optional
+        Names of the details that the spec names.
     """
 
     varied: list[str]
@@ -95,11 +117,15 @@ class PlanAbout:
     def of(
         cls, study: Study, varied: Iterable[str], axes: Iterable[Axis]
     ) -> "PlanAbout":
-        """What is recorded of a study.
+        """Return the record of a study.
 
-        study   the study
-        varied  the settings that differ between points, in the order of the columns
-        axes    its axes
+        Parameters
+        ----------
+        study : Study
+        varied : iterable of str
+            Parameters that differ between points, in the order of the columns.
+        axes : iterable of Axis
+            Axes of the study.
         """
         axes = list(axes)
         united = [[axis.name for axis in design] for design in by_design(axes)]
@@ -122,7 +148,7 @@ class PlanAbout:
 
     @classmethod
     def read(cls, provenance: Mapping[str, Any]) -> "PlanAbout":
-        """The same from the metadata of a stored plan, whose shape has been checked."""
+        """Return the record from the metadata of a plan, whose shape was checked."""
         axes = provenance.get("axes")
         return cls(
             varied=provenance["varied"],
@@ -143,8 +169,20 @@ class PlanAbout:
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
-        """The plan with this, and where it comes from, in its metadata."""
-        about = dict(origin) | {
+        """Return the plan with the record, and its origin, in its metadata.
+
+        Parameters
+        ----------
+        plan : Table
+        origin : mapping
+            Origin of the plan.
+
+        Raises
+        ------
+        ValueError
+            If a section has the key of another entry.
+        """
+        entries = dict(origin) | {
             "varied": self.varied,
             "record": self.record,
             "maps": self.maps,
@@ -153,16 +191,19 @@ class PlanAbout:
         }
         for name in OPTIONAL:
             if getattr(self, name) is not None:
-                about[name] = getattr(self, name)
-        if taken := about.keys() & self.sections.keys():
+                entries[name] = getattr(self, name)
+        if taken := entries.keys() & self.sections.keys():
             raise ValueError(f"a plan has these itself: {', '.join(sorted(taken))}")
-        about |= self.sections
-        text = json.dumps(about, sort_keys=True)
+        entries |= self.sections
+        text = json.dumps(entries, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
 
 
 def _chained(axes: Iterable[Axis]) -> dict[str, Any] | None:
-    """Which axis is continued, and in which directions."""
+    """Return the axis that is continued, and the directions of its chains.
+
+    None if no axis is continued.
+    """
     axis = continued_axis(axes)
     if axis is None or axis.continued is None:
         return None

@@ -1,5 +1,6 @@
-"""Which machine this is, whether a process id still means the same process, and how a
-process ends: the one place that knows what each system has for that.
+"""Identity of this machine and of processes, and how a process ends.
+
+This is the one place that knows the calls of each system for that.
 """
 
 import ctypes
@@ -21,12 +22,15 @@ LOOK_SECONDS = 0.5
 
 
 def host() -> str:
-    """The name of this machine, without the sign that parts names of folders."""
+    """Return the name of this machine.
+
+    It is without the character that parts names of folders.
+    """
     return socket.gethostname().replace("~", "-")
 
 
 def cpu_name() -> str:
-    """The processor's name as the system gives it."""
+    """Return the processor's name as the system gives it."""
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:
@@ -40,8 +44,9 @@ def cpu_name() -> str:
 
 
 def machine() -> str:
-    """The scope in which a process id means one process: on Linux the boot and the id
-    namespace.
+    """Return the scope in which a process id means one process.
+
+    On Linux that is the boot and the id namespace.
     """
     if sys.platform != "linux":
         return host()
@@ -51,41 +56,40 @@ def machine() -> str:
 
 @cache
 def here() -> str:
-    """The name of this machine and eight signs that stand for `machine()`, for names of
-    folders.
+    """Return the name of this machine and eight characters of the hash of `machine()`.
 
-    Two containers may share a host name; a process id of one means nothing in the
-    other.
+    It is for names of folders. Two containers may have one host name; a process id of
+    one means nothing in the other.
     """
     return f"{host()}-{sha256(machine().encode()).hexdigest()[:8]}"
 
 
 def started(process: int) -> str | None:
-    """When a process here began, as text that no jump of the clock changes on Linux;
-    None where there is none.
+    """Return when a process here began, as text; None if there is no such process.
 
-    Together with its id this names a process for ever. A process that has ended, but
-    whose parent has not noticed, counts as none.
+    On Linux no jump of the clock changes the text. Together with its id this names a
+    process for ever. A process that has ended, but whose parent has not noticed, counts
+    as none.
     """
     if sys.platform == "linux":
         try:
-            said = Path(f"/proc/{process}/stat").read_text("utf-8", "replace")
-            state, *numbers = said.rpartition(")")[2].split()
+            status = Path(f"/proc/{process}/stat").read_text("utf-8", "replace")
+            state, *numbers = status.rpartition(")")[2].split()
         except (FileNotFoundError, ProcessLookupError):
             return None
         return None if state in "ZX" else numbers[18]
     import psutil
 
     try:
-        one = psutil.Process(process)
-        ended = one.status() == psutil.STATUS_ZOMBIE
-        return None if ended else str(round(one.create_time()))
+        running = psutil.Process(process)
+        ended = running.status() == psutil.STATUS_ZOMBIE
+        return None if ended else str(round(running.create_time()))
     except psutil.NoSuchProcess:
         return None
 
 
 def user() -> str:
-    """The name of the user, or a number in its place where there is no name."""
+    """Return the name of the user, or a number if there is no name."""
     try:
         return getpass.getuser()
     except (ImportError, KeyError, OSError):
@@ -104,8 +108,8 @@ def end(process: int) -> None:
 def end_with(parent: int, began: str | None) -> None:
     """Make sure that this process ends with its parent, whatever ends that one.
 
-    `began` is what `started` says of the parent. Linux sees to it, even where a call of
-    this process never returns. Elsewhere a thread looks twice a second.
+    `began` is what `started` returns for the parent. Linux sees to it, even where a
+    call of this process never returns. Elsewhere a thread looks twice a second.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Where results come from: the spec as launched, the code, versions and machine."""
+"""Origin of results: the spec as launched, the code, versions and machine."""
 
 import os
 import platform
@@ -33,10 +33,12 @@ HERE = Path(__file__).parent.parent
 
 
 def provenance(study: Study, device: dict[str, str] | None = None) -> dict[str, Any]:
-    """All that is recorded with every part of a launch, ready for JSON. `device` is
-    what its trials fly on, if not on the processor.
+    """Return all that is recorded with every part of a launch, ready for JSON.
+
+    `device` is the device on which its trials run, if that is not the processor.
     """
-    code, kept = study_code(study), study_state(study.path, study.text)
+    code = study_code(study)
+    spec_state = study_state(study.path, study.text)
     return {
         "format": 1,
         "study": study.name,
@@ -46,9 +48,9 @@ def provenance(study: Study, device: dict[str, str] | None = None) -> dict[str, 
         "spec_path": str(study.path),
         "kernels_sha": kernels_sha(),
         "code": code._asdict(),
-        **_others(study, code),
+        **_added_code(study, code),
         "git": git_state(HERE) or built_from(HERE),
-        **({"study_git": kept} if kept else {}),
+        **({"study_git": spec_state} if spec_state else {}),
         "lock": list(installed()),
         **machine(),
         **({"device": device} if device else {}),
@@ -58,26 +60,35 @@ def provenance(study: Study, device: dict[str, str] | None = None) -> dict[str, 
 def measured_provenance(
     origin: Mapping[str, Any], study: Study, spec: str
 ) -> dict[str, Any]:
-    """The origin of trials, or of a plan, with metrics that were measured here, after
-    the flight; `measured` says by which code, versions and machine.
+    """Return the origin of trials, or of a plan, with metrics that were measured later.
 
-    origin  that of the same trials before
-    study   a study that records all of their metrics
-    spec    the text of a spec that does
+    Its `measured` has the code, versions and machine that measured them here.
+
+    Parameters
+    ----------
+    origin : mapping
+        Origin of the same trials before.
+    study : Study
+        A study that records all of their metrics.
+    spec : str
+        Text of a spec that does.
     """
-    then, now = Code(**origin["code"]), study_code(study)
+    then = Code(**origin["code"])
+    now = study_code(study)
     code = then._replace(metrics={**then.metrics, **now.metrics})
-    others = _others(study, code)
-    if "own" in origin and others["own"]["sha"] == origin["own"]["sha"]:
-        others["own"] = origin["own"]  # else another user's code would become ours
-    about = {name: origin[name] for name in origin if name != "study_git"}
+    added = _added_code(study, code)
+    if "own" in origin and added["own"]["sha"] == origin["own"]["sha"]:
+        added["own"] = origin["own"]  # else another user's code would become ours
+    earlier = {name: origin[name] for name in origin if name != "study_git"}
     here = {"git": git_state(HERE) or built_from(HERE), **machine()}
-    return about | {"spec": spec, "code": code._asdict(), **others, "measured": here}
+    return earlier | {"spec": spec, "code": code._asdict(), **added, "measured": here}
 
 
-def _others(study: Study, code: Code) -> dict[str, Any]:
-    """Which code of the user's own computes the trials, with the user's seal; and what
-    tables need to know of the entries of other packages, which may be gone one day.
+def _added_code(study: Study, code: Code) -> dict[str, Any]:
+    """Return the custom code and the packages that compute the trials.
+
+    Custom code has the user's seal. Of entries of other packages it has what tables
+    need to know of them: the packages may be gone one day.
     """
     known = study.known
     names = {
@@ -87,15 +98,18 @@ def _others(study: Study, code: Code) -> dict[str, Any]:
         "starts": code.starts,
     }
     packages = of_packages(known, names)
-    said = {"packages": packages} if packages else {}
+    added = {"packages": packages} if packages else {}
     if isinstance(known, OwnCatalogue):
-        said["own"] = {"sha": known.code.sha, "seal": seal(known.code.sha)}
-    return said
+        added["own"] = {"sha": known.code.sha, "seal": seal(known.code.sha)}
+    return added
 
 
 @cache
 def machine() -> dict[str, Any]:
-    """What results may depend on besides the code: versions, system and processor."""
+    """Return what results may depend on in addition to the code.
+
+    These are versions, system and processor.
+    """
     return {
         "versions": {"python": platform.python_version()}
         | {name: _version(name) for name in PACKAGES},
@@ -107,8 +121,7 @@ def machine() -> dict[str, Any]:
 
 @cache
 def installed() -> tuple[str, ...]:
-    """All distributions in reach of this process, as `name==version` in the order of
-    names.
+    """Return all distributions in reach of this process, as `name==version`, sorted.
 
     They are read from the names of their metadata folders, a hundred times as fast as
     with importlib.metadata.

@@ -1,5 +1,6 @@
-"""What the stored trials of a study record, and which of them serve for trials that
-record less.
+"""Records of the stored trials of a study, and trials that serve for others.
+
+A stored trial serves for one that is the same run and records less.
 """
 
 import json
@@ -34,36 +35,41 @@ from sweep.store.store import Store
 
 
 def stored_recordings(store: Store) -> list[Recording]:
-    """What the parts of a store record, each once. Those of before 0.7 are left out:
-    their ids covered other things. Raises StoreError for a damaged part.
+    """Return what the parts of a store record, each recording once.
+
+    Those of before 0.7 are left out: their ids covered other things. Raises StoreError
+    for a damaged part.
     """
 
     def read(parts: list[Location]) -> list[Recording]:
-        found = [one for one in each(parts, _recording) if one]
-        by_text = {json.dumps(one, sort_keys=True): one for one in found}
+        recordings = filter(None, each(parts, _recording))
+        by_text = {
+            json.dumps(recording, sort_keys=True): recording for recording in recordings
+        }
         return [by_text[text] for text in sorted(by_text)]
 
     return store.steadily(read)
 
 
 def others_stored(store: Store, study: Study) -> list[Recording]:
-    """What trials of a store record, where it is not what those of `study` record."""
-    asked = Recording.of(study)
-    return [one for one in stored_recordings(store) if one != asked]
+    """Return the recordings of trials of a store that are not those of `study`."""
+    own = Recording.of(study)
+    return [recording for recording in stored_recordings(store) if recording != own]
 
 
 def measured(columns: Iterable[str], derived: Iterable[str]) -> list[str]:
-    """The metrics that kernels measured, by the names of the columns of trials."""
-    names, left = list(columns), set(derived)
+    """Return the metrics that kernels measured, by the columns of trials."""
+    names = list(columns)
+    excluded = set(derived)
     return [
         name
         for name in names
-        if str(Column(name, half=True)) in names and name not in left
+        if str(Column(name, half=True)) in names and name not in excluded
     ]
 
 
 def expressions(trials: pa.Schema) -> dict[str, str]:
-    """What derives metrics of stored trials, by their names."""
+    """Return the expressions that derive metrics of stored trials, by their names."""
     return {
         field.name: field.metadata[EXPRESSION].decode(errors="replace")
         for field in trials
@@ -76,7 +82,8 @@ def _recording(part: Location) -> Recording | None:
     with opened(file) as opened_file:
         schema = opened_file.schema_arrow
         first = opened_file.read(columns=["every"]).slice(0, 1).to_pylist()
-    code, names = stamps(part_provenance(schema, file)), table_names(part)
+    code = stamps(part_provenance(schema, file))
+    names = table_names(part)
     if code is None or not first or "every" not in first[0]:
         return None
     series = stored_schema(part / "series.parquet").names if "series" in names else []
@@ -96,54 +103,69 @@ def _recording(part: Location) -> Recording | None:
 
 @dataclass(frozen=True, eq=False)
 class Served:
-    """Trials that are not stored, `asked`, and the stored ones in their place, which
-    are the same flights and record more; both (n,).
+    """Trials that are not stored, and the stored ones that serve in their place.
+
+    Those are the same runs and record more.
+
+    Attributes
+    ----------
+    missing : KnownIds
+        Ids of the n trials that are not stored.
+    stored : Ids
+        Ids of the stored trials in their place, shape (n,).
     """
 
-    asked: KnownIds
+    missing: KnownIds
     stored: Ids
 
     @classmethod
-    def of(cls, asked: Ids, stored: Ids) -> "Served":
-        """Each of some trials, and the stored one in its place."""
-        return cls(KnownIds.of(asked), stored)
+    def of(cls, missing: Ids, stored: Ids) -> "Served":
+        """Pair each of some trials with the stored one in its place.
+
+        Parameters
+        ----------
+        missing : Ids
+            Ids of n trials that are not stored, shape (n,).
+        stored : Ids
+            Ids of the stored trials, shape (n,).
+        """
+        return cls(KnownIds.of(missing), stored)
 
     def __len__(self) -> int:
         return len(self.stored)
 
     def into(self, ids: Ids) -> Ids:
-        """The ids with those of stored trials in the place of those that they serve."""
-        found = ids.copy()
-        for some in blocks(found):
-            places = self.asked.places(some)
-            there = places >= 0
-            some[there] = self.stored[places[there]]
-        return found
+        """Return the ids with stored trials in the place of those that they serve."""
+        replaced = ids.copy()
+        for block in blocks(replaced):
+            rows = self.missing.places(block)
+            is_served = rows >= 0
+            block[is_served] = self.stored[rows[is_served]]
+        return replaced
 
     def into_rows(self, rows: pa.RecordBatchReader) -> pa.RecordBatchReader:
-        """The same of the column `trial_id` of some rows after the other."""
-        place = rows.schema.get_field_index("trial_id")
-        field = rows.schema.field(place)
+        """Return rows with the same change in their column `trial_id`."""
+        column = rows.schema.get_field_index("trial_id")
+        field = rows.schema.field(column)
 
         def into(batch: pa.RecordBatch) -> pa.RecordBatch:
-            ids = batch.column(place)
-            places = self.asked.places_of_column(pa.chunked_array([ids]))
-            there = places >= 0
-            stored = as_texts(self.stored[places[there]]).combine_chunks()
-            ids = pc.replace_with_mask(ids, pa.array(there), stored)
-            return batch.set_column(place, field, ids)
+            ids = batch.column(column)
+            index = self.missing.places_of_column(pa.chunked_array([ids]))
+            is_served = index >= 0
+            stored = as_texts(self.stored[index[is_served]]).combine_chunks()
+            ids = pc.replace_with_mask(ids, pa.array(is_served), stored)
+            return batch.set_column(column, field, ids)
 
         return pa.RecordBatchReader.from_batches(rows.schema, map(into, rows))
 
-    def also(self, others: "Served") -> "Served":
-        """These and others."""
+    def also(self, more: "Served") -> "Served":
+        """Return these trials and more."""
         if not len(self):
-            return others
-        mine, theirs = self.asked, others.asked
-        rows = np.concatenate([mine.rows, len(self) + theirs.rows])
-        ids = np.concatenate([mine.ids, theirs.ids])
+            return more
+        rows = np.concatenate([self.missing.rows, len(self) + more.missing.rows])
+        ids = np.concatenate([self.missing.ids, more.missing.ids])
         order = np.argsort(ids)
-        stored = np.concatenate([self.stored, others.stored])
+        stored = np.concatenate([self.stored, more.stored])
         return Served(KnownIds(ids[order], rows[order]), stored)
 
 
@@ -157,27 +179,37 @@ def served(
     known: KnownIds,
     done: NDArray[np.bool_],
 ) -> Served:
-    """Which of some jobs of `study` are served by trials that are stored.
+    """Return which of some jobs of a study are served by trials that are stored.
 
-    study       the study
-    jobs        trials of it that are not stored
-    recordings  what stored trials record that are of another spec
-    known       the ids of the n stored trials
-    done        (n,) which of them are done
+    Parameters
+    ----------
+    study : Study
+    jobs : sequence of Job
+        Trials of the study that are not stored.
+    recordings : iterable of Recording
+        What stored trials record that are of another spec.
+    known : KnownIds
+        Ids of the n stored trials.
+    done : array of bool
+        Which of them are done, shape (n,).
     """
-    asked = Recording.of(study)
-    covering = [one for one in recordings if one.covers(asked)]
+    needed = Recording.of(study)
+    covering = [recording for recording in recordings if recording.covers(needed)]
     most = len(jobs) if covering else 0
-    mine, theirs, found = np.empty(most, BYTES), np.empty(most, BYTES), 0
-    for some in blocks_of(jobs, BLOCK) if covering else ():
-        own = ids_recording(study, some, asked)
+    missing = np.empty(most, BYTES)
+    stored = np.empty(most, BYTES)
+    count = 0
+    for block in blocks_of(jobs, BLOCK) if covering else ():
+        own = ids_recording(study, block, needed)
         lacking = np.ones(len(own), np.bool_)
         for recording in covering:
-            other = ids_recording(study, some, recording)
-            places = known.places(other)
-            there = (places >= 0) & lacking
-            there[there] = done[places[there]]
-            lacking &= ~there
-            new = slice(found, found + int(there.sum()))
-            mine[new], theirs[new], found = own[there], other[there], new.stop
-    return Served.of(mine[:found], theirs[:found])
+            other = ids_recording(study, block, recording)
+            rows = known.places(other)
+            serves = (rows >= 0) & lacking
+            serves[serves] = done[rows[serves]]
+            lacking &= ~serves
+            new = slice(count, count + int(serves.sum()))
+            missing[new] = own[serves]
+            stored[new] = other[serves]
+            count = new.stop
+    return Served.of(missing[:count], stored[:count])

@@ -1,4 +1,4 @@
-"""How stored files are read: only ordinary ones, not through links, up to a size.
+"""Reading of stored files: only ordinary ones, not through links, up to a size.
 
 A store may come from anyone. In the place of a file, a pipe would make us wait, a
 device has no end, and a link leads out of the study.
@@ -15,20 +15,21 @@ from sweep.store.locations import Location
 
 
 class ForeignError(OSError):
-    """What lies there was not written by us: it is no ordinary file, or too large."""
+    """A file that we have not written: it is no ordinary file, or too large."""
 
 
 def quietly() -> int:
-    """Flags of `os.open` by which a link is not followed, and a pipe is not waited for;
-    0 where the system has none.
+    """Return flags of `os.open` that follow no link and wait for no pipe.
+
+    They are 0 where the system has none.
     """
     return getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
-    """An ordinary file, open for reading, with other `flags` for writing too.
+    """Open an ordinary file for reading, with other `flags` for writing too.
 
-    Raises OSError for anything else, and for writing where the file has a second name.
+    Raises OSError for anything else, and for writing if the file has a second name.
     """
     if not hasattr(os, "O_NOFOLLOW") and path.is_symlink():
         raise _link()
@@ -38,26 +39,27 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
         if error.errno == errno.ELOOP:
             raise _link() from None
         raise
-    about = os.fstat(descriptor)
-    if not stat.S_ISREG(about.st_mode):
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode):
         os.close(descriptor)
         raise ForeignError("is no ordinary file")
-    if flags != os.O_RDONLY and about.st_nlink > 1:
+    if flags != os.O_RDONLY and status.st_nlink > 1:
         os.close(descriptor)
         raise ForeignError("has a second name (a hard link): put a copy in its place")
     return os.fdopen(descriptor, "rb" if flags == os.O_RDONLY else "r+b")
 
 
 def regular_size(path: Path) -> int:
-    """The bytes of an ordinary file, for those who open it by its path. Raises OSError
-    for anything else.
+    """Return the bytes of an ordinary file, for those who open it by its path.
+
+    Raises OSError for anything else.
     """
-    about = path.lstat()
-    if stat.S_ISLNK(about.st_mode):
+    status = path.lstat()
+    if stat.S_ISLNK(status.st_mode):
         raise _link()
-    if not stat.S_ISREG(about.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise ForeignError("is no ordinary file")
-    return about.st_size
+    return status.st_size
 
 
 def _link() -> OSError:
@@ -67,14 +69,17 @@ def _link() -> OSError:
 
 
 def open_stored(path: Location) -> Any:
-    """A stored file, or object, open for reading. Raises OSError as `open_regular`."""
+    """Open a stored file, or object, for reading.
+
+    Raises OSError as `open_regular` does.
+    """
     return open_regular(path) if isinstance(path, Path) else path.open()
 
 
 def read_whole(path: Location, most: int) -> bytes:
-    """The content of a small file, or object.
+    """Return the content of a small file, or object.
 
-    Raises OSError, also where it has more than `most` bytes.
+    Raises OSError, also if it has more than `most` bytes.
     """
     if isinstance(path, Path):
         with open_regular(path) as file:
@@ -87,12 +92,29 @@ def read_whole(path: Location, most: int) -> bytes:
 
 
 def read_json(path: Location, most: int, shape: Any) -> Any:
-    """What a small file, or object, says in JSON. Raises OSError and ValueError."""
+    """Return the value of a small file, or object, in JSON.
+
+    Parameters
+    ----------
+    path : Location
+    most : int
+        Most bytes of the content.
+    shape : shape
+        Shape that the value must have, see `fits`.
+
+    Raises
+    ------
+    OSError, ValueError
+        If the file cannot be read, is larger, or its value has another shape.
+    """
     return parsed(read_whole(path, most), shape)
 
 
 def parsed(content: bytes, shape: Any) -> Any:
-    """The value of a text in JSON. Raises ValueError for another shape: see `fits`."""
+    """Return the value of a text in JSON.
+
+    Raises ValueError for another shape: see `fits`.
+    """
     try:
         value = json.loads(content)
     except RecursionError:
@@ -103,19 +125,19 @@ def parsed(content: bytes, shape: Any) -> Any:
 
 
 def fits(value: object, shape: Any) -> bool:
-    """Whether a value from JSON has a shape.
+    """Return whether a value from JSON has a shape.
 
-    That is a type, [shape] for a list, {str: shape} for a mapping, or
-    {name: shape, ...} for a mapping that has these names, and may have others.
+    That is a type, [shape] for a list, {str: shape} for a mapping, or {name: shape,
+    ...} for a mapping that has these names, and may have others.
     """
     if isinstance(shape, list):
-        return isinstance(value, list) and all(fits(one, shape[0]) for one in value)
+        return isinstance(value, list) and all(fits(inner, shape[0]) for inner in value)
     if not isinstance(shape, dict):
         return isinstance(value, shape)
     if not isinstance(value, dict):
         return False
     if str in shape:
-        return all(fits(one, shape[str]) for one in value.values())
+        return all(fits(inner, shape[str]) for inner in value.values())
     return all(
         name in value and fits(value[name], inner) for name, inner in shape.items()
     )

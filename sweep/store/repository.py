@@ -1,9 +1,8 @@
-"""What git says of our code, and of the spec of a study. git runs nothing that a
-repository names.
+"""State of our code, and of the spec of a study, in git.
 
-A wheel has no repository: it has in BUILT_FROM what git said where it was built.
-hatch_build.py writes it, and loads this module by its file, so that this needs nothing
-but Python.
+git runs nothing that a repository names. A wheel has no repository: its BUILT_FROM has
+the state where it was built. hatch_build.py writes it, and loads this module by its
+file, so that this needs nothing but Python.
 """
 
 import hashlib
@@ -19,22 +18,26 @@ MOST_DIFF = 200_000
 QUIETLY = ("--no-pager", "-c", "core.fsmonitor=false", "-c", "core.hooksPath=/dev/null")
 OURSELVES = ("--no-ext-diff", "--no-textconv", "--ignore-submodules=all")
 APART = {"GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1", "GIT_ALLOW_PROTOCOL": ""}
-"""With this git neither writes the index nor fetches what a partial clone lacks."""
+"""Variables with which git neither writes the index nor fetches objects.
+
+A partial clone lacks some.
+"""
 
 
 def git_state(folder: Path) -> dict[str, Any]:
-    """What the working tree that `folder` is in says of the code; empty where the code
-    is not kept in one.
+    """Return the state of the code in the working tree that `folder` is in.
 
-    The code is what is below `folder` and in `kernels` beside it: `commit`; its `diff`
-    to it, of which `cut` characters beyond MOST_DIFF are left out; and of the files
-    that are `untracked` the name and the sha256 of each.
+    It is empty if the code is not kept in one. The code is what is below `folder` and
+    in `kernels` beside it: `commit`; its `diff` to it, of which `cut` characters beyond
+    MOST_DIFF are left out; and of the files that are `untracked` the name and the
+    sha256 of each.
     """
-    root, code = folder.parent, ("--", folder.name, "kernels")
-    commit = _run(root, "rev-parse", "HEAD")  # filters no file
-    if not commit or not _git(root, "ls-files", "--", folder.name):
+    root = folder.parent
+    code = ("--", folder.name, "kernels")
+    commit = _run(root, ["rev-parse", "HEAD"])  # filters no file
+    if not commit or not _git(root, ["ls-files", "--", folder.name]):
         return {}
-    diff = os.fsencode(_git(root, "diff", *OURSELVES, "HEAD", *code)).decode(
+    diff = os.fsencode(_git(root, ["diff", *OURSELVES, "HEAD", *code])).decode(
         errors="replace"
     )
     return {
@@ -46,23 +49,24 @@ def git_state(folder: Path) -> dict[str, Any]:
 
 
 def built_from(folder: Path) -> dict[str, Any]:
-    """What git said of the code below `folder` where the wheel was built; empty where
-    it is not known.
+    """Return the state of the code below `folder` where the wheel was built.
+
+    It is empty if it is not known.
     """
     with suppress(OSError, ValueError):
-        said = json.loads((folder / BUILT_FROM).read_text(encoding="utf-8"))
-        if isinstance(said, dict):
-            return said
+        state = json.loads((folder / BUILT_FROM).read_text(encoding="utf-8"))
+        if isinstance(state, dict):
+            return state
     return {}
 
 
 def study_state(spec: Path, text: str) -> dict[str, Any]:
-    """What the working tree that a spec is in says of it: the `commit`, the `path` of
-    the spec, and whether files in its folder and below are `modified`; a spec that is
-    not committed counts as one.
+    """Return the state of a spec in the working tree that it is in.
 
-    Empty where the spec is not in a working tree, or its `text` is not from this file.
-    Nothing else of the user's repository is said.
+    It has the `commit`, the `path` of the spec, and whether files in its folder and
+    below are `modified`; a spec that is not committed counts as one. It is empty if the
+    spec is not in a working tree, or its `text` is not from this file. Nothing else of
+    the user's repository is recorded.
     """
     try:
         if spec.read_bytes() != text.encode():
@@ -70,24 +74,24 @@ def study_state(spec: Path, text: str) -> dict[str, Any]:
     except OSError:
         return {}
     folder = spec.resolve().parent
-    said = _run(folder, "rev-parse", "--show-toplevel", "HEAD")  # filters no file
-    root, _, commit = said.removesuffix("\n").rpartition("\n")
+    # Filters no file.
+    answer = _run(folder, ["rev-parse", "--show-toplevel", "HEAD"])
+    root, _, commit = answer.removesuffix("\n").rpartition("\n")
     if not root:
         return {}
-    changed = _git(folder, "diff", *OURSELVES, "--name-only", "HEAD", "--", ".")
-    kept = _git(folder, "ls-files", "--", f":(literal){spec.name}")
+    changed = _git(folder, ["diff", *OURSELVES, "--name-only", "HEAD", "--", "."])
+    tracked = _git(folder, ["ls-files", "--", f":(literal){spec.name}"])
     path = spec.resolve().relative_to(Path(root).resolve())
     return {
         "commit": commit,
         "path": path.as_posix(),
-        "modified": bool(changed) or not kept,
+        "modified": bool(changed) or not tracked,
     }
 
 
 def _untracked(root: Path, code: tuple[str, ...]) -> dict[str, str]:
-    names = _git(root, "ls-files", "--others", "--exclude-standard", "-z", *code).split(
-        "\0"
-    )
+    listed = _git(root, ["ls-files", "--others", "--exclude-standard", "-z", *code])
+    names = listed.split("\0")
     paths = {name: root / name for name in names if name and (root / name).is_file()}
     return {
         name: hashlib.sha256(path.read_bytes()).hexdigest()
@@ -95,15 +99,14 @@ def _untracked(root: Path, code: tuple[str, ...]) -> dict[str, str]:
     }
 
 
-def _git(root: Path, *arguments: str) -> str:
-    """The output of git, which runs none of the commands that the settings of a
-    repository may name.
+def _git(root: Path, arguments: list[str]) -> str:
+    """Return the output of git, which runs no command that a repository may name.
 
     The code may be installed within somebody else's repository. Filters of files have
     names of their own, and are switched off by them.
     """
     names = _run(
-        root, "config", "--name-only", "-z", "--get-regexp", r"^filter\."
+        root, ["config", "--name-only", "-z", "--get-regexp", r"^filter\."]
     ).split("\0")
     if any("=" in name for name in names):  # no option can name it
         return ""
@@ -112,12 +115,11 @@ def _git(root: Path, *arguments: str) -> str:
         for name in names
         if name
     ]
-    return _run(
-        root, *(word for setting in off for word in ("-c", setting)), *arguments
-    )
+    options = [word for setting in off for word in ("-c", setting)]
+    return _run(root, [*options, *arguments])
 
 
-def _run(root: Path, *arguments: str) -> str:
+def _run(root: Path, arguments: list[str]) -> str:
     command = ["git", "-C", str(root), *QUIETLY, *arguments]
     try:
         done = subprocess.run(

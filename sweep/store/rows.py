@@ -1,5 +1,6 @@
-"""From results to the tables of a part, with units in the columns' metadata and
-provenance in the file's.
+"""Tables of a part from results.
+
+Units are in the metadata of the columns, and provenance in that of the file.
 """
 
 import json
@@ -27,14 +28,15 @@ from sweep.trial.result import Result
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[Any]
-EXPRESSION, DISTRIBUTION = b"expression", b"distribution"
-"""The keys, in the metadata of the column of a metric that is derived from others, of
-what derives it and of how its values are distributed.
-"""
+EXPRESSION = b"expression"
+"""Key of the expression of a derived metric, in the metadata of its column."""
+DISTRIBUTION = b"distribution"
+"""Key of the distribution of its values, in the same metadata."""
 NOT_DERIVED: Mapping[bytes, str] = MappingProxyType({})
-BODIES, KINDS = pa.list_(pa.float64()), pa.list_(pa.int64())
+BODIES = pa.list_(pa.float64())
+KINDS = pa.list_(pa.int64())
 FLIGHT = ("x", "y", "vx", "vy")
-"""The columns of trajectories that every model has."""
+"""Columns of trajectories that every model has."""
 HEADINGS = ("heading_x", "heading_y")
 """Further columns of last flocks."""
 ARROW = {
@@ -89,15 +91,23 @@ ABOUT_LINK = (
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: its identity, every setting by name, and every metric at the
-    last frame and as `<metric>_mean`.
+    """Return the schema of `trials`, which has one row per trial.
+
+    Columns are its identity, every parameter by name, and every metric at the last
+    frame and as `<metric>_mean`.
     """
-    columns = [_column(*about) for about in ABOUT_TRIAL]
-    columns += [_column(*about) for about in ABOUT_LINK if study.continued]
+    columns = [_column(*fields) for fields in ABOUT_TRIAL]
+    columns += [_column(*fields) for fields in ABOUT_LINK if study.continued]
     columns += [_setting(setting) for setting in study.settings.values()]
     for name, (unit, text, derived) in _recorded(study).items():
         columns.append(
-            _column(name, pa.float64(), unit, f"{text}, at the last frame", derived)
+            _column(
+                name,
+                pa.float64(),
+                unit,
+                f"{text}, at the last frame",
+                derived=derived,
+            )
         )
         mean = f"{text}, mean over the frames of the last half"
         columns.append(_column(str(Column(name, half=True)), pa.float64(), unit, mean))
@@ -105,7 +115,10 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
 
 
 def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a recorded frame: the steps done (`frame`) and the series metrics."""
+    """Return the schema of `series`, which has one row per recorded frame.
+
+    Columns are the steps done (`frame`) and the series metrics.
+    """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
         _column("frame", pa.int64(), "step", "steps done"),
@@ -117,9 +130,10 @@ def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
 
 
 def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: visit counts row after row, -1 in obstacles.
+    """Return the schema of `heatmaps`, which has one row per trial.
 
-    A pixel is a square of the world; the setting `pixel` is its side as a length.
+    It has visit counts row after row, -1 in obstacles. A pixel is a square of the
+    world; the parameter `pixel` is its side as a length.
     """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
@@ -136,11 +150,14 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
 
 
 def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all
-    boids in the order of theirs; then the rows of the model's state, and the kinds of
-    boids where it has some.
+    """Return the schema of `trajectories`, which has one row per recorded frame.
+
+    Columns are the steps done (`frame`), and x, y, vx and vy of all boids in the order
+    of theirs; then the rows of the model's state, and the kinds of boids if it has
+    some.
     """
-    length, speed = spelled("length", model), spelled("length/time", model)
+    length = spelled("length", model)
+    speed = spelled("length/time", model)
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
         _column("frame", pa.int64(), "step", "steps done"),
@@ -158,7 +175,10 @@ def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
 
 
 def last_states_schema(provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: all with which it ended, see `sweep.workers.last_state`."""
+    """Return the schema of `last_states`, which has one row per trial.
+
+    It has all with which the trial ended, see `sweep.workers.last_state`.
+    """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
         _column("step", pa.int64(), "step", "steps done"),
@@ -168,15 +188,18 @@ def last_states_schema(provenance: dict[str, Any]) -> pa.Schema:
 
 
 def last_flocks_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: x, y, vx and vy of all boids at its end, the last velocity of
-    each that was not zero, and the rows of the model's state.
+    """Return the schema of `last_flocks`, which has one row per trial.
+
+    Columns are x, y, vx and vy of all boids at its end, the last velocity of each that
+    was not zero, and the rows of the model's state.
     """
-    length, speed = spelled("length", model), spelled("length/time", model)
-    places, speeds = (length, "positions"), (speed, "velocities")
+    speed = spelled("length/time", model)
+    positions = (spelled("length", model), "positions")
+    velocities = (speed, "velocities")
     headings = (speed, "last velocities that were not zero")
-    about = (places, places, speeds, speeds, headings, headings)
+    described = (positions, positions, velocities, velocities, headings, headings)
     columns = [_column("trial_id", pa.string(), "", "trial")]
-    for name, (unit, text) in zip((*FLIGHT, *HEADINGS), about, strict=True):
+    for name, (unit, text) in zip((*FLIGHT, *HEADINGS), described, strict=True):
         columns.append(_column(name, BODIES, unit, text))
     for name, row in model.state.items():
         columns.append(_column(name, BODIES, spelled(row.unit, model), row.text))
@@ -184,7 +207,7 @@ def last_flocks_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
 
 
 class Tables:
-    """Builds the tables of a part from results; the schemas are those of one launch."""
+    """Builder of the tables of a part from results, with the schemas of one launch."""
 
     def __init__(self, study: Study, provenance: dict[str, Any]) -> None:
         self.study = study
@@ -200,8 +223,9 @@ class Tables:
         )
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`; if recorded also `series`, `heatmaps`, `trajectories`,
-        `last_states` and `last_flocks`.
+        """Return `trials`, and the other tables that the study records.
+
+        These are `series`, `heatmaps`, `trajectories`, `last_states` and `last_flocks`.
         """
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
@@ -214,19 +238,25 @@ class Tables:
             )
         if self.study.record.trajectories:
             tables["trajectories"] = self._trajectories(
-                [one for one in results if one.trajectory is not None]
+                [result for result in results if result.trajectory is not None]
             )
         if self.study.record.last_states:
             tables[LAST_STATES] = self._last_states(
-                [one for one in results if one.last_state]
+                [result for result in results if result.last_state]
             )
         if self.study.record.last_flocks:
-            ended = [(one.job, one.last_flock) for one in results if one.last_flock]
-            tables[LAST_FLOCKS] = self._last_flocks(ended)
+            tables[LAST_FLOCKS] = self._last_flocks(
+                [
+                    (result.job, result.last_flock)
+                    for result in results
+                    if result.last_flock
+                ]
+            )
         return tables
 
     def _trials(self, results: Sequence[Result]) -> pa.Table:
-        nulls, cells = dict.fromkeys(self.trials.names), itemgetter(*self.trials.names)
+        nulls = dict.fromkeys(self.trials.names)
+        cells = itemgetter(*self.trials.names)
         rows = (cells(nulls | trial_row(self.study.name, result)) for result in results)
         columns = [
             pa.array(column, kind)
@@ -245,18 +275,21 @@ class Tables:
         return pa.Table.from_arrays(columns, schema=self.series)
 
     def _trajectories(self, results: Sequence[Result]) -> pa.Table:
-        flights = [
+        recorded = [
             (result.job, result.trajectory, result.states)
             for result in results
             if result.trajectory is not None and result.states is not None
         ]
         sizes = np.concatenate(
-            [[0], *(np.full(len(bodies), bodies.shape[2]) for _, bodies, _ in flights)]
+            [[0], *(np.full(len(bodies), bodies.shape[2]) for _, bodies, _ in recorded)]
         )
         offsets = pa.array(np.cumsum(sizes), pa.int32())
-        columns, flown = _ids_and_frames(results), list(starmap(boid_columns, flights))
+        columns = _ids_and_frames(results)
+        trials = list(starmap(boid_columns, recorded))
         for field in list(self.trajectories)[len(columns) :]:
-            numbers = _joined([one[field.name] for one in flown], field.type.value_type)
+            numbers = _joined(
+                [trial[field.name] for trial in trials], field.type.value_type
+            )
             columns.append(pa.ListArray.from_arrays(offsets, numbers))
         return pa.Table.from_arrays(columns, schema=self.trajectories)
 
@@ -276,7 +309,7 @@ class Tables:
         columns: list[Any] = [pa.array([job.trial_id for job, _ in ended], pa.string())]
         rows = [flock_columns(job, flock) for job, flock in ended]
         for name in self.last_flocks.names[1:]:
-            numbers = _joined([one[name] for one in rows], pa.float64())
+            numbers = _joined([row[name] for row in rows], pa.float64())
             columns.append(pa.ListArray.from_arrays(offsets, numbers))
         return pa.Table.from_arrays(columns, schema=self.last_flocks)
 
@@ -295,12 +328,18 @@ class Tables:
 
 
 def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]:
-    """The columns of a table of trajectories that have a value a boid: those of all
-    frames of a trial, one frame after the other.
+    """Return the columns of a table of trajectories that have a value per boid.
 
-    job     the trial
-    bodies  (F, 4, N): x, y, vx and vy
-    states  (F, S, N): the rows of the model's state
+    They are those of all frames of a trial, one frame after the other.
+
+    Parameters
+    ----------
+    job : Job
+        The trial.
+    bodies : array
+        x, y, vx and vy, shape (F, 4, N).
+    states : array
+        Rows of the model's state, shape (F, S, N).
     """
     state = job.known.models[job.model].state
     columns: dict[str, Numbers] = {
@@ -315,7 +354,7 @@ def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]
 
 
 def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
-    """The columns of a table of last flocks, a value a boid."""
+    """Return the columns of a table of last flocks, with a value per boid."""
     state = job.known.models[job.model].state
     names = (*FLIGHT, *HEADINGS, *state)
     rows = [*flock.bodies, *flock.headings, *flock.state]
@@ -323,7 +362,7 @@ def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
 
 
 def trial_row(study: str, result: Result) -> dict[str, Any]:
-    """The row of one trial; metrics are null unless it is done."""
+    """Return the row of one trial; metrics are null unless it is done."""
     job = result.job
     return {
         "trial_id": job.trial_id,
@@ -348,7 +387,10 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
 
 
 def trial_metrics(result: Result) -> dict[str, float]:
-    """The metrics of a trial by the names of their columns; none unless it is done."""
+    """Return the metrics of a trial by the names of their columns.
+
+    There are none unless it is done.
+    """
     return result.last | {
         str(Column(name, half=True)): value for name, value in result.mean.items()
     }
@@ -361,7 +403,7 @@ def _written(streams: Streams) -> str:
 
 
 def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:
-    """The columns `trial_id` and `frame` of a table with one row a frame."""
+    """Return the columns `trial_id` and `frame` of a table with one row per frame."""
     lengths = [len(_frames(result)) for result in results]
     which = pa.array(np.repeat(np.arange(len(results), dtype=np.int32), lengths))
     ids = pa.array([result.job.trial_id for result in results], pa.string())
@@ -379,8 +421,9 @@ def _joined(arrays: Sequence[Numbers], kind: pa.DataType) -> pa.Array:
 
 
 class _Recorded(NamedTuple):
-    """What the columns of a metric say of it; `derived` is what they say beside of one
-    that is derived from others.
+    """Description of the columns of a metric.
+
+    `derived` is the further metadata of a metric that is derived from others.
     """
 
     unit: str
@@ -397,12 +440,12 @@ def _recorded(study: Study) -> dict[str, _Recorded]:
         for name, metric in metrics
     }
     return measured | {
-        one.name: _Recorded(
-            one.unit,
-            one.expression.text,
-            {EXPRESSION: one.expression.text, DISTRIBUTION: one.distribution},
+        derived.name: _Recorded(
+            derived.unit,
+            derived.expression.text,
+            {EXPRESSION: derived.expression.text, DISTRIBUTION: derived.distribution},
         )
-        for one in study.record.derive
+        for derived in study.record.derive
     }
 
 
@@ -413,9 +456,9 @@ def _column(
     text: str,
     derived: Mapping[bytes, str] = NOT_DERIVED,
 ) -> pa.Field:
-    said = {b"unit": unit, b"text": text, **derived}
+    texts = {b"unit": unit, b"text": text, **derived}
     return pa.field(
-        name, kind, metadata={key: value.encode() for key, value in said.items()}
+        name, kind, metadata={key: value.encode() for key, value in texts.items()}
     )
 
 

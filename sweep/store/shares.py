@@ -1,5 +1,6 @@
-"""Shares of a study: launches on several machines divide its trials by their ids, and
-need not know of each other.
+"""Shards of a study, for launches on several machines.
+
+They divide its trials by their ids, and need not know of each other.
 """
 
 import re
@@ -19,11 +20,10 @@ DIGITS = 8
 
 @dataclass(frozen=True)
 class Share:
-    """Share `number` of `of`, counted from 1. Which trials are in it follows only from
-    their ids.
+    """Shard `number` of `of`, counted from 1; its trials follow only from their ids.
 
-    So every launch with the same `of` divides the trials alike, and a trial that is
-    added to the study changes the share of no other.
+    So every launch with the same `of` divides the trials in the same way, and a trial
+    that is added to the study changes the shard of no other.
     """
 
     number: int
@@ -34,21 +34,24 @@ class Share:
 
     @classmethod
     def parse(cls, text: str) -> "Share":
-        """A share written as "3/16". Raises ChoiceError."""
-        found = WRITTEN.fullmatch(text.strip())
-        if found is None:
+        """Return a shard written as "3/16".
+
+        Raises ChoiceError.
+        """
+        match = WRITTEN.fullmatch(text.strip())
+        if match is None:
             raise ChoiceError(
                 f'share "{shortened(text)}" is not of the form 3/16, with numbers to'
                 f" {MOST:,}"
             )
-        number, of = map(int, found.groups())
+        number, of = map(int, match.groups())
         if not 1 <= number <= of:
-            there = f"1/{of} to {of}/{of}" if of else "1/1 on"
-            raise ChoiceError(f"there is no share {text}: they count from {there}")
+            allowed = f"1/{of} to {of}/{of}" if of else "1/1 on"
+            raise ChoiceError(f"there is no share {text}: they count from {allowed}")
         return cls(number, of)
 
     def has(self, trial_ids: Iterable[str]) -> NDArray[np.bool_]:
-        """Which of the trials are in this share."""
+        """Return which of the trials are in this shard."""
         return np.array(
             [
                 int(trial[:DIGITS], 16) % self.of == self.number - 1

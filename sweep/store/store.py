@@ -1,20 +1,21 @@
-"""The parquet store of one study. Results appear whole or not at all, and the stored
-trials say what has been run.
+"""Parquet store of one study.
+
+Results appear whole or not at all, and the stored trials say what has been run.
 
     parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
     plan.parquet       the trials of the spec as last launched; of a search, also which
                        candidate had which of them
     asked.parquet      the latter, up to version 0.18
-    code-<sha>.json    code of the user's own that computed some of them
+    code-<sha>.json    custom code that computed some of them
     lock/              who is launching it
     damaged/           parts that cannot be read
 
-A study lives in a folder or below a prefix of an object store: how a part comes to be
-there at once is told in `places.py`. Part ids sort by age, and a trial stored in
-several parts counts from the latest one only, in every table. A merged part has a file
-that names the parts it replaces. As soon as the merged part exists they are ignored, so
-a process that is killed before it deletes them loses and doubles nothing. Schemas, with
-their metadata, come from the caller and are kept as given. Launches of different shares
+A study is in a folder or below a prefix of an object store: `places.py` tells how a
+part comes to be there at once. Part ids sort by age, and a trial stored in several
+parts counts from the latest one only, in every table. A merged part has a file that
+names the parts it replaces. As soon as the merged part exists they are ignored, so a
+process that is killed before it deletes them loses and doubles nothing. Schemas, with
+their metadata, come from the caller and are kept as given. Launches of different shards
 may append to one study at the same time: their trials are different ones.
 """
 
@@ -67,23 +68,30 @@ from sweep.store.uniting import united
 T = TypeVar("T")
 
 SEARCH_AGAIN = "delete it and search again"
-"""The way out where it is not known what a search has asked for."""
+"""Remedy if it is not known what a search has asked for."""
 LAST_ID = 10**19
-"""Names of parts sort by age as far as 19 digits go."""
+"""Limit of the numbers of parts, whose names sort by age up to 19 digits."""
 
 
 class Store:
-    """The parts of one study, in `folder`, which need not exist before the first write.
-
-    `results` is the folder that the user has named, by default that in which `folder`
-    lies: below it nothing is written through links.
+    """Parts of one study, in `folder`, which need not exist before the first write.
 
     While `shared`, others append parts of their own: then only what this one has
     appended is merged.
+
+    Parameters
+    ----------
+    folder : Location
+        Place of the study.
+    results : Location, optional
+        Folder that the user has named, by default that above `folder`. Nothing is
+        written
+        through links below it.
     """
 
     def __init__(self, folder: Location, results: Location | None = None) -> None:
-        self.folder, self.results = folder, results or folder.parent
+        self.folder = folder
+        self.results = results or folder.parent
         self.place = place_of(folder, self.results)
         self.shared = False
         self._plan = folder / PLAN
@@ -92,12 +100,11 @@ class Store:
         self._replaced = dict[str, list[str]]()
 
     def append(self, tables: Mapping[str, pa.Table]) -> Location:
-        """Store one part and return its place; after a StoreError nothing of it is
-        visible.
+        """Store one part and return its place.
 
-        `trials` has at least one row, each with its own `trial_id` and a `status` (both
-        strings); the other tables have a `trial_id` of those. Raises ValueError where
-        that does not hold.
+        After a StoreError nothing of it is visible. `trials` has at least one row, each
+        with its own `trial_id` and a `status` (both strings); the other tables have a
+        `trial_id` of those. Raises ValueError if that does not hold.
         """
         check_part(tables)
         name = self._next_id()
@@ -114,13 +121,14 @@ class Store:
         """Merge what this store has appended, once there are many small parts."""
         while due := self._gathering.due():
             generation, held = due
-            parts = [one.part for one in held]
+            parts = [gathered.part for gathered in held]
             merged = self.merge(parts, patiently(lambda: superseded_rows(parts)))  # noqa: B023
-            rows, size = sum(one.rows for one in held), sum(one.size for one in held)
+            rows = sum(gathered.rows for gathered in held)
+            size = sum(gathered.size for gathered in held)
             self._gathering.replace(generation, Gathered(merged, rows, size))
 
     def trial_ids(self) -> dict[str, str]:
-        """The status of every stored trial by its id."""
+        """Return the status of every stored trial by its id."""
 
         def statuses(parts: list[Location]) -> dict[str, str]:
             tables = each(
@@ -144,22 +152,34 @@ class Store:
         columns: Sequence[str] | None = None,
         optional: Sequence[str] = (),
     ) -> pa.Table:
-        """All current rows of a table, oldest part first, optionally only some trials
-        and some columns.
+        """Return all current rows of a table, oldest part first.
 
-        Columns are united by name and filled with nulls, types widened; metadata is of
-        the newest part that has such rows. A table that no part has comes back with no
-        rows. `optional` columns are read beside `columns` if any part has them. Raises
-        StoreError for a damaged part and for one of `columns` that the table has in no
-        part.
+        Columns are united by name and filled with nulls, types widened. Metadata is
+        that of the newest part that has such rows.
+
+        Parameters
+        ----------
+        table : str
+            Name of the table. A table that no part has comes back with no rows.
+        trial_ids : array of str, optional
+            Trials whose rows are read; by default all.
+        columns : sequence of str, optional
+            By default all columns.
+        optional : sequence of str, default ()
+            Columns that are read in addition to `columns` if any part has them.
+
+        Raises
+        ------
+        StoreError
+            If a part is damaged, or one of `columns` is in the table of no part.
         """
-        wanted = (
+        names = (
             None
             if columns is None
             else list(dict.fromkeys(["trial_id", *columns, *optional]))
         )
         union = self.steadily(
-            lambda parts: united(_current(parts, table, wanted, trial_ids), wanted)
+            lambda parts: united(_current(parts, table, names, trial_ids), names)
         )
         if columns is None:
             return union
@@ -167,33 +187,43 @@ class Store:
             raise StoreError(
                 f"{self.folder}: {table} has no column {', '.join(sorted(unknown))}"
             )
-        there = [name for name in optional if name in union.column_names]
-        return union.select([*columns, *there])
+        present = [name for name in optional if name in union.column_names]
+        return union.select([*columns, *present])
 
     def placed(self, trial_ids: pa.Array) -> PlacedTrials:
-        """Where the rows of these trials lie, for `columns`. Raises StoreError for a
-        damaged part.
+        """Return the numbers of the rows of these trials, for `columns`.
+
+        Raises StoreError for a damaged part.
         """
         return self.steadily(lambda parts: placed_trials(parts, trial_ids))
 
     def columns(self, placed: PlacedTrials, names: Sequence[str]) -> pa.Table:
-        """The ids of trials that were placed, in the order in which they were asked
-        for, and those of these columns that any of their parts has.
+        """Return ids and columns of trials that were placed, in the order asked for.
 
-        Raises StoreError for a damaged part, and where parts were merged or deleted
-        since: then place them again.
+        Parameters
+        ----------
+        placed : PlacedTrials
+        names : sequence of str
+            Columns. Those that no part of these trials has are left out.
+
+        Raises
+        ------
+        StoreError
+            If a part is damaged, or parts were merged or deleted since: then place the
+            trials
+            again.
         """
         return patiently(lambda: in_order(placed, names))
 
     def schema(self, table: str) -> pa.Schema:
-        """The columns of a table that any part has, and what the newest part says of
-        them; no row is read. Raises StoreError for a damaged part.
+        """Return the columns of a table that any part has, with metadata of the newest.
+
+        No row is read. Raises StoreError for a damaged part.
         """
         return self.steadily(lambda parts: united(_empty(parts, table)).schema)
 
     def compact(self, rows: int = MERGED_ROWS) -> None:
-        """Merge parts of fewer than `rows` trials, where their tables and schemas are
-        the same.
+        """Merge parts of fewer than `rows` trials with the same tables and schemas.
 
         Merged parts have about `rows` trials, or MAX_MERGED_BYTES. Superseded rows are
         dropped. Provenance is schema metadata, so rows of different provenance stay
@@ -208,41 +238,55 @@ class Store:
         self._gathering = Gathering()
 
     def tidy(self) -> None:
-        """Delete the parts that a merged part names, and the unfinished files of dead
-        processes.
+        """Delete replaced parts, and the unfinished files of dead processes.
 
-        Only a part that is named is deleted: a part that a listing lacks may have been
-        stored since.
+        Only a part that a merged part names is deleted: a part that a listing lacks may
+        have been stored since.
         """
         parts = self.all_parts()
         replaced = self._replaced_in(parts)
         for part in parts:
             if part.name in replaced:
                 self.discard(part)
-        self.place.tidy(whole=not self.shared)
+        self.place.tidy(alone=not self.shared)
 
     def write_plan(
-        self, plan: pa.RecordBatchReader, asked: pa.Table | None = None
+        self, plan: pa.RecordBatchReader, requests: pa.Table | None = None
     ) -> None:
-        """Replace the plan, which comes some rows at a time, together with what a
-        search has asked for, each with its schema metadata, in one step.
+        """Replace the plan, with what a search has asked for, in one step.
+
+        Parameters
+        ----------
+        plan : RecordBatchReader
+            Some rows at a time, with its schema metadata.
+        requests : Table, optional
+            Trials that a search has asked for, with its schema metadata, see
+            `with_asked`.
         """
-        if asked is not None:
-            plan = with_asked(plan.read_all(), asked).to_reader()
+        if requests is not None:
+            plan = with_asked(plan.read_all(), requests).to_reader()
         with self.staging(f"plan-{secrets.token_hex(6)}") as staging:
             _write_rows(staging / PLAN, plan)
             self.place.put(staging / PLAN)
         self.place.remove(ASKED)
 
     def write_spec(self, text: str) -> None:
-        """Replace the spec as last launched in one step."""
+        """Replace the spec as last launched, in one step."""
         with self.staging(f"spec-{secrets.token_hex(6)}") as staging:
             with create(staging / SPEC) as file:
                 file.write(text.encode())
             self.place.put(staging / SPEC)
 
     def write_code(self, sha: str, content: bytes) -> None:
-        """Keep code of the user's own in a file, unless it is there and whole."""
+        """Keep custom code in a file, unless it is there with the same content.
+
+        Parameters
+        ----------
+        sha : str
+            The sha256 of the code, for the name of the file.
+        content : bytes
+            Content of the file.
+        """
         name = code_file(sha)
         if patiently(lambda: _holds(self.folder / name, content)):
             return
@@ -252,7 +296,10 @@ class Store:
             self.place.put(staging / name)
 
     def read_plan(self) -> pa.Table:
-        """The plan as last written. Raises StoreError if there is none."""
+        """Return the plan as last written.
+
+        Raises StoreError if there is none.
+        """
 
         def trials(file: Any) -> pa.Table:
             names = file.schema_arrow.names
@@ -270,50 +317,57 @@ class Store:
         return plan
 
     def read_asked(self) -> pa.Table | None:
-        """What a search has asked for; None where the study is no search."""
+        """Return what a search has asked for; None if the study is no search."""
 
-        def asked(file: Any) -> pa.Table | None:
+        def from_plan(file: Any) -> pa.Table | None:
             if ASKED_FOR not in file.schema_arrow.names:
                 return None
             plan = file.read(["trial_id", ASKED_FOR])
             return asked_in(plan, self._plan, SEARCH_AGAIN)
 
-        def whole(file: Any) -> pa.Table:
+        def from_own_file(file: Any) -> pa.Table:
             return file.read()
 
-        for path, read in ((self._plan, asked), (self.folder / ASKED, whole)):
-            found = patiently(partial(_read_if_there, path, SEARCH_AGAIN, read))
-            if found is not None:
-                return found
+        for path, read in (
+            (self._plan, from_plan),
+            (self.folder / ASKED, from_own_file),
+        ):
+            requests = patiently(partial(_read_if_there, path, SEARCH_AGAIN, read))
+            if requests is not None:
+                return requests
         return None
 
     def current_parts(self) -> list[Location]:
-        """The parts that count, oldest first."""
+        """Return the parts that count, oldest first."""
         parts = self.all_parts()
         replaced = self._replaced_in(parts)
         return [part for part in parts if part.name not in replaced]
 
     def all_parts(self) -> list[Location]:
-        """All parts, oldest first, whether or not another one replaces them."""
+        """Return all parts, oldest first, whether or not another one replaces them."""
         return self.place.parts()
 
     def steadily(self, read: Callable[[list[Location]], T]) -> T:
-        """The result of `read` on the current parts; it reads again if parts were
-        merged, or deleted, elsewhere meanwhile.
+        """Return the result of `read` on the current parts.
+
+        It reads again if parts were merged, or deleted, elsewhere meanwhile.
         """
         while True:
             parts = self.current_parts()
             try:
-                seen = patiently(lambda: read(parts))  # noqa: B023
+                result = patiently(lambda: read(parts))  # noqa: B023
             except (StoreError, FileNotFoundError):
                 if _steady(parts, self.current_parts()):
                     raise
                 continue
             if _steady(parts, self.current_parts()):
-                return seen
+                return result
 
     def _next_id(self) -> str:
-        """An id that sorts after all present ones, even if the clock was set back."""
+        """Return an id that sorts after all present ones.
+
+        That holds even if the clock was set back.
+        """
         if self._newest < 0:
             self._newest = max(
                 (int(part.name[:20]) for part in self.all_parts()), default=0
@@ -327,14 +381,23 @@ class Store:
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new local folder, deleted afterwards. StoreError if writing fails."""
+        """Make a new local folder, which is deleted afterwards.
+
+        Raises StoreError if writing fails.
+        """
         return self.place.staging(name)
 
     def merge(
         self, group: Sequence[Location], superseded: Mapping[Location, pa.Array]
     ) -> Location:
-        """Replace parts with the same tables and schemas, oldest first, by one, less
-        some trials of each.
+        """Replace parts by one, less some trials of each, and return the merged part.
+
+        Parameters
+        ----------
+        group : sequence of Location
+            Parts with the same tables and schemas, oldest first.
+        superseded : mapping of Location to array
+            Ids of the trials of a part that are left out.
         """
         # Named after its newest source, so that a part stored elsewhere meanwhile is
         # still the later one.
@@ -364,7 +427,7 @@ class Store:
         self.place.discard(part)
 
     def _replaced_in(self, parts: list[Location]) -> set[str]:
-        """The names of the parts that merged ones of `parts` replace."""
+        """Return the names of the parts that merged ones of `parts` replace."""
         merged = [part for part in parts if MERGED_MARK in part.name]
         return {
             name
@@ -394,7 +457,7 @@ def _write_rows(path: Path, rows: pa.RecordBatchReader) -> None:
 
 
 def _holds(path: Location, content: bytes) -> bool:
-    """Whether a file is there, and has this content."""
+    """Return whether a file exists, and has this content."""
     try:
         return read_whole(path, len(content)) == content
     except OSError:  # it is none of ours, or larger
@@ -404,7 +467,7 @@ def _holds(path: Location, content: bytes) -> bool:
 def _read_if_there(
     path: Location, remedy: str, read: Callable[[Any], pa.Table | None]
 ) -> pa.Table | None:
-    """What `read` takes of a parquet file; None where there is no such file."""
+    """Return what `read` takes of a parquet file; None if there is no such file."""
     if not path.exists():
         return None
     with opened(path, remedy) as file:
@@ -412,25 +475,30 @@ def _read_if_there(
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:
-    """Whether parts seen before still exist, and no merged part is new: its trials may
-    be in none of the parts that were listed before.
+    """Return whether parts that were listed still exist, and no merged part is new.
+
+    The trials of a new merged part may be in none of the parts that were listed before.
     """
-    before, names = {part.name for part in parts}, {part.name for part in now}
+    before = {part.name for part in parts}
+    names = {part.name for part in now}
     return before <= names and not any(MERGED_MARK in name for name in names - before)
 
 
 def _current(
     parts: list[Location], name: str, columns: list[str] | None, only: pa.Array | None
 ) -> list[pa.Table]:
-    """The current rows of one table, optionally only some trials, for each of the parts
-    that have it.
+    """Return the current rows of one table for each of the parts that have it.
+
+    `only` are the ids of the trials whose rows are read; None for all.
     """
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
     if not holders:
         return []
     if only is not None:
         rows = [
-            one for one in placed_trials(parts, only).parts if one.part in {*holders}
+            part_rows
+            for part_rows in placed_trials(parts, only).parts
+            if part_rows.part in {*holders}
         ]
         return load_each(rows, name, columns)
     superseded = superseded_rows(parts)
@@ -442,7 +510,7 @@ def _current(
 
 
 def _empty(parts: list[Location], name: str) -> list[pa.Table]:
-    """A table of each of the parts that have it, without rows."""
+    """Return a table of each of the parts that have it, without rows."""
     files = [part / f"{name}.parquet" for part in parts]
     schemas = each([file for file in files if file.exists()], stored_schema)
     return [schema.empty_table() for schema in schemas]

@@ -1,8 +1,9 @@
-"""Code of the user's own that computed stored trials: its text is kept with the study,
-so that a trial is run again by the same lines, whatever has become of the files.
+"""Custom code that computed stored trials.
 
-Whoever has launched it has sealed it with a key. So it runs again for the same user; a
-study of somebody else runs none of its code before the user says that it may.
+Its text is kept with the study, so that a trial is run again by the same lines,
+whatever has become of the files. Whoever has launched it has sealed it with a key. So
+it runs again for the same user; a study of somebody else runs none of its code before
+the user says that it may.
 """
 
 import hmac
@@ -33,57 +34,70 @@ from sweep.store.user_key import own_key
 
 SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
 PACKAGES = [[str]]
-"""The shape of `packages`; files of earlier versions have none, nor a `folder`."""
+"""Shape of `packages`; files of earlier versions have none, nor a `folder`."""
 MOST = 16_000_000
-"""Bytes of the file; JSON unpacks to many times as much memory."""
+"""Most bytes of the file; JSON unpacks to many times as much memory."""
 PURPOSE = b"boidsweep code "
 ENDINGS = (SUFFIX, PLACES)
-"""Of the files: code, and tables of places. Others may be settings of a program."""
+"""Endings of the files: code, and tables of places.
+
+Others may be settings of a program.
+"""
 
 
 def _is_inside(name: str) -> bool:
-    """Whether a path is plain, and stays in the folder that it starts from."""
+    """Return whether a path is plain, and stays in the folder that it starts from."""
     path = PurePosixPath(name)
     plain = name.isprintable() and path.as_posix() == name and not path.is_absolute()
     return plain and bool(path.parts) and ".." not in path.parts
 
 
 def seal(sha: str) -> str:
-    """The seal of this user below code."""
+    """Return the seal of this user below code."""
     return hmac.new(own_key(), PURPOSE + sha.encode(), "sha256").hexdigest()
 
 
 def is_ours(origin: Mapping[str, Any]) -> bool:
-    """Whether this user has launched the code of an origin, which has some."""
-    given = str(origin["own"]["seal"]).encode(errors="replace")
-    return hmac.compare_digest(seal(str(origin["own"]["sha"])).encode(), given)
+    """Return whether this user has launched the code of an origin, which has some."""
+    stored = str(origin["own"]["seal"]).encode(errors="replace")
+    return hmac.compare_digest(seal(str(origin["own"]["sha"])).encode(), stored)
 
 
 def keep_code(store: Store, known: Catalogue) -> None:
-    """Store the code of a catalogue that has some. Raises StoreError."""
+    """Store the code of a catalogue that has some.
+
+    Raises StoreError.
+    """
     if isinstance(known, OwnCatalogue):
         code = known.code
-        files, named = code.sources.texts, dict(code.named)
-        content = {"files": files, "named": named, "about": known.description}
-        content |= {"packages": code.packages, "folder": code.folder}
+        content = {
+            "files": code.sources.texts,
+            "named": dict(code.named),
+            "about": known.description,
+            "packages": code.packages,
+            "folder": code.folder,
+        }
         store.write_code(code.sha, json.dumps(content).encode())
 
 
 def kept_code(store: Store) -> dict[str, int]:
-    """The bytes of each file of code that is kept with a study, by its sha256."""
+    """Return the bytes of each file of code that is kept with a study, by sha256."""
     return patiently(lambda: dict(_kept(store)))
 
 
 def forget_code(store: Store, sha: str) -> None:
-    """Delete the file of code with this sha256, if it is there. Raises StoreError."""
+    """Delete the file of code with this sha256, if it exists.
+
+    Raises StoreError.
+    """
     store.place.remove(code_file(sha))
 
 
 def _kept(store: Store) -> Iterator[tuple[str, int]]:
     for file in store.folder.iterdir():
-        if found := CODE.fullmatch(file.name):
+        if match := CODE.fullmatch(file.name):
             with suppress(OSError):  # it is none of ours, or has just gone
-                yield found[1], _size(file)
+                yield match[1], _size(file)
 
 
 def _size(file: Location) -> int:
@@ -91,15 +105,15 @@ def _size(file: Location) -> int:
 
 
 def codes_of(origins: Iterable[Mapping[str, Any]]) -> set[str]:
-    """The sha256 of all own code by which trials of these origins were computed."""
+    """Return the sha256 of all custom code that computed trials of these origins."""
     return {str(origin["own"]["sha"]) for origin in origins if "own" in origin}
 
 
 def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
-    """What names stand for in trials of an origin; nothing of their own code runs, and
-    packages that brought entries need not be installed.
+    """Return the catalogue of names in trials of an origin, without running its code.
 
-    Raises StoreError where that is not what a launch stores.
+    Packages that brought entries need not be installed. Raises StoreError if the origin
+    is not what a launch stores.
     """
     known = _stored(store, origin)[0] if "own" in origin else BUILT_IN
     try:
@@ -112,10 +126,24 @@ def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
 
 
 def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Catalogue:
-    """The same to run trials with, by the code that computed them.
+    """Return the catalogue to run trials with, by the code that computed them.
 
-    Raises CodeError where the code is sealed by nobody here and `trust` is not given,
-    and where it cannot run; StoreError where it is not what a launch stores.
+    Parameters
+    ----------
+    store : Store
+    origin : mapping
+        Origin of the trials.
+    trust : bool
+        Allow custom code that this user has not launched here.
+
+    Raises
+    ------
+    CodeError
+        If the code is not sealed by this user and `trust` is not given, and if it
+        cannot
+        run.
+    StoreError
+        If it is not what a launch stores.
     """
     if "own" not in origin:
         return BUILT_IN
@@ -131,17 +159,17 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
 
 
 def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]:
-    """The text of each file of the code of an origin; none if it has no own code."""
+    """Return the text of each file of the custom code of an origin; none without it."""
     return _stored(store, origin)[1].sources.texts if "own" in origin else {}
 
 
 def stored_folder(store: Store, sha: str) -> str:
-    """The path from the folder of a spec to that from which its code was taken."""
+    """Return the path from the folder of a spec to that of its code."""
     return _read(store, sha)[1].folder
 
 
 def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
-    """The files beside the spec that are no longer what an origin was computed by."""
+    """Return the files next to the spec that differ from the code of an origin."""
     if "own" not in origin:
         return []
     code = _stored(store, origin)[1]
@@ -151,16 +179,22 @@ def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
 
 
 def _packages(stored: Mapping[str, Any]) -> tuple[Installed, ...]:
-    """The packages of stored code. Raises ValueError for what describes none."""
-    given = stored.get("packages", [])
-    fields = len(Installed._fields)
-    if not fits(given, PACKAGES) or any(len(one) != fields for one in given):
+    """Return the packages of stored code.
+
+    Raises ValueError if they describe none.
+    """
+    packages = stored.get("packages", [])
+    size = len(Installed._fields)
+    if not fits(packages, PACKAGES) or any(len(fields) != size for fields in packages):
         raise ValueError("its packages are not what a launch stores")
-    return tuple(Installed(*one) for one in given)
+    return tuple(Installed(*fields) for fields in packages)
 
 
 def _folder(stored: Mapping[str, Any]) -> str:
-    """The path from the folder of the spec to that of its code. Raises ValueError."""
+    """Return the path from the folder of the spec to that of its code.
+
+    Raises ValueError.
+    """
     folder = stored.get("folder", ".")
     if not isinstance(folder, str) or not folder.isprintable():
         raise ValueError("its folder is no path")
@@ -168,7 +202,7 @@ def _folder(stored: Mapping[str, Any]) -> str:
 
 
 def _differs(path: Path, text: str) -> bool:
-    """Whether there is a file, and it has another text."""
+    """Return whether there is a file, and it has another text."""
     try:
         if not path.is_file() or path.is_symlink():
             return False
@@ -197,7 +231,7 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
             raise ValueError("its content is not what its name says")
         if astray := [name for name in stored["files"] if not _is_inside(name)]:
             raise ValueError(f"it has files outside its folder: {astray[0]}")
-        if odd := [one for one in stored["files"] if not one.endswith(ENDINGS)]:
+        if odd := [name for name in stored["files"] if not name.endswith(ENDINGS)]:
             raise ValueError(f"it has a file that is no code: {odd[0]}")
         if len(stored["files"]) > MOST_FILES or not dict(code.named):
             raise ValueError("it has too many files, or takes nothing from them")

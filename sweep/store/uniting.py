@@ -8,8 +8,9 @@ import pyarrow as pa
 def united(
     tables: Sequence[pa.Table], columns: Sequence[str] | None = None
 ) -> pa.Table:
-    """Rows in the order given, metadata of the last table with any; without a table
-    there are no rows, and `columns`.
+    """Return the rows of tables in the order given, and metadata of the last with rows.
+
+    Without a table there are no rows, and `columns`.
     """
     if not tables:
         empty = {name: pa.null() for name in columns or []} | {"trial_id": pa.string()}

@@ -1,13 +1,14 @@
-"""The key of a user, by which stored files are known to be the user's own: checkpoints,
-and code that was launched.
+"""Key of a user, which marks stored files as the user's own.
 
-A checkpoint says where boids are and how often they have collided. A checksum that
-anyone can compute finds damage; only a key finds a forgery, which would become a result
-of ours. In the same way code runs again without a question only for who has launched
-it. The key is a file that only its user can read: by its mode, or on Windows by the
-folder of its user. The coordinator reads it and hands it to its workers, so that they
-need no home folder. On another machine, with another key, such a trial begins anew, and
-such code needs a yes.
+These are checkpoints, and code that was launched. A checkpoint has the positions of
+boids and how often they have collided. A checksum that anyone can compute finds damage;
+only a key finds a forgery, which would become a result of ours. In the same way code
+runs again without a question only for who has launched it.
+
+The key is a file that only its user can read: by its mode, or on Windows by the folder
+of its user. The coordinator reads it and hands it to its workers, so that they need no
+home folder. On another machine, with another key, such a trial begins again, and such
+code needs a yes.
 """
 
 import logging
@@ -29,8 +30,9 @@ NAME = "boidsweep/checkpoint.key"
 
 @cache
 def own_key() -> bytes:
-    """The user's key, made by the first launch; where none can be kept, one for this
-    process.
+    """Return the user's key, made by the first launch.
+
+    Where none can be kept, it is one for this process.
     """
     try:
         path = _state_folder() / NAME
@@ -45,13 +47,16 @@ def own_key() -> bytes:
 
 
 def _state_folder() -> Path:
-    """Where programs keep lasting data (XDG). Raises RuntimeError without a home."""
-    given = Path(os.environ.get("XDG_STATE_HOME", ""))
-    return given if given.is_absolute() else Path.home() / ".local" / "state"
+    """Return where programs keep lasting data (XDG).
+
+    Raises RuntimeError without a home.
+    """
+    folder = Path(os.environ.get("XDG_STATE_HOME", ""))
+    return folder if folder.is_absolute() else Path.home() / ".local" / "state"
 
 
 def _made(path: Path) -> bytes:
-    """A new key at `path`, or the one that another launch has put there meanwhile."""
+    """Return a new key at `path`, or the one that another launch has put there."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
     try:
@@ -69,20 +74,23 @@ def _made(path: Path) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """The key in a file. Raises OSError if others could have written or read it."""
+    """Return the key in a file.
+
+    Raises OSError if others could have written or read it.
+    """
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | quietly())
     try:
-        about = os.fstat(descriptor)
-        is_key = stat.S_ISREG(about.st_mode) and about.st_size == BYTES
-        if not (is_key and _is_private(about)):
+        status = os.fstat(descriptor)
+        is_key = stat.S_ISREG(status.st_mode) and status.st_size == BYTES
+        if not (is_key and _is_private(status)):
             raise OSError(f"{path} is not a key that only you can read: delete it")
         return os.read(descriptor, BYTES)
     finally:
         os.close(descriptor)
 
 
-def _is_private(about: os.stat_result) -> bool:
-    """Whether nobody else can read a file, as far as its owner and mode can say."""
+def _is_private(status: os.stat_result) -> bool:
+    """Return whether nobody else can read a file, by its owner and mode."""
     if not hasattr(os, "geteuid"):
         return True
-    return about.st_uid == os.geteuid() and not about.st_mode & 0o077
+    return status.st_uid == os.geteuid() and not status.st_mode & 0o077

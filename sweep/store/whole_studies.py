@@ -1,8 +1,8 @@
-"""A whole study, renamed or removed while nobody launches it.
+"""Renaming and removal of a whole study while nobody launches it.
 
-A study is there as long as its plan is. In a folder it is renamed in one step. In an
+A study exists as long as its plan does. In a folder it is renamed in one step. In an
 object store it is copied, its plan last, and then deleted, its plan first. Whatever
-crashes, there is a whole study, and the same command goes on with the rest.
+crashes, there is a whole study, and the same command resumes with the rest.
 """
 
 from pathlib import Path
@@ -17,8 +17,10 @@ from sweep.store.places import StudyPlace, place_of
 
 
 def place_of_study(study: str, results: Location) -> StudyPlace:
-    """The place of what is stored of a study. Raises ChoiceError for what is no name of
-    one, and StoreError where nothing of it is stored.
+    """Return the place of what is stored of a study.
+
+    Raises ChoiceError for what is no name of one, and StoreError if nothing of it is
+    stored.
     """
     if not STUDY_NAME.fullmatch(study):
         raise ChoiceError(why_no_name(study))
@@ -29,17 +31,33 @@ def place_of_study(study: str, results: Location) -> StudyPlace:
 
 
 def trials_in(place: StudyPlace) -> int:
-    """How many trials the parts hold, those that are damaged too as far as they say."""
+    """Return how many trials the parts hold, also damaged ones, as far as they say."""
     return sum(trials_of(part) or 0 for part in place.parts())
 
 
 def rename_study(study: str, name: str, results: Location) -> Location:
-    """Make `study` the study `name`, and return its place.
+    """Give a study another name, and return its place.
 
-    Its tables stay as they are, to the byte: what they say of their origin has the name
-    under which it was launched. Raises ChoiceError for what is no name of a study, and
-    StoreError where there is none, where something has the new name already, and where
-    somebody launches one of the two.
+    Its tables stay as they are, to the byte: their origin has the name under which the
+    study was launched.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    name : str
+        Its new name.
+    results : Location
+        Folder of stored studies.
+
+    Raises
+    ------
+    ChoiceError
+        If one of them is no name of a study.
+    StoreError
+        If there is no such study, something has the new name already, or somebody
+        launches
+        one of the two.
     """
     if why := why_no_name(name):
         raise ChoiceError(why)
@@ -57,11 +75,11 @@ def rename_study(study: str, name: str, results: Location) -> Location:
 
 
 def remove_study(study: str, results: Location) -> list[str]:
-    """Delete all that is stored of a study, and return the names of what else lies in
-    its place, which stays.
+    """Delete all that is stored of a study, and return the names of what remains there.
 
-    Raises ChoiceError for what is no name of a study, and StoreError where there is
-    none, where somebody launches it, and where something cannot be deleted.
+    Everything else in its place stays. Raises ChoiceError for what is no name of a
+    study, and StoreError if there is none, somebody launches it, or something cannot be
+    deleted.
     """
     place = place_of_study(study, results)
     with Lock(place):

@@ -1,6 +1,4 @@
-"""Collects results on their way from the drive loop to the store, and stores them
-together.
-"""
+"""Collection of results between the drive loop and the store."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -18,19 +16,28 @@ MOST_BYTES = 256 * 2**20
 
 
 class Writer(Generic[R]):
-    """Collects results, and stores a part of them from time to time; a context manager.
-
-        store    where parts are stored
-        build    makes the tables of a list of results
-        size     the bytes that a result takes while it is held
-        stored   is told of results as soon as the disk holds their part
-        rows     a part is stored when so many results are held
-        seconds  a part is stored when so many seconds have passed since the last one
-        clock    the seconds since any moment; it never goes back
+    """Context manager that collects results, and stores them from time to time.
 
     A part is also stored when results take MOST_BYTES, and at the end of the context,
     even after an error. Results stay held until their part is stored; an error says how
     many could not be stored. Small parts are merged once there are many.
+
+    Parameters
+    ----------
+    store : Store
+        Store of the parts.
+    build : callable
+        Makes the tables of a list of results.
+    size : callable, optional
+        Returns the bytes that a result takes while it is held; by default 0.
+    stored : callable, optional
+        Is told of results as soon as the disk holds their part.
+    rows : int, default 1000
+        Number of held results at which a part is stored.
+    seconds : float, default 5.0
+        Seconds since the last part after which the next one is stored.
+    clock : callable, default time.monotonic
+        Returns the seconds since any moment; it never goes back.
     """
 
     def __init__(
@@ -68,7 +75,7 @@ class Writer(Generic[R]):
         self.flush()
 
     def add(self, results: Iterable[R]) -> None:
-        """Hold results, storing a part if it is time."""
+        """Hold results, and store a part if it is time."""
         for result in results:
             self._held.append(result)
             self._bytes += self._size(result)
@@ -88,6 +95,7 @@ class Writer(Generic[R]):
                 )
                 raise StoreError(f"{error}; {lost}") from error
             self._stored(self._held)
-            self._held, self._bytes = [], 0
+            self._held = []
+            self._bytes = 0
             self._store.gather()
         self._flushed = self._clock()

@@ -70,7 +70,7 @@ def store(results: ObjectPath) -> Store:
 
 def keys(results: ObjectPath) -> list[str]:
     """All objects."""
-    return sorted(results.listed().found or ())
+    return sorted(results.listed().objects or ())
 
 
 @pytest.mark.slow
