@@ -38,8 +38,8 @@ def rule(
 def line(
     values: Sequence[float], until: float, *, geometric: bool = False
 ) -> RefinedAxis:
-    """A scale of numbers that need not be whole."""
-    return RefinedAxis.until(values, until, geometric=geometric, whole=False)
+    """A scale of numbers that need not be integers."""
+    return RefinedAxis.until(values, until, geometric=geometric, integer=False)
 
 
 def settings(asked: Refinement, place: Place) -> tuple[float, ...]:

@@ -63,7 +63,7 @@ def test_whole_numbers_stay_whole() -> None:
     spec = spec.replace("fixed: {n: 12, ", "fixed: {")
     refine = parse_spec(changed("[separation_weight]", "[n]", spec)).sections["refine"]
     assert refine
-    assert refine.scales["n"].whole
+    assert refine.scales["n"].integer
 
 
 AXES = "axes: [separation_weight]"

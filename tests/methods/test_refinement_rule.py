@@ -47,7 +47,7 @@ def exactly(function: Callable[..., float]) -> Draw:
         (RefinedAxis((0.0, 1.0, 3.0), 2), 6, 2.0),
         (RefinedAxis((0.0, 1.0, 3.0), 2), 8, 3.0),
         (RefinedAxis((1.0, 100.0), 2, geometric=True), 1, 3.16227766017),
-        (RefinedAxis((10.0, 15.0), 3, whole=True), 4, 12.0),
+        (RefinedAxis((10.0, 15.0), 3, integer=True), 4, 12.0),
         (RefinedAxis((0.1, 0.2), 1), 1, 0.15),
     ],
 )
@@ -95,7 +95,7 @@ def test_steps_are_halved_until_they_are_short(
 
 
 def test_whole_numbers_are_halved_until_they_are_neighbours() -> None:
-    scale = RefinedAxis((10.0, 13.0), 20, whole=True)
+    scale = RefinedAxis((10.0, 13.0), 20, integer=True)
     asked = rule({"n": scale}, until=0.001)
     trials, _ = refined(asked, exactly(lambda n: n > 11.5))
     assert [settings(asked, place)[0] for place in trials] == [10, 11, 12, 13]
@@ -257,7 +257,7 @@ def test_a_crossing_holds_the_edge() -> None:
 
 
 def test_a_rule_is_read_as_it_was_written() -> None:
-    asked = rule(RINGS | {"n": RefinedAxis((10.0, 20.0), 2, whole=True)})
+    asked = rule(RINGS | {"n": RefinedAxis((10.0, 20.0), 2, integer=True)})
     assert from_json(asked.as_json()) == asked
 
 

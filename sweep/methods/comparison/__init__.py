@@ -1,11 +1,11 @@
-"""Comparison: what one selection of trials has more or less than another.
+"""Comparison of one selection of trials with another.
 
-sides     trials as a command names them
+sides     trials, as a command names them
 matching  points that belong together
-analysis  what differs between sides
-words     the same in words
-report    the same as a report
-method    its entry, and its command
+analysis  differences between sides
+words     the comparison in words
+report    the comparison as a report
+method    the entry of the comparison, and its command
 """
 
 import lazy_loader

@@ -1,9 +1,9 @@
-"""What differs between two sides: studies, presets or values of a setting. `sweep
-compare A B`.
+"""The comparison of two sides: studies, presets or values of a parameter.
 
-Every matched point and metric is one contrast, B minus A: paired where the trials of
-both sides share random numbers, else between independent samples. All of a table are
-one family, so that its verdicts can be read together.
+`sweep compare A B` prints it. Every matched point and metric is one contrast, B minus
+A. It is paired if the trials of both sides share random numbers, else between
+independent samples. All contrasts of a table are one family, so that its verdicts can
+be read together.
 """
 
 from collections import Counter
@@ -41,7 +41,7 @@ Together = Literal["holm", "bonferroni", "max_t"]
 Floats = NDArray[np.float64]
 
 MOST_RESAMPLED = 2000
-"""Rows that max_t takes: it keeps thousands of resamples of all of them in memory."""
+"""Rows that max_t accepts: it keeps thousands of resamples of all rows in memory."""
 
 VERDICTS = (
     "higher",
@@ -55,8 +55,17 @@ VERDICTS = (
 
 
 class Inference(NamedTuple):
-    """How contrasts are judged; `margin` is half the range within which a difference
-    does not matter, or None.
+    """The method by which contrasts are judged.
+
+    Attributes
+    ----------
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals, from 0.5 to below 1.
+    together : {"holm", "bonferroni", "max_t"}, default "holm"
+        Correction for multiple comparisons, see `sweep.analysis.jointly`.
+    margin : float, optional
+        Equivalence margin, in the unit of the metric: differences from -margin to
+        margin do not matter. By default equivalence is not tested.
     """
 
     confidence: float = CONFIDENCE
@@ -66,20 +75,36 @@ class Inference(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Two sides, their matched points, and `rows`: metric by metric, one row a point.
+    """Two sides, compared at their matched points.
 
-    Columns: the settings matched on; metric and unit; a and b, the means of the values
-    that count; difference, b - a, with low and high, which hold together; p, adjusted;
-    paired; n_a and n_b, the values that count, of pairs the same; variance_reduction,
-    how many times as many independent trials would be needed; hedges_g with its own
-    interval, for itself alone; with a margin p_equivalent, adjusted too; the verdict,
-    of B; and trials_a, trials_b, not_done_a and not_done_b, and undefined_a and
-    undefined_b, the shares of the done trials without a value. `streams` are the random
-    streams that both sides have in common.
+    Attributes
+    ----------
+    side_a, side_b : Side
+    matching : Matching
+        The points that are compared.
+    method : Inference
+    half : bool
+        True for means over the second half of each trial, False for the last frame.
+    streams : tuple of str
+        Random streams that both sides have in common.
+    rows : DataFrame
+        Metric by metric, one row per point. Columns:
+
+        - The parameters that points are matched on; metric and unit.
+        - a and b: means of the values that count.
+        - difference, b - a, with its simultaneous confidence interval, low and high.
+        - p: adjusted for all rows.
+        - paired; n_a and n_b: numbers of values that count, equal for pairs.
+        - variance_reduction: how many times as many independent trials would be needed.
+        - hedges_g, hedges_g_low and hedges_g_high: the interval is for its row alone.
+        - p_equivalent, with a margin only: adjusted too.
+        - verdict: of B, one of VERDICTS.
+        - trials_a, trials_b, not_done_a and not_done_b: numbers of trials.
+        - undefined_a and undefined_b: fractions of the done trials without a value.
     """
 
-    one: Side
-    other: Side
+    side_a: Side
+    side_b: Side
     matching: Matching
     method: Inference
     half: bool
@@ -88,13 +113,14 @@ class Comparison:
 
     @property
     def tests(self) -> int:
-        """How many contrasts are looked at together."""
+        """The number of contrasts with a p-value, which are judged together."""
         return int(self.rows["p"].notna().sum())
 
     @property
     def differ(self) -> dict[str, tuple[list[Any], list[Any]]]:
-        """The settings in which the sides differ. The number of steps between frames is
-        one of them only for means over frames.
+        """Values of side A and of side B of all in which the sides differ, by name.
+
+        The number of steps between frames, `every`, counts only for means over frames.
         """
         differ = self.matching.differ
         return {
@@ -104,75 +130,108 @@ class Comparison:
         }
 
     def verdicts(self, metric: str) -> Mapping[str, int]:
-        """How many rows of a metric have which verdict, in the order of VERDICTS."""
+        """Return numbers of rows of a metric by verdict, in the order of VERDICTS."""
         counts = Counter(self.rows.loc[self.rows["metric"] == metric, "verdict"])
         return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}
 
 
 def compare_sides(
-    one: Side,
-    other: Side,
+    side_a: Side,
+    side_b: Side,
     metrics: str | Sequence[str] = (),
     *,
     half: bool = False,
     method: Inference | None = None,
 ) -> Comparison:
-    """`other` against `one` at the points that `match` finds; `half` takes means over
-    the last half of a trial.
+    """Compare two sides at their matched points, metric by metric, b - a.
 
-    Trials are paired that have the same seed and replicate, where both sides take one
-    of the streams start, world and noise in common. Flocks that are given, by a table,
-    have nothing in common with others. Nothing else is needed: whole pairs
-    are independent of each other whatever the two trials do with the same numbers, and
-    trials that share them are not (coverage of aziel_chen2025 at n = 50 and 100:
-    correlations from -0.03 to 0.19). Only the gain depends on what else is alike. Where
-    fewer than half of the trials of the smaller side have a partner, the samples are
-    compared as independent ones, without the trials of B that have one. A margin is in
-    the unit of the one metric that then must be named.
+    Trials with the same seed and replicate are paired if both sides take one of the
+    streams start, world and noise in common. Initial conditions from a table have
+    nothing in common with others. Pairing needs no more: whole pairs are independent of
+    each other, whatever the two trials do with the same numbers. Trials that share
+    numbers are not (coverage of aziel_chen2025 at n = 50 and 100: correlations from
+    -0.03 to 0.19). Only the gain depends on further agreement.
 
-    Intervals and p-values hold together, see `sweep.analysis.jointly`. They are those
-    of the distribution that the metric declares, see `sweep.analysis.MeanEstimate`, but
-    for "max_t", which resamples. Measured chance, in per cent, of a difference between
-    two samples with equal means of which one is lognormal with sigma 1 and the other
-    normal with a standard deviation of 0.1, at level 5: 5, 7 and 6 for 3, 10 and 40
-    values each where the metric is declared "skewed", and 9, 8 and 6 where they are
-    paired and have nothing in common; 15, 15 and 10 by Welch's test where it is
-    "normal". Equivalence is by two one-sided tests, whose p-values are adjusted for
-    each other (by Holm for "max_t"). So with "holm" the chance of a wrong word is at
+    If fewer than half of the trials of the smaller side have a partner, the samples are
+    compared as independent ones, without the trials of B that have a partner.
+
+    Parameters
+    ----------
+    side_a, side_b : Side
+    metrics : str or sequence of str, optional
+        By default all metrics that both sides recorded, in the same unit.
+    half : bool, default False
+        Compare means over the second half of each trial, not the last frame.
+    method : Inference, optional
+        By default `Inference()`. With a margin there must be one metric, whose unit
+        the margin has.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ChoiceError
+        The sides have no metric or no point in common, a point has several partners,
+        both sides are the same trials, or `method` is not possible.
+
+    Notes
+    -----
+    Intervals and p-values are simultaneous, see `sweep.analysis.jointly`. They are of
+    the distribution that the metric declares, see `sweep.analysis.MeanEstimate`.
+    "max_t" resamples instead.
+
+    Measured rate of false differences, in per cent at level 5. Two samples have equal
+    means; one is lognormal with sigma 1, the other normal with a standard deviation of
+    0.1. For 3, 10 and 40 values each: 5, 7 and 6 if the metric is declared "skewed"; 9,
+    8 and 6 if the samples are also paired, with nothing in common; 15, 15 and 10 by
+    Welch's test if it is "normal".
+
+    Equivalence is by two one-sided tests, whose p-values are adjusted for each other
+    (by Holm for "max_t"). So with "holm" the probability of any wrong verdict is at
     most 1 - `confidence` for differences and for equivalence each, and with
-    "bonferroni" for both. Raises ChoiceError for what cannot be compared.
+    "bonferroni" for both.
     """
     method = method or Inference()
-    names = shared_metrics(one, other, as_names(metrics))
+    names = shared_metrics(side_a, side_b, as_names(metrics))
     _check(method, names)
-    matching = match(one, other)
-    streams = streams_in_common(one, other)
-    places = places_of(one, other, matching.points, sharing=bool(streams))
-    columns = {str(Column(name, half)): _unit(one, name) for name in names}
+    matching = match(side_a, side_b)
+    streams = streams_in_common(side_a, side_b)
+    compared = places_of(side_a, side_b, matching.points, sharing=bool(streams))
+    columns = {str(Column(name, half)): _unit(side_a, name) for name in names}
     contrasts = [
         contrast
         for column in columns
-        for contrast in contrasts_of(one, other, column, places)
+        for contrast in contrasts_of(side_a, side_b, column, compared)
     ]
     pairs = len(matching.settings)
     undefined = [
-        row for column in columns for row in _undefined(one, other, column, matching)
+        row
+        for column in columns
+        for row in _undefined(side_a, side_b, column, matching)
     ]
     rows = pd.concat([matching.settings] * len(columns), ignore_index=True)
-    rows["metric"], rows["unit"] = (
-        np.repeat(list(columns), pairs),
-        np.repeat(list(columns.values()), pairs),
-    )
-    counts = pd.DataFrame([place.counts for place in places] * len(columns))
+    rows["metric"] = np.repeat(list(columns), pairs)
+    rows["unit"] = np.repeat(list(columns.values()), pairs)
+    counts = pd.DataFrame([trials.counts for trials in compared] * len(columns))
     rows = pd.concat(
         [rows, judge(contrasts, method), counts, pd.DataFrame(undefined)],
         axis="columns",
     )
-    return Comparison(one, other, matching, method, half, streams, rows)
+    return Comparison(
+        side_a=side_a,
+        side_b=side_b,
+        matching=matching,
+        method=method,
+        half=half,
+        streams=streams,
+        rows=rows,
+    )
 
 
 class _Counts(NamedTuple):
-    """Trials of both sides at a point, and those of them that are not done."""
+    """Numbers of trials of both sides at a point, and of those that are not done."""
 
     trials_a: int
     trials_b: int
@@ -181,15 +240,22 @@ class _Counts(NamedTuple):
 
 
 class _Undefined(NamedTuple):
-    """The share of the done trials of both sides at a point without a value."""
+    """Fractions of the done trials of both sides at a point without a value."""
 
     undefined_a: float
     undefined_b: float
 
 
 class ComparedTrials(NamedTuple):
-    """Which rows of the trials of either side are compared at a point, by what pairs
-    them, and whether they pair.
+    """The trials that are compared at one pair of points.
+
+    Attributes
+    ----------
+    first, second : Series of int
+        Row numbers in the trials of either side. The index has a number that is equal
+        for equal random numbers, which pairs them.
+    paired : bool
+    counts : _Counts
     """
 
     first: "pd.Series[int]"
@@ -198,29 +264,45 @@ class ComparedTrials(NamedTuple):
     counts: _Counts
 
 
-def shared_metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
-    """The metrics to compare. Raises ChoiceError where a side has not recorded one, or
-    in another unit.
+def shared_metrics(side_a: Side, side_b: Side, metrics: Sequence[str]) -> list[str]:
+    """Return the metrics to compare.
+
+    Parameters
+    ----------
+    side_a, side_b : Side
+    metrics : sequence of str
+        If empty, all that both sides recorded, in the same unit.
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    ChoiceError
+        A side has not recorded a metric, units differ, or no metric is shared.
     """
-    for name in asked:
-        for side in (one, other):
+    for name in metrics:
+        for side in (side_a, side_b):
             side.study.check_metric(name)
-        if _unit(one, name) != _unit(other, name):
+        if _unit(side_a, name) != _unit(side_b, name):
             units = (
-                f"{_unit(one, name)} in {one.model} and {_unit(other, name)} in"
-                f" {other.model}"
+                f"{_unit(side_a, name)} in {side_a.model} and {_unit(side_b, name)} in"
+                f" {side_b.model}"
             )
             raise ChoiceError(f"metric {name} cannot be compared: it is in {units}")
-    shared = [name for name in one.study.metrics if name in other.study.metrics]
+    recorded_a = side_a.study.metrics
+    recorded_b = side_b.study.metrics
+    shared = [name for name in recorded_a if name in recorded_b]
     names = [
         name
-        for name in dict.fromkeys(asked or shared)
-        if _unit(one, name) == _unit(other, name)
+        for name in dict.fromkeys(metrics or shared)
+        if _unit(side_a, name) == _unit(side_b, name)
     ]
     if not names:
         raise ChoiceError(
-            f"no metric in common: {one.study.name} has {', '.join(one.study.metrics)};"
-            f" {other.study.name} has {', '.join(other.study.metrics)}"
+            f"no metric in common: {side_a.study.name} has {', '.join(recorded_a)};"
+            f" {side_b.study.name} has {', '.join(recorded_b)}"
         )
     return names
 
@@ -230,7 +312,7 @@ def _unit(side: Side, metric: str) -> str:
 
 
 def _check(method: Inference, metrics: Sequence[str]) -> None:
-    """Raise ChoiceError for a confidence or a margin that cannot be."""
+    """Raise ChoiceError for a confidence or a margin that is not possible."""
     if not 0.5 <= method.confidence < 1.0:
         raise ChoiceError(
             f"confidence: {method.confidence:g}; allowed: from 0.5 to below 1, as 0.95"
@@ -249,59 +331,78 @@ def _check(method: Inference, metrics: Sequence[str]) -> None:
         )
 
 
-def streams_in_common(one: Side, other: Side) -> tuple[str, ...]:
-    """The random streams in common; that of worlds only where worlds are drawn, and
-    that of starts not where one side begins with given flocks and the other with
-    others.
+def streams_in_common(side_a: Side, side_b: Side) -> tuple[str, ...]:
+    """Return the random streams that two sides have in common.
+
+    The stream of worlds counts only if worlds are random. The stream of starts counts
+    only if both sides have the same kinds of initial conditions.
     """
-    common = common_streams(one.trials) & common_streams(other.trials)
+    common = common_streams(side_a.trials) & common_streams(side_b.trials)
     drawn = all(
         any(
             name in side.study.known.maps and side.study.known.maps[name].random
             for name in side.trials["map"].unique()
         )
-        for side in (one, other)
+        for side in (side_a, side_b)
     )
     return tuple(
         name
         for name in ("start", "world", "noise")
         if name in common
         and (name != "world" or drawn)
-        and (name != "start" or _starts(one) == _starts(other))
+        and (name != "start" or _starts(side_a) == _starts(side_b))
     )
 
 
 def _starts(side: Side) -> set[str]:
-    """The stamps of the given flocks with which trials start; "" for random ones."""
-    known, code = side.study.known.starts, stamps(side.study.provenance)
+    """Return the code hashes of the fixed initial conditions; "" for random ones.
+
+    An initial condition without a hash has its name instead.
+    """
+    known = side.study.known.starts
+    code = stamps(side.study.provenance)
     names = {str(name) for name in side.trials["start_draws"].unique()}
-    given = {name for name in names if name in known and not known[name].random}
-    stamped = {code.starts.get(name, name) if code else name for name in given}
-    return stamped | ({""} if names - given else set())
+    fixed = {name for name in names if name in known and not known[name].random}
+    hashes = {code.starts.get(name, name) if code else name for name in fixed}
+    return hashes | ({""} if names - fixed else set())
 
 
 def places_of(
-    one: Side, other: Side, points: NDArray[np.object_], *, sharing: bool
+    side_a: Side, side_b: Side, points: NDArray[np.object_], *, sharing: bool
 ) -> list[ComparedTrials]:
-    """What is compared with what at each pair of `points` (pairs, 2), ids; `sharing`
-    says that streams are common to all points.
+    """Return the trials that are compared at each pair of points.
+
+    Parameters
+    ----------
+    side_a, side_b : Side
+    points : array of str
+        Ids of the points of side A and of side B, (pairs, 2).
+    sharing : bool
+        True if the sides have random streams in common, see `streams_in_common`.
+
+    Returns
+    -------
+    list of ComparedTrials
+        One per pair of points.
     """
-    codes = _codes(one.trials, other.trials)
-    rows = [side.trials.groupby("point", sort=False).indices for side in (one, other)]
-    lost = [(side.trials["status"] != "done").to_numpy() for side in (one, other)]
-    places = []
+    sides = (side_a, side_b)
+    codes = _codes(side_a.trials, side_b.trials)
+    rows_by_point = [side.trials.groupby("point", sort=False).indices for side in sides]
+    not_done = [(side.trials["status"] != "done").to_numpy() for side in sides]
+    compared = []
     for pair in points:
-        found = [each[point] for each, point in zip(rows, pair, strict=True)]
+        rows = [
+            indices[point] for indices, point in zip(rows_by_point, pair, strict=True)
+        ]
         counts = _Counts(
-            *map(len, found),
-            *(int(each[where].sum()) for each, where in zip(lost, found, strict=True)),
+            *map(len, rows),
+            *(int(lost[at].sum()) for lost, at in zip(not_done, rows, strict=True)),
         )
         first, second = (
-            pd.Series(where, index=code[where])
-            for code, where in zip(codes, found, strict=True)
+            pd.Series(at, index=code[at]) for code, at in zip(codes, rows, strict=True)
         )
-        # The same point has the same random numbers, whatever streams are common to
-        # others.
+        # A point has the same random numbers as itself, even if no stream is common to
+        # all points.
         if sharing or pair[0] == pair[1]:
             pairs = first.index.isin(second.index)
             if paired := 2 * int(pairs.sum()) >= min(len(first), len(second)):
@@ -309,14 +410,14 @@ def places_of(
             second = second[second.index.isin(first.index) == paired]
         else:
             paired = False
-        places.append(ComparedTrials(first, second, paired, counts))
-    return places
+        compared.append(ComparedTrials(first, second, paired, counts))
+    return compared
 
 
 def _codes(
     first: pd.DataFrame, second: pd.DataFrame
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """A number for each trial of two tables; equal for equal random numbers."""
+    """Return a number for each trial of two tables; equal for equal random numbers."""
     codes, _ = replicates(first).append(replicates(second)).factorize(sort=True)
     return codes[: len(first)], codes[len(first) :]
 
@@ -328,40 +429,54 @@ def _values(side: Side, column: str) -> Floats:
 
 
 def _undefined(
-    one: Side, other: Side, column: str, matching: Matching
+    side_a: Side, side_b: Side, column: str, matching: Matching
 ) -> Iterator[_Undefined]:
-    """Of each pair of points."""
-    shares = [undefined_shares(side.trials, column) for side in (one, other)]
-    for points in matching.points:
-        yield _Undefined(
-            *(float(share[point]) for share, point in zip(shares, points, strict=True))
-        )
+    """Yield the fractions of undefined values at each pair of points."""
+    of_a = undefined_shares(side_a.trials, column)
+    of_b = undefined_shares(side_b.trials, column)
+    for point_a, point_b in matching.points:
+        yield _Undefined(float(of_a[point_a]), float(of_b[point_b]))
 
 
 def contrasts_of(
-    one: Side, other: Side, column: str, places: Sequence[ComparedTrials]
+    side_a: Side, side_b: Side, column: str, compared: Sequence[ComparedTrials]
 ) -> Iterator[Contrast]:
-    """B minus A in a column of the trials at each pair of points."""
-    values = [_values(side, column) for side in (one, other)]
-    distribution = one.study.distributions[column]
-    for first, second, paired, _ in places:
-        before, after = values[0][first.to_numpy()], values[1][second.to_numpy()]
+    """Yield the contrast B minus A in a column of the trials at each pair of points.
+
+    Parameters
+    ----------
+    side_a, side_b : Side
+    column : str
+        Column of the trials; the distribution is as declared in the study of side A.
+    compared : sequence of ComparedTrials
+        The trials of each pair of points, from `places_of`.
+
+    Yields
+    ------
+    Contrast
+    """
+    values_a = _values(side_a, column)
+    values_b = _values(side_b, column)
+    distribution = side_a.study.distributions[column]
+    for first, second, paired, _ in compared:
+        sample_a = values_a[first.to_numpy()]
+        sample_b = values_b[second.to_numpy()]
         if paired:
             yield paired_contrast(
-                pd.Series(before, index=first.index),
-                pd.Series(after, index=second.index),
+                pd.Series(sample_a, index=first.index),
+                pd.Series(sample_b, index=second.index),
                 distribution=distribution,
             )
         else:
             yield independent_contrast(
-                before[~np.isnan(before)],
-                after[~np.isnan(after)],
+                sample_a[~np.isnan(sample_a)],
+                sample_b[~np.isnan(sample_b)],
                 distribution=distribution,
             )
 
 
 def _family(contrasts: Sequence[Contrast], method: Inference) -> Family:
-    """The contrasts with simultaneous intervals. ChoiceError if max_t has none."""
+    """Return contrasts with simultaneous intervals. ChoiceError if max_t has none."""
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
             raise ChoiceError(
@@ -380,10 +495,9 @@ def _family(contrasts: Sequence[Contrast], method: Inference) -> Family:
 
 
 def judge(contrasts: Sequence[Contrast], method: Inference) -> pd.DataFrame:
-    """The columns of a comparison from a to the verdict, of contrasts that are one
-    family.
+    """Return the columns from a to verdict of `Comparison.rows`.
 
-    Raises ChoiceError where max_t cannot judge them.
+    The contrasts are one family. ChoiceError if max_t cannot judge them.
     """
     family = _family(contrasts, method)
     sides = family.contrasts
@@ -417,14 +531,16 @@ def judge(contrasts: Sequence[Contrast], method: Inference) -> pd.DataFrame:
             tests, "bonferroni" if method.together == "bonferroni" else "holm"
         )
         columns["p_equivalent"] = within
-    judged = zip((side.value for side in sides), family.p, within, strict=True)
-    return pd.DataFrame(
-        columns | {"verdict": [_verdict(*one, level) for one in judged]}
-    )
+    values = (side.value for side in sides)
+    columns["verdict"] = [
+        _verdict(difference, p, p_equivalent, level)
+        for difference, p, p_equivalent in zip(values, family.p, within, strict=True)
+    ]
+    return pd.DataFrame(columns)
 
 
 def _verdict(difference: float, p: float, p_equivalent: float, level: float) -> str:
-    """One of VERDICTS, of B."""
+    """Return the verdict of B, one of VERDICTS."""
     if np.isnan(p):
         return "too few distinct values"
     words = ["higher" if difference > 0.0 else "lower"] if p < level else []

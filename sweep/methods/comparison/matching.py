@@ -1,4 +1,4 @@
-"""Which points of two sides of a comparison belong together, and how they differ."""
+"""The matching of points of two sides of a comparison, and their differences."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -15,89 +15,101 @@ from sweep.methods.comparison.sides import Side
 from sweep.store.origin import same_code
 
 DIGITS = 9
-"""Numbers that agree in so many figures are the same, so that 0.3 finds 3 * 0.1."""
+"""Numbers that agree in so many digits are equal, so that 0.3 matches 3 * 0.1."""
 
-ABOUT = ("model", "preset", "kernels", "shapes of the map", "every")
-"""What two points may differ in beside settings."""
-
-Two = tuple[pd.DataFrame, pd.DataFrame]
+PROPERTIES = ("model", "preset", "kernels", "shapes of the map", "every")
+"""Properties in which two points may differ in addition to parameters."""
 
 
 @dataclass(frozen=True, eq=False)
 class Matching:
-    """Points of two sides that agree in the settings `names`.
+    """Points of two sides that agree in some parameters.
 
-    `settings` has the values of those, a row a pair, and `points` (pairs, 2) the ids.
-    `alone` has the settings of the points of either side that have no partner, and
-    `same` counts the pairs that are left out because both are the same trials. `differ`
-    holds the values on either side of all else in which the points of some pair differ.
+    Attributes
+    ----------
+    names : list of str
+        The parameters.
+    settings : DataFrame
+        Their values, one row per pair.
+    points : array of str
+        Ids of the points of side A and of side B, (pairs, 2).
+    alone : tuple of two DataFrames
+        Values of the parameters of the points of either side without a partner.
+    same : int
+        Number of pairs that are left out because both points are the same trials.
+    differ : mapping
+        Values of side A and of side B of all else in which points of a pair differ.
     """
 
     names: list[str]
     settings: pd.DataFrame
     points: NDArray[np.object_]
-    alone: Two
+    alone: tuple[pd.DataFrame, pd.DataFrame]
     same: int
     differ: Mapping[str, tuple[list[Any], list[Any]]]
 
 
-def match(one: Side, other: Side) -> Matching:
-    """The points of two sides, matched on the settings that vary on either and have a
-    value in common.
+def match(side_a: Side, side_b: Side) -> Matching:
+    """Match points on the parameters that vary on a side and share a value.
 
-    Settings that both sides name are not matched on. Raises ChoiceError where several
-    points of a side agree in all that is matched on, where no point has a partner, and
-    where the two sides are the same trials.
+    Parameters that both sides name are not matched on.
+
+    Raises
+    ------
+    ChoiceError
+        Several points of a side agree in all that is matched on, no point has a
+        partner, or both sides are the same trials.
     """
-    alike = same_code(one.study.provenance, other.study.provenance)
-    tables = _points(one, alike), _points(other, alike)
-    settings = _settings(one, other)
+    code_is_same = same_code(side_a.study.provenance, side_b.study.provenance)
+    points_a = _points(side_a, code_is_same)
+    points_b = _points(side_b, code_is_same)
+    settings = _settings(side_a, side_b)
     names = [
         name
         for name in settings
-        if name not in one.named & other.named and _is_matched_on(name, *tables)
+        if name not in side_a.named & side_b.named
+        and _is_matched_on(name, points_a, points_b)
     ]
-    keyed = [table.set_axis(_keys(table[names]), axis="index") for table in tables]
-    for side, partner, table in (
-        (one, keyed[1], keyed[0]),
-        (other, keyed[0], keyed[1]),
-    ):
-        _check_single(side, table, partner, names)
-    common = [key for key in keyed[0].index if key in keyed[1].index]
+    keyed_a = points_a.set_axis(_keys(points_a[names]), axis="index")
+    keyed_b = points_b.set_axis(_keys(points_b[names]), axis="index")
+    _check_single(side_a, keyed_a, keyed_b, names)
+    _check_single(side_b, keyed_b, keyed_a, names)
+    common = [key for key in keyed_a.index if key in keyed_b.index]
     if not common:
         raise ChoiceError(
-            f"no point of {one.text} agrees with one of {other.text} in"
+            f"no point of {side_a.text} agrees with one of {side_b.text} in"
             f" {', '.join(names)}"
         )
-    first, second = (table.loc[common] for table in keyed)
+    first = keyed_a.loc[common]
+    second = keyed_b.loc[common]
     same = (
         (first["candidate"] == second["candidate"])
-        & first["candidate"].isin(_shared_candidates(one, other))
+        & first["candidate"].isin(_shared_candidates(side_a, side_b))
     ).to_numpy()
     if same.all():
         only = (
             "are the same trials"
-            if len(common) == len(keyed[0])
+            if len(common) == len(keyed_a)
             else "agree only where both are the same trials"
         )
         raise ChoiceError(
-            f"{one.text} and {other.text} {only}: there is nothing to compare"
+            f"{side_a.text} and {side_b.text} {only}: there is nothing to compare"
         )
-    first, second = first[~same], second[~same]
+    first = first[~same]
+    second = second[~same]
+    unmatched = [name for name in settings if name not in names]
     return Matching(
-        names,
-        first[names].reset_index(drop=True),
-        np.column_stack([first["point"], second["point"]]),
-        (keyed[0].drop(common)[names], keyed[1].drop(common)[names]),
-        int(same.sum()),
-        _differences(
-            first, second, [*ABOUT, *(name for name in settings if name not in names)]
-        ),
+        names=names,
+        settings=first[names].reset_index(drop=True),
+        points=np.column_stack([first["point"], second["point"]]),
+        alone=(keyed_a.drop(common)[names], keyed_b.drop(common)[names]),
+        same=int(same.sum()),
+        differ=_differences(first, second, [*PROPERTIES, *unmatched]),
     )
 
 
 def telling(settings: pd.DataFrame) -> list[str]:
-    """The first columns that are enough to tell the rows apart as well as all do."""
+    """Return the first columns that distinguish the rows as well as all columns do."""
     chosen: list[str] = []
     groups = 1
     for name in settings.columns:
@@ -105,62 +117,64 @@ def telling(settings: pd.DataFrame) -> list[str]:
             groups < len(settings)
             and (finer := settings.groupby([*chosen, name]).ngroups) > groups
         ):
-            chosen, groups = [*chosen, name], finer
+            chosen = [*chosen, name]
+            groups = finer
     return chosen
 
 
-def _settings(one: Side, other: Side) -> list[str]:
-    """The settings of both sides, varied ones first, in the order of the specs. What
-    keeps points of the same settings apart is as one of them, as the direction of
-    chains, where both sides have all of the same values or none.
+def _settings(side_a: Side, side_b: Side) -> list[str]:
+    """Return the parameters of both sides, varied ones first, in the specs' order.
+
+    A column that separates points of equal parameters, such as the direction of chains,
+    is included if both sides have the same values of it, or none in common.
     """
-    names = dict.fromkeys([*one.study.varied, *other.study.varied, *one.study.settings])
-    known = [
+    varied = [*side_a.study.varied, *side_b.study.varied]
+    names = dict.fromkeys([*varied, *side_a.study.settings])
+    known_a, known_b = (
         {*side.study.settings, *side.study.kept_apart} & set(side.trials)
-        for side in (one, other)
-    ]
-    shared = [name for name in names if name in known[0] & known[1]]
-    apart = {*one.study.kept_apart, *other.study.kept_apart}
+        for side in (side_a, side_b)
+    )
+    shared = [name for name in names if name in known_a & known_b]
+    apart = {*side_a.study.kept_apart, *side_b.study.kept_apart}
     return [
         name
         for name in shared
-        if name not in apart or not _overlap(one.trials[name], other.trials[name])
+        if name not in apart or not _overlap(side_a.trials[name], side_b.trials[name])
     ]
 
 
-def _overlap(one: "pd.Series[Any]", other: "pd.Series[Any]") -> bool:
-    """Whether columns have some values in common, and others not."""
-    values, others = set(one), set(other)
-    return values != others and not values.isdisjoint(others)
+def _overlap(first: "pd.Series[Any]", second: "pd.Series[Any]") -> bool:
+    """Return whether columns have some values in common, and differ in others."""
+    values_a = set(first)
+    values_b = set(second)
+    return values_a != values_b and not values_a.isdisjoint(values_b)
 
 
-def _points(side: Side, alike: bool) -> pd.DataFrame:
-    """One row a point: its id, its settings, and what else it is; `alike` says that
-    both sides have the same code.
-    """
+def _points(side: Side, code_is_same: bool) -> pd.DataFrame:
+    """Return one row per point: its first trial, its candidate, code and map."""
     points = side.trials.drop_duplicates("point")
-    own = {name: json.dumps(about) for name, about in side.study.about.maps.items()}
+    shapes = {name: json.dumps(shape) for name, shape in side.study.about.maps.items()}
     return points.assign(candidate=_candidates(side, points)).assign(
         **{
-            "kernels": "" if alike else side.kernels,
-            "shapes of the map": [own.get(str(name), "") for name in points["map"]],
+            "kernels": "" if code_is_same else side.kernels,
+            "shapes of the map": [shapes.get(str(name), "") for name in points["map"]],
         }
     )
 
 
 def _candidates(side: Side, rows: pd.DataFrame) -> "pd.Series[str]":
-    """The ids of the candidates of points or trials of a side."""
+    """Return the ids of the candidates of points or trials of a side."""
     return rows["point"].map(side.study.candidate)
 
 
 def _is_matched_on(name: str, first: pd.DataFrame, second: pd.DataFrame) -> bool:
-    """Whether a setting varies on either side and both have a value in common."""
+    """Return whether a parameter varies on a side and both sides share a value."""
     values = [set(_values(table[name])) for table in (first, second)]
     return max(map(len, values)) > 1 and bool(values[0] & values[1])
 
 
 def _values(column: "pd.Series[Any]") -> list[Any]:
-    """A column's values; numbers that differ only in their last digits become equal."""
+    """Return the values; numbers that differ in their last digits only become equal."""
     values = column.tolist()
     return (
         [float(f"{value:.{DIGITS}g}") for value in values]
@@ -170,7 +184,7 @@ def _values(column: "pd.Series[Any]") -> list[Any]:
 
 
 def _keys(table: pd.DataFrame) -> list[str]:
-    """One text a row that is the same where all values are."""
+    """Return one string per row, equal for rows whose values are all equal."""
     columns = [_values(table[name]) for name in table]
     return (
         [repr(row) for row in zip(*columns, strict=True)]
@@ -182,7 +196,7 @@ def _keys(table: pd.DataFrame) -> list[str]:
 def _check_single(
     side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]
 ) -> None:
-    """Raise ChoiceError where a point has several partners, with their differences."""
+    """Raise ChoiceError if a point has several partners, with their differences."""
     several = table[
         table.index.isin(partner.index) & table.index.duplicated(keep=False)
     ]
@@ -204,12 +218,13 @@ def _check_single(
     )
 
 
-def _shared_candidates(one: Side, other: Side) -> set[str]:
-    """The ids of candidates of which both sides have the same trial."""
-    if not same_code(one.study.provenance, other.study.provenance):
+def _shared_candidates(side_a: Side, side_b: Side) -> set[str]:
+    """Return the ids of candidates of which both sides have the same trial."""
+    if not same_code(side_a.study.provenance, side_b.study.provenance):
         return set()
-    candidates = [_candidates(side, side.trials) for side in (one, other)]
-    both = set(candidates[0]) & set(candidates[1])
+    candidates_a = _candidates(side_a, side_a.trials)
+    candidates_b = _candidates(side_b, side_b.trials)
+    both = set(candidates_a) & set(candidates_b)
 
     def keys(side: Side, names: "pd.Series[str]") -> set[tuple[Any, ...]]:
         chosen = names.isin(both)
@@ -218,14 +233,14 @@ def _shared_candidates(one: Side, other: Side) -> set[str]:
             zip(names[chosen], trials["streams"], replicates(trials), strict=True)
         )
 
-    shared = keys(one, candidates[0]) & keys(other, candidates[1])
+    shared = keys(side_a, candidates_a) & keys(side_b, candidates_b)
     return {candidate for candidate, *_ in shared}
 
 
 def _differences(
     first: pd.DataFrame, second: pd.DataFrame, names: Sequence[str]
 ) -> dict[str, tuple[list[Any], list[Any]]]:
-    """The values of those `names` in which two rows of the same place differ."""
+    """Return the values of all columns `names` in which paired rows differ."""
     apart = [name for name in names if _values(first[name]) != _values(second[name])]
     return {
         name: (list(dict.fromkeys(first[name])), list(dict.fromkeys(second[name])))

@@ -1,4 +1,4 @@
-"""What B has more or less than A: its entry, and its command."""
+"""The entry of the comparison, and its command."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -41,25 +41,45 @@ def compare(
     confidence: Confidence = 0.95,
     together: Correction = Together.holm,
 ) -> "Report":
-    """What B has more or less than A, point by point: differences with intervals, p and
-    a verdict.
+    """Compare B with A, point by point: differences with intervals, p and a verdict.
 
     Points that agree in all that varies are compared, their trials in pairs where they
     share random numbers.
+
+    Parameters
+    ----------
+    a, b : str
+        The two sides, see `sweep.methods.comparison.side_of`.
+    results : Location, default Path("results")
+        Folder of stored studies.
+    metric : list of str, optional
+        By default all metrics that both sides recorded.
+    over : Over, default Over.last
+        Last frames, or means over the second half of each trial.
+    margin : float, optional
+        Equivalence margin, in the unit of the metric.
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals.
+    together : Together, default Together.holm
+        Correction for multiple comparisons.
+
+    Returns
+    -------
+    Report
     """
     from sweep.methods.comparison.analysis import Inference, compare_sides
     from sweep.methods.comparison.report import comparison_report
     from sweep.methods.comparison.sides import read_side
 
     inference = Inference(confidence, together.value, margin)
-    found = compare_sides(
+    comparison = compare_sides(
         read_side(a, results),
         read_side(b, results),
         metric or (),
         half=over == Over.half,
         method=inference,
     )
-    return comparison_report(found)
+    return comparison_report(comparison)
 
 
 METHOD = Method(reports_of_results=(compare,))

@@ -1,4 +1,4 @@
-"""The report of a comparison: what B has more or less than A."""
+"""The report of a comparison of side B with side A."""
 
 import math
 from typing import Any
@@ -22,9 +22,7 @@ from sweep.tables.reports import MAX_ROWS, Report, TextTable
 
 
 def comparison_report(comparison: Comparison) -> Report:
-    """Return what is compared, a row for each point and metric, how to read the table,
-    and a summary.
-    """
+    """Return both sides, a row per point and metric, notes and a summary."""
     parts: list[TextTable | str] = [
         *heading(comparison),
         _table(comparison),
@@ -36,7 +34,7 @@ def comparison_report(comparison: Comparison) -> Report:
 
 
 def _table(comparison: Comparison) -> TextTable:
-    """The metric stands once above its rows, as the title where there is one only."""
+    """Return the table. Each metric appears once, a single one as the title."""
     rows = comparison.rows
     several = rows["metric"].nunique() > 1
     left = ("metric", *telling(comparison.matching.settings), VERDICT)
@@ -44,13 +42,13 @@ def _table(comparison: Comparison) -> TextTable:
     shown = list[list[str]]()
     sections = set[int]()
     last = ""
-    for metric, *others in cells(comparison, rows.head(MAX_ROWS)):
+    for metric, *values in cells(comparison, rows.head(MAX_ROWS)):
         if several:
             if metric != last:
                 sections.add(len(shown))
-            shown.append([metric if metric != last else "", *others])
+            shown.append([metric if metric != last else "", *values])
         else:
-            shown.append(others)
+            shown.append(values)
         last = metric
     return TextTable(
         columns=columns,
@@ -64,21 +62,23 @@ def _table(comparison: Comparison) -> TextTable:
 
 
 def comparison_facts(comparison: Comparison) -> dict[str, Any]:
-    """The comparison as values that JSON has. Numbers have all their digits. A missing
-    one is None, an infinite one the text "inf".
+    """Return the comparison as JSON values.
+
+    Numbers have all their digits. NaN is None, and an infinite number "inf" or "-inf".
     """
-    matching, method = comparison.matching, comparison.method
-    alone = [table.to_dict(orient="records") for table in matching.alone]
+    matching = comparison.matching
+    method = comparison.method
+    alone_a, alone_b = (table.to_dict(orient="records") for table in matching.alone)
     facts: dict[str, Any] = _plain(
         {
-            "a": _about(comparison.one, alone[0]),
-            "b": _about(comparison.other, alone[1]),
+            "a": _side_facts(comparison.side_a, alone_a),
+            "b": _side_facts(comparison.side_b, alone_b),
             "matched_on": matching.names,
             "points": len(matching.settings),
             "same_trials_left_out": matching.same,
             "differ": {
-                name: {"a": one, "b": other}
-                for name, (one, other) in comparison.differ.items()
+                name: {"a": values_a, "b": values_b}
+                for name, (values_a, values_b) in comparison.differ.items()
             },
             "over": "half" if comparison.half else "last",
             "method": {
@@ -96,7 +96,7 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
     return facts
 
 
-def _about(side: Side, alone: list[dict[Any, Any]]) -> dict[str, Any]:
+def _side_facts(side: Side, alone: list[dict[Any, Any]]) -> dict[str, Any]:
     trials = side.trials
     return {
         "selection": side.text,
@@ -112,13 +112,11 @@ def _about(side: Side, alone: list[dict[Any, Any]]) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """`value` without the types of NumPy, and without numbers that JSON does
-    not have.
-    """
+    """Return a value without types of NumPy, and without numbers that JSON lacks."""
     if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(element) for element in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

@@ -1,5 +1,6 @@
-"""The sides of a comparison as a command names them: `STUDY`, `STUDY:n=50,map=empty` or
-`STUDY:as_written`.
+"""The sides of a comparison, as a command names them.
+
+A side is `STUDY`, `STUDY:n=50,map=empty` or `STUDY:as_written`, with a preset.
 """
 
 from dataclasses import dataclass
@@ -17,8 +18,17 @@ from sweep.text import unknown
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The trials of a study that `text` names, and the settings to which it gives a
-    value, in `named`.
+    """Trials of a study that a text names.
+
+    Attributes
+    ----------
+    text : str
+    study : StoredStudy
+        The study of the trials.
+    trials : DataFrame
+        One row per trial, in the order of the study.
+    named : frozenset of str
+        Parameters to which the text gives a value.
     """
 
     text: str
@@ -33,35 +43,42 @@ class Side:
 
     @property
     def kernels(self) -> str:
-        """The hash of the kernels that computed them."""
+        """The hash of the kernels that computed the trials."""
         return str(self.study.provenance["kernels_sha"])
 
     @property
     def missing(self) -> int:
-        """How many trials of the study's spec are not stored."""
+        """The number of trials of the study's spec that are not stored."""
         return self.study.missing
 
 
 def read_side(text: str, results: Location) -> Side:
-    """The trials that `text` names, see `side_of`. Raises StoreError where there is no
-    such study.
+    """Return the side that a text names, see `side_of`.
+
+    StoreError if the folder `results` has no such study.
     """
     return side_of(text, by_phase(StoredStudy(study_named(text), results)))
 
 
 def study_named(text: str) -> str:
-    """The name of the study in the text of a side."""
+    """Return the name of the study in the text of a side."""
     return text.partition(":")[0]
 
 
 def side_of(text: str, study: StoredStudy) -> Side:
-    """The trials that `text` names, in the order of their study, which is read already
-    and has its phases apart.
+    """Return the side that a text names, of a study that is read already.
 
-    After the study's name and a colon come settings, or presets where the study ablates
-    one: with the study's own nothing is changed, with the other all is. Raises
-    ChoiceError for a setting, value or preset that is not there, and StoreError where
-    no trial of it is.
+    The name of the study and a colon come first, then values of parameters or presets.
+    A preset needs a study that ablates one: the study's own preset stands for no
+    change, the other one for all changes. The phases of a search are separate points in
+    `study`, see `sweep.tables.search_phases.by_phase`.
+
+    Raises
+    ------
+    ChoiceError
+        The study has no such parameter, value or preset.
+    StoreError
+        No such trial is stored.
     """
     name, colon, rest = text.partition(":")
     if study.trials.empty:
@@ -74,12 +91,12 @@ def side_of(text: str, study: StoredStudy) -> Side:
 
 
 def _read(study: StoredStudy, text: str) -> tuple[dict[str, Choice], frozenset[str]]:
-    """What `text` chooses, and the names of all settings that it gives a value."""
+    """Return what a text chooses, and all parameters to which it gives a value."""
     settings: dict[str, Choice] = {}
     for name, value in study.chooser.split([text]).items():
         chosen = _of_preset(study, name) if value is None else {name: value}
-        for one, written in chosen.items():
-            settings[one] = study.chooser.value(one, written)
+        for setting, written in chosen.items():
+            settings[setting] = study.chooser.value(setting, written)
     named = set(settings)
     for preset, groups in study.about.ablated.items():
         if study.detail(preset) in settings:
@@ -88,10 +105,12 @@ def _read(study: StoredStudy, text: str) -> tuple[dict[str, Choice], frozenset[s
 
 
 def _of_preset(study: StoredStudy, preset: str) -> dict[str, str]:
-    """The setting that has a preset's trials: nothing for that of a study without
-    another one.
+    """Return the values that select the trials of a preset.
+
+    They are empty for the preset of a study that ablates no other.
     """
-    own, ablated = str(study.trials["preset"].iloc[0]), study.about.ablated
+    own = str(study.trials["preset"].iloc[0])
+    ablated = study.about.ablated
     if preset not in (own, *ablated):
         way = "or" if ablated else "the study ablates no preset:"
         raise ChoiceError(

@@ -1,5 +1,7 @@
-"""A comparison in words, as `sweep compare` prints it: what is compared, a row for each
-point and metric, how to read it, and a summary.
+"""A comparison in words, as `sweep compare` prints it.
+
+First both sides, then a row per point and metric, notes on how to read the table, and a
+summary.
 """
 
 import math
@@ -50,9 +52,9 @@ REDUCTION = (
 
 
 def heading(comparison: Comparison) -> Iterable[str]:
-    """What is compared with what, a line each."""
+    """Yield the lines above the table: both sides, differences and the matching."""
     matching = comparison.matching
-    for letter, side in (("A", comparison.one), ("B", comparison.other)):
+    for letter, side in (("A", comparison.side_a), ("B", comparison.side_b)):
         missing = (
             f"; {side.missing:,} of its study are not stored" if side.missing else ""
         )
@@ -62,8 +64,8 @@ def heading(comparison: Comparison) -> Iterable[str]:
         )
         yield f"{letter}  {side.text}: {points}{missing}"
     differ = [
-        f"{name} ({_some(one)}; {_some(other)})"
-        for name, (one, other) in comparison.differ.items()
+        f"{name} ({_some(values_a)}; {_some(values_b)})"
+        for name, (values_a, values_b) in comparison.differ.items()
     ]
     yield f"A and B differ in {', '.join(differ) or 'no setting'}"
     on = (
@@ -83,7 +85,7 @@ def heading(comparison: Comparison) -> Iterable[str]:
 
 
 def titles(comparison: Comparison) -> list[str]:
-    """What stands above the columns of `cells`."""
+    """Return the titles of the columns of `cells`."""
     margin = comparison.method.margin
     return [
         "metric",
@@ -95,7 +97,7 @@ def titles(comparison: Comparison) -> list[str]:
 
 
 def cells(comparison: Comparison, rows: pd.DataFrame) -> list[list[str]]:
-    """Some rows of a comparison, each as texts below its `titles`."""
+    """Return the texts of some rows of a comparison, below its `titles`."""
     names = telling(comparison.matching.settings)
     return [_cells(row, names) for _, row in rows.iterrows()]
 
@@ -116,31 +118,30 @@ def _cells(row: "pd.Series[Any]", names: Sequence[str]) -> list[str]:
 
 
 def metric_named(row: "pd.Series[Any]") -> str:
-    """The metric of a row, with its unit."""
+    """Return the metric of a row, with its unit."""
     return f"{row['metric']} ({row['unit']})" if row["unit"] else str(row["metric"])
 
 
 def notes(comparison: Comparison) -> Iterable[str]:
-    """How to read the table, and warnings."""
-    rows, method = comparison.rows, comparison.method
+    """Yield notes on how to read the table, and warnings."""
+    rows = comparison.rows
+    method = comparison.method
     width = f"half the width of the {100 * method.confidence:g} % interval"
     ends = "whose ends stand where it is not centred"
     yield f"±: {width}, {ends}; {together(comparison)}"
     if method.together != "max_t":
         yield DISTRIBUTIONS
-    paired, streams = (
-        int(rows["paired"].sum()),
-        _listed(comparison.streams or ["one point"]),
-    )
+    paired = int(rows["paired"].sum())
+    streams = _listed(comparison.streams or ["one point"])
     yield f"{EFFECT}; {REDUCTION}" if paired else EFFECT
     if paired:
-        number = (
+        count = (
             f"{paired:,} of {len(rows):,} rows are"
             if paired < len(rows)
             else "all rows are"
         )
         yield (
-            f"{number} paired by seed and replicate,"
+            f"{count} paired by seed and replicate,"
             f" with the random numbers of {streams} in common"
         )
     else:
@@ -151,18 +152,18 @@ def notes(comparison: Comparison) -> Iterable[str]:
         lost = rows[rows["metric"] == rows["metric"].iloc[0]][
             ["not_done_a", "not_done_b"]
         ].sum()
-        number = (
+        count = (
             f"{lost['not_done_a']:,} of A and {lost['not_done_b']:,} of B are not done"
         )
         yield (
-            f"in {so_many(int(short.sum()), 'row')} not all trials count: {number},"
+            f"in {so_many(int(short.sum()), 'row')} not all trials count: {count},"
             " others lack a value or a partner"
         )
     yield from _undefined(rows)
     counts = {
         str(name): [*part["n_a"], *part["n_b"]] for name, part in rows.groupby("metric")
     }
-    yield from filter(None, [few_skewed(comparison.one.study, counts)])
+    yield from filter(None, [few_skewed(comparison.side_a.study, counts)])
     constant = rows["p"].isna() & (rows[["n_a", "n_b"]].min(axis=1) > 1)
     if constant.any():
         yield (
@@ -180,7 +181,7 @@ def notes(comparison: Comparison) -> Iterable[str]:
             f"in {so_many(int(small.sum()), 'row')} p is small although the interval"
             " has 0: Holm's test sees more"
         )
-    for letter, side in (("A", comparison.one), ("B", comparison.other)):
+    for letter, side in (("A", comparison.side_a), ("B", comparison.side_b)):
         if metrics := side.study.repeated:
             yield (
                 f"{letter} has as many trials as {', '.join(metrics)} asked for: p and"
@@ -189,30 +190,30 @@ def notes(comparison: Comparison) -> Iterable[str]:
 
 
 def summary(comparison: Comparison) -> Iterable[str]:
-    """One line for each metric: at how many points B is higher, lower, and so on."""
+    """Yield one line per metric, with the number of points of each verdict."""
     within = (
         f"±{comparison.method.margin:g}" if comparison.method.margin is not None else ""
     )
     words = {"equivalent": f"equivalent within {within}"}
     words |= {
-        f"{one}, equivalent": f"{one} but equivalent within {within}"
-        for one in ("higher", "lower")
+        f"{verdict}, equivalent": f"{verdict} but equivalent within {within}"
+        for verdict in ("higher", "lower")
     }
     for metric in dict.fromkeys(comparison.rows["metric"]):
         counts = comparison.verdicts(metric)
-        (first, number), *others = [
-            (words.get(verdict, verdict), number) for verdict, number in counts.items()
+        (first, count), *further = [
+            (words.get(verdict, verdict), count) for verdict, count in counts.items()
         ]
         points = so_many(len(comparison.matching.settings), "point")
-        told = [
-            f"{first} at {number:,} of {points}",
-            *(f"{one} at {n:,}" for one, n in others),
+        parts = [
+            f"{first} at {count:,} of {points}",
+            *(f"{verdict} at {n:,}" for verdict, n in further),
         ]
-        yield f"{metric}, {VERDICT}: {', '.join(told)}"
+        yield f"{metric}, {VERDICT}: {', '.join(parts)}"
 
 
 def together(comparison: Comparison) -> str:
-    """How many comparisons there are, and how that was taken into account."""
+    """Return the number of comparisons and the correction for it, in words."""
     if comparison.tests == 1:
         return "p and interval are those of one comparison"
     return INTERVALS[comparison.method.together].format(n=f"{comparison.tests:,}")
@@ -224,8 +225,10 @@ def _some(values: list[Any]) -> str:
 
 
 def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
-    """The points without a partner. Each is named by the settings that vary on its
-    side, without those that have the most common value.
+    """Return the points without a partner in words.
+
+    Each is named by the parameters that vary on its side, without parameters that have
+    the value of more than half of the points.
     """
     points = pd.concat([matched, alone])
     fractions = {
@@ -238,21 +241,23 @@ def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
     }
     words = []
     for row in alone.head(MOST_ALONE).to_dict(orient="records"):
-        told = [
+        unusual = [
             f"{name} = {brief(row[name])}"
             for name in fractions
             if name not in usual or row[name] != usual[name]
         ]
-        words.append(", ".join(told))
+        words.append(", ".join(unusual))
     return "; ".join(
         [*words, *(["... (--json names all)"] if len(alone) > MOST_ALONE else [])]
     )
 
 
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
-    """A, B and their difference, all to the place that its interval allows."""
+    """Return A, B and their difference, with the digits that its interval allows."""
     a, b, low, high = (float(row[name]) for name in ("a", "b", "low", "high"))
-    half, scale, value = (high - low) / 2, max(abs(a), abs(b)), float(row["difference"])
+    half = (high - low) / 2
+    scale = max(abs(a), abs(b))
+    value = float(row["difference"])
     difference = (
         plus_minus(value, half, scale, sign=True)
         if math.isnan(half) or is_centred(value, low, high)
@@ -276,11 +281,12 @@ def _count(row: "pd.Series[Any]") -> str:
 
 
 def _undefined(rows: pd.DataFrame) -> Iterable[str]:
-    """The metrics of which done trials have no value, and in what share of them."""
+    """Yield a line per metric that done trials lack, with the fractions of them."""
     for metric, part in rows.groupby("metric", sort=False):
-        a, b = part["undefined_a"].mean(), part["undefined_b"].mean()
+        a = part["undefined_a"].mean()
+        b = part["undefined_b"].mean()
         if a > 0.0 or b > 0.0:
-            of_a, of_b = (percent(one) if one else "0 %" for one in (a, b))
+            of_a, of_b = (percent(share) if share else "0 %" for share in (a, b))
             yield (
                 f"{metric} is undefined in {of_a} of the done trials of A and {of_b} of"
                 " B: means are of the others"
@@ -288,5 +294,5 @@ def _undefined(rows: pd.DataFrame) -> Iterable[str]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names as a list in words, such as start, world and noise."""
+    """Return names as a list in words, such as start, world and noise."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

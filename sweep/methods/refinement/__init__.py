@@ -1,13 +1,13 @@
-"""Refinement: where the mean of a metric crosses a level.
+"""Refinement: the boundary at which the mean of a metric crosses a level.
 
 section   `refine`, its keys and its rule in plans
 rule      a grid that becomes finer where a mean crosses a level
-steepest  the same where a mean changes most
-strategy  which points a launch asks for
-analysis  where the mean crosses a level
-report    the same as a report
-figure    the same drawn
-method    its entry, its section and its command
+steepest  a grid that becomes finer where a mean changes most
+strategy  the points that a launch runs
+analysis  the boundary in a stored study
+report    the boundary as a report
+figure    the boundary as a figure
+method    the entry of refinement, its section and its command
 """
 
 import lazy_loader

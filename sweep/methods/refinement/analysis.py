@@ -1,5 +1,6 @@
-"""Where the mean of a metric crosses a level, or changes most, in a stored study whose
-grid was refined there.
+"""The boundary in a stored study whose grid was refined.
+
+The mean of a metric crosses a level at the boundary, or changes most there.
 """
 
 from collections.abc import Iterable
@@ -26,35 +27,41 @@ from sweep.methods.refinement.rule import (
 from sweep.tables.stored_study import StoredStudy
 
 STATES = ("above", "below", "outside", "boundary", "unresolved")
-BUDGET, FEW, MORE, NOISE, NO_POINTS, SEVERAL, SLOPES = (
-    "the budget is spent",
-    "points have fewer than two values",
-    "trials are missing",
-    "max trials do not tell on which side the points are",
-    "launch the study again; if it stays so, require leaves points out",
-    "the mean changes most in several places, or changes too little to tell",
-    "max trials do not tell where the slope grows and falls",
-)
-"""Why a cell is unresolved."""
+COLUMNS = ["group", "estimate", "low", "high", "direction", "resolved"]
+"""Columns of `Boundary.crossings`, without the parameters of groups."""
+
+# Reasons why a cell is unresolved.
+BUDGET = "the budget is spent"
+FEW = "points have fewer than two values"
+MORE = "trials are missing"
+NOISE = "max trials do not tell on which side the points are"
+NO_POINTS = "launch the study again; if it stays so, require leaves points out"
+SEVERAL = "the mean changes most in several places, or changes too little to tell"
+SLOPES = "max trials do not tell where the slope grows and falls"
 
 
 class Boundary(NamedTuple):
-    """What a refined study knows of its boundary.
+    """The boundary of a refined study.
 
-    rule        the rule by which it was refined
-    points      a row a point, in the order of the plan: its `group`, the settings by
-                which groups differ and the refined ones; the number of `values`, the
-                mean, its interval at all looks (low, high), and its side of the level:
-                -1 below, 1 above, 0 where the interval includes it
-    cells       a row a cell of the grid: its group, those settings, `<axis>_low` and
-                `<axis>_high` of each refined axis, its `state`, one of STATES, and why
-                it is unresolved
-    crossings   of a rule with one axis, a row for each crossing of a group: between
-                `low` and `high`, the nearest points that surely lie on either side, at
-                about `estimate`; `direction` is up or down, and `resolved` says whether
-                all between is as fine as was asked for. None for several axes. Where
-                the place is sought at which the mean changes most, a row for each
-                group, whose `direction` is unknown where the ends do not differ
+    Attributes
+    ----------
+    rule : Refinement
+        The rule by which the study was refined.
+    points : DataFrame
+        One row per point, in the order of the plan: its group, the parameters by which
+        groups differ and the refined ones; the number of values, the mean, its interval
+        (low, high), simultaneous for all looks, and its side of the level: -1 below, 1
+        above, 0 if the interval includes the level.
+    cells : DataFrame
+        One row per cell of the grid: its group, the parameters by which groups differ,
+        `<axis>_low` and `<axis>_high` of each refined axis, its state, one of STATES,
+        and why it is unresolved.
+    crossings : DataFrame or None
+        With one refined axis, one row per crossing of a group: low and high, the
+        nearest points that are known to be on either side; estimate, the estimated
+        place; direction, up or down; and resolved, True if the grid between low and
+        high is as fine as the rule demands. With `at: steepest`, one row per group,
+        whose direction is unknown if the ends do not differ. None for several axes.
     """
 
     rule: Refinement
@@ -64,7 +71,7 @@ class Boundary(NamedTuple):
 
     @property
     def settings(self) -> list[str]:
-        """The settings by which groups differ."""
+        """The parameters by which groups differ."""
         names = list(self.points.columns)
         return names[1 : names.index(next(iter(self.rule.scales)))]
 
@@ -78,9 +85,7 @@ class Boundary(NamedTuple):
 
     @property
     def rows(self) -> pd.DataFrame:
-        """What tells where the boundary is: the crossings of one axis, else the cells
-        that it goes through, or that are not resolved.
-        """
+        """The crossings of one axis, else the cells at the boundary or not resolved."""
         if self.crossings is not None:
             return self.crossings.drop(columns="group")
         known = self.cells["state"].isin(["above", "below"])
@@ -88,53 +93,50 @@ class Boundary(NamedTuple):
 
 
 def find_boundary(study: StoredStudy) -> Boundary:
-    """The boundary of a study whose spec has `refine`. Raises ChoiceError for another.
+    """Return the boundary of a study whose spec has `refine`.
 
-    A crossing of one axis lies within `low` and `high` with the confidence of the rule,
-    where the mean crosses the level once: all looks at all points of the axis hold
-    together. Of several axes that is so along each line through the points.
+    A crossing along one axis is between `low` and `high` with the confidence of the
+    rule, if the mean crosses the level once: all looks at all points of the axis are
+    simultaneous. With several axes this is so along each line through the points.
+    ChoiceError if the spec has no `refine`.
     """
-    about = study.about.sections.get("refine")
-    if about is None:
+    record = study.about.sections.get("refine")
+    if record is None:
         raise ChoiceError('its grid is fixed; the spec has no "refine"', study.name)
-    rule = from_json(about)
+    rule = from_json(record)
     groups, places = _places(study, rule)
     trials, values = _values(study, rule, list(places))
-    seen = look(rule, trials, values, study.distributions[rule.metric])
-    where, at = _where(groups), [*places.values()]
-    found: pd.DataFrame | None
+    observed = look(rule, trials, values, study.distributions[rule.metric])
+    at = [*places.values()]
+    crossing: pd.DataFrame | None = None
     if rule.steepest:
-        cells, found = _steepest(study, rule, at, seen, trials)
+        cells, crossing = _steepest(study, rule, at, observed, trials=trials)
     else:
-        cells = _cells(study, rule, len(groups), at, seen, trials)
-        found = _crossings(rule, at, seen, cells) if _alone(rule) else None
+        cells = _cells(study, rule, len(groups), at, observed=observed, trials=trials)
+        if len(rule.scales) == 1:
+            crossing = _crossings(rule, at, observed, cells)
+    settings = {str(name): list(column) for name, column in groups.items()}
     return Boundary(
-        rule,
-        _points(rule, groups, places, seen),
-        _named(cells, where),
-        None if found is None else _named(found, where),
+        rule=rule,
+        points=_points(rule, groups, places, observed),
+        cells=_named(cells, settings),
+        crossings=None if crossing is None else _named(crossing, settings),
     )
-
-
-def _where(groups: pd.DataFrame) -> dict[str, list[Any]]:
-    """The settings of each group."""
-    return {str(name): list(column) for name, column in groups.items()}
-
-
-def _alone(rule: Refinement) -> bool:
-    return len(rule.scales) == 1
 
 
 def _places(
     study: StoredStudy, rule: Refinement
 ) -> tuple[pd.DataFrame, dict[str, Place]]:
-    """The settings by which groups differ, a row a group, and the place of each point,
-    by its id.
+    """Return the parameters of groups, one row per group, and places of points by id.
+
+    A point that is on no place of the rule has none.
     """
-    fields = dict.fromkeys(name for one in study.axes.values() for name in one.settings)
-    others = [name for name in fields if name not in rule.scales]
+    fields = dict.fromkeys(
+        name for axis in study.axes.values() for name in axis.settings
+    )
+    settings = [name for name in fields if name not in rule.scales]
     points = study.points
-    rows = [tuple(row) for row in points[others].itertuples(index=False)]
+    rows = [tuple(row) for row in points[settings].itertuples(index=False)]
     groups = list(dict.fromkeys(rows))
     numbers = {group: number for number, group in enumerate(groups)}
     along = [
@@ -146,14 +148,15 @@ def _places(
         for point, row, *at in zip(points.index, rows, *along, strict=True)
         if None not in at
     }
-    return pd.DataFrame(groups, columns=others), places
+    return pd.DataFrame(groups, columns=settings), places
 
 
 def _values(
     study: StoredStudy, rule: Refinement, points: list[str]
 ) -> tuple[Counts, Any]:
-    """How many trials each point has in the plan, and their values, point after point;
-    NaN where a trial is missing or has none.
+    """Return the number of trials of each point in the plan, and values of all trials.
+
+    Values are in the order of points; NaN if a trial is missing or has no value.
     """
     plan = study.plan.select(["trial_id", "point"]).to_pandas()
     order = pd.CategoricalDtype(points, ordered=True)
@@ -165,7 +168,10 @@ def _values(
 
 
 def _points(
-    rule: Refinement, groups: pd.DataFrame, places: dict[str, Place], seen: SeenPoints
+    rule: Refinement,
+    groups: pd.DataFrame,
+    places: dict[str, Place],
+    observed: SeenPoints,
 ) -> pd.DataFrame:
     at = np.array([*places.values()], np.int64)
     columns: dict[str, Any] = {"group": at[:, 0]}
@@ -174,7 +180,7 @@ def _points(
     for number, (name, scale) in enumerate(rule.scales.items(), 1):
         columns[name] = [scale.at(place) for place in at[:, number].tolist()]
     for name in ("values", "mean", "low", "high", "side"):
-        columns[name] = getattr(seen, name)
+        columns[name] = getattr(observed, name)
     return pd.DataFrame(columns, index=pd.Index([*places], name="point"))
 
 
@@ -183,20 +189,20 @@ def _cells(
     rule: Refinement,
     groups: int,
     places: list[Place],
-    seen: SeenPoints,
+    observed: SeenPoints,
     trials: Counts,
 ) -> pd.DataFrame:
     present = {*places}
     cells = leaves(rule, groups, present)
-    sides = sides_of(cells, places, seen, trials)
+    sides = sides_of(cells, places, observed, trials)
     left = rule.budget - int(trials.sum())
-    parted = [[*_new(rule, cell, present)] for cell in cells]
-    whole = np.array([not cell.parts(rule) for cell in cells], np.bool_)
-    dear = np.array([len(new) * rule.least > left for new in parted], np.bool_)
+    new = [_new(rule, cell, present) for cell in cells]
+    finest = np.array([not cell.parts(rule) for cell in cells], np.bool_)
+    dear = np.array([len(corners) * rule.least > left for corners in new], np.bool_)
     crossed = sides.crossed
     state = np.select(
         [
-            crossed & whole,
+            crossed & finest,
             crossed | sides.open | sides.lacking | sides.unsure,
             sides.above,
         ],
@@ -221,7 +227,7 @@ def _cells(
 
 
 def _new(rule: Refinement, cell: Cell, present: Iterable[Place]) -> set[Place]:
-    """The points that halving a cell would ask for."""
+    """Return the new points that halving a cell needs."""
     return {corner for part in cell.parts(rule) for corner in part.corners} - {*present}
 
 
@@ -234,85 +240,94 @@ def _ends(rule: Refinement, cells: list[Cell]) -> dict[str, list[float]]:
 
 
 def _crossings(
-    rule: Refinement, places: list[Place], seen: SeenPoints, cells: pd.DataFrame
+    rule: Refinement, places: list[Place], observed: SeenPoints, cells: pd.DataFrame
 ) -> pd.DataFrame:
     ((name, scale),) = rule.scales.items()
     rows = []
-    for one in crossings(rule, places, seen):
-        low, high = scale.at(one.low), scale.at(one.high)
+    for crossing in crossings(rule, places, observed):
+        low = scale.at(crossing.low)
+        high = scale.at(crossing.high)
         between = cells[
-            (cells["group"] == one.group)
+            (cells["group"] == crossing.group)
             & (cells[f"{name}_low"] >= low)
             & (cells[f"{name}_high"] <= high)
         ]
         rows.append(
             {
-                "group": one.group,
-                "estimate": one.estimate,
+                "group": crossing.group,
+                "estimate": crossing.estimate,
                 "low": low,
                 "high": high,
-                "direction": "up" if one.rises else "down",
+                "direction": "up" if crossing.rises else "down",
                 "resolved": bool((between["state"] == "boundary").all()),
             }
         )
-    columns = ["group", "estimate", "low", "high", "direction", "resolved"]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _steepest(
     study: StoredStudy,
     rule: Refinement,
     places: list[Place],
-    seen: SeenPoints,
+    observed: SeenPoints,
     trials: Counts,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The cells between neighbouring points, and of each group the interval that has
-    the place where the mean changes most.
+    """Return the cells between neighbouring points, and a row per group.
+
+    The row has the interval with the place where the mean changes most.
     """
     ((_, scale),) = rule.scales.items()
-    parts, rows = list[pd.DataFrame](), list[dict[str, Any]]()
-    for one in steepest.peaks(rule, places, seen):
-        line = sorted(place for place in places if place[0] == one.group)
+    parts = list[pd.DataFrame]()
+    rows = list[dict[str, Any]]()
+    for peak in steepest.peaks(rule, places, observed):
+        line = sorted(place for place in places if place[0] == peak.group)
         cells = [Cell(*pair) for pair in pairwise(line)]
-        inside = [one.low <= cell.low[1] < one.high for cell in cells]
-        kept = [cell for cell, within in zip(cells, inside, strict=True) if within]
-        why = _unsettled(study, rule, one, kept, trials)
-        within = "unresolved" if why else "boundary"
-        columns = {"group": [one.group] * len(cells)} | _ends(rule, cells)
-        state = [within if one_is else "outside" for one_is in inside]
-        whys = [why if one_is else "" for one_is in inside]
-        parts.append(pd.DataFrame(columns).assign(state=state, why=whys))
-        direction = {True: "up", False: "down", None: "unknown"}[one.rises]
-        ends = {"low": scale.at(one.low), "high": scale.at(one.high)}
-        about = {"group": one.group, "estimate": one.estimate}
-        rows.append(about | ends | {"direction": direction, "resolved": not why})
-    columns_of = ["group", "estimate", "low", "high", "direction", "resolved"]
+        inside = [peak.low <= cell.low[1] < peak.high for cell in cells]
+        within = [cell for cell, is_in in zip(cells, inside, strict=True) if is_in]
+        why = _why_unresolved(study, rule, peak, within, trials=trials)
+        state = "unresolved" if why else "boundary"
+        columns = {"group": [peak.group] * len(cells)} | _ends(rule, cells)
+        part = pd.DataFrame(columns).assign(
+            state=[state if is_in else "outside" for is_in in inside],
+            why=[why if is_in else "" for is_in in inside],
+        )
+        parts.append(part)
+        rows.append(
+            {
+                "group": peak.group,
+                "estimate": peak.estimate,
+                "low": scale.at(peak.low),
+                "high": scale.at(peak.high),
+                "direction": {True: "up", False: "down", None: "unknown"}[peak.rises],
+                "resolved": not why,
+            }
+        )
     empty = pd.DataFrame({"group": [], **_ends(rule, []), "state": [], "why": []})
-    return pd.concat(parts) if parts else empty, pd.DataFrame(rows, columns=columns_of)
+    return pd.concat(parts) if parts else empty, pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _unsettled(
+def _why_unresolved(
     study: StoredStudy,
     rule: Refinement,
-    one: steepest.Peak,
+    peak: steepest.Peak,
     cells: list[Cell],
     trials: Counts,
 ) -> str:
-    """Why the place is not known as well as it is asked for; "" where it is."""
-    whole = not any(cell.parts(rule) for cell in cells)
-    if whole and len(cells) <= steepest.WIDE and one.rises is not None:
-        return SEVERAL if one.several else ""
+    """Return why a peak is not known as well as the rule demands; "" if it is."""
+    finest = not any(cell.parts(rule) for cell in cells)
+    if finest and len(cells) <= steepest.WIDE and peak.rises is not None:
+        return SEVERAL if peak.several else ""
     if study.missing:
         return MORE
-    if one.several or one.rises is None:
+    if peak.several or peak.rises is None:
         return SEVERAL
     left = rule.budget - int(trials.sum())
     return BUDGET if left < rule.least * len(cells) else SLOPES
 
 
-def _named(table: pd.DataFrame, where: dict[str, list[Any]]) -> pd.DataFrame:
-    """The table with the settings of each group behind its number."""
+def _named(table: pd.DataFrame, settings: dict[str, list[Any]]) -> pd.DataFrame:
+    """Return a table with the parameters of each group after its number."""
     named = table.copy()
-    for name, values in [*where.items()][::-1]:
+    for name, values in [*settings.items()][::-1]:
         named.insert(1, name, [values[number] for number in table["group"]])
     return named

@@ -1,4 +1,4 @@
-"""Where the mean of a metric crosses a level: its entry, and its command."""
+"""The entry of refinement, its section and its command."""
 
 from typing import TYPE_CHECKING
 
@@ -25,8 +25,7 @@ def boundary(
     from sweep.methods.refinement.analysis import find_boundary
     from sweep.methods.refinement.report import boundary_report
 
-    found = find_boundary(study)
-    return boundary_report(study, found)
+    return boundary_report(study, find_boundary(study))
 
 
 def figures() -> "dict[str, FigureKind]":
@@ -37,7 +36,7 @@ def figures() -> "dict[str, FigureKind]":
 
 
 def status(study: "StoredStudy") -> dict[str, str]:
-    """Return how many cells the boundary goes through."""
+    """Return the number of cells at the boundary, for `sweep status`."""
     from sweep.methods.refinement.report import cells_in_words
 
     refined = "refine" in study.about.sections
@@ -45,7 +44,7 @@ def status(study: "StoredStudy") -> dict[str, str]:
 
 
 def unfinished(study: "StoredStudy") -> str:
-    """Return why more trials follow, or "" where none do."""
+    """Return why more trials follow; "" if none do."""
     from sweep.methods.refinement.report import why_unfinished
 
     return why_unfinished(study)

@@ -1,4 +1,4 @@
-"""The report of a refined study: where a mean crosses a level."""
+"""The report of a refined study: the boundary at which a mean crosses a level."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -17,13 +17,15 @@ from sweep.text import so_many
 WORDS = {ABOVE: "above it", BELOW: "below it", UNKNOWN: "on a side that is not known"}
 
 
-def boundary_report(study: StoredStudy, found: Boundary) -> Report:
-    """Return the crossings, or the cells of several axes, what is not resolved, and
-    where no crossing is known; docs/json.md says what each key is.
+def boundary_report(study: StoredStudy, boundary: Boundary) -> Report:
+    """Return the crossings, or the cells of several axes, and notes.
+
+    Notes list unresolved cells, and groups without a known crossing. docs/json.md
+    describes the keys of the JSON form.
     """
-    rows = found.rows
-    title = f"{study.name}: mean {found.rule.metric} {_sought(found.rule)}"
-    notes = list(_notes(study, found))
+    rows = boundary.rows
+    title = f"{study.name}: mean {boundary.rule.metric} {_sought(boundary.rule)}"
+    notes = list(_notes(study, boundary))
     parts: list[TextTable | str] = [title, *notes]
     if not rows.empty:
         table = TextTable(
@@ -34,19 +36,19 @@ def boundary_report(study: StoredStudy, found: Boundary) -> Report:
             hidden=max(len(rows) - MAX_ROWS, 0),
         )
         parts = [table]
-    return Report(rows, _facts(study, found), parts)
+    return Report(rows, _facts(study, boundary), parts)
 
 
 def _first(rows: pd.DataFrame) -> list[list[Any]]:
-    """The rows that a reader sees."""
+    """Return the rows that a reader sees."""
     return [list(row) for _, row in rows.head(MAX_ROWS).iterrows()]
 
 
-def _facts(study: StoredStudy, found: Boundary) -> dict[str, Any]:
-    rule = found.rule
+def _facts(study: StoredStudy, boundary: Boundary) -> dict[str, Any]:
+    rule = boundary.rule
     tables = dict[str, Any]()
     for name in ("points", "cells", "crossings"):
-        table = getattr(found, name)
+        table = getattr(boundary, name)
         tables[name] = None if table is None else json_rows(table.reset_index())
     return {
         "study": study.name,
@@ -69,38 +71,38 @@ def _cell(value: Any) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else brief(value)
 
 
-def _notes(study: StoredStudy, found: Boundary) -> Iterator[str]:
-    rule = found.rule
+def _notes(study: StoredStudy, boundary: Boundary) -> Iterator[str]:
+    rule = boundary.rule
     spent = so_many(study.plan.num_rows, "trial")
     right = "the interval has the place" if rule.steepest else "all sides are right"
     yield (
         f"along an axis {right} with {100.0 * rule.confidence:g} %;"
         f" {spent} of {rule.budget:,}"
     )
-    left = found.cells[found.cells["state"] == "unresolved"]
+    left = boundary.cells[boundary.cells["state"] == "unresolved"]
     for why, cells in left.groupby("why"):
         yield f"{so_many(len(cells), 'cell')} unresolved: {why}"
     if not rule.steepest:
-        yield from _nowhere(found)
+        yield from _nowhere(boundary)
 
 
-def _nowhere(found: Boundary) -> Iterator[str]:
-    """Of each group in which no crossing is known, on which side its points lie."""
-    points = found.points[~found.points["group"].isin(found.crossed)]
+def _nowhere(boundary: Boundary) -> Iterator[str]:
+    """Yield the sides of points of each group in which no crossing is known."""
+    points = boundary.points[~boundary.points["group"].isin(boundary.crossed)]
     groups = [part for _, part in points.groupby("group")]
     for part in groups[:MAX_ROWS]:
-        at = [f"{name} = {brief(part[name].iloc[0])}" for name in found.settings]
+        at = [f"{name} = {brief(part[name].iloc[0])}" for name in boundary.settings]
         where = f"where {', '.join(at)}, " if at else ""
         yield (
-            f"{where}the mean crosses {found.rule.level:g} nowhere, as far as the grid"
-            f" can tell: {_sides(part)}"
+            f"{where}the mean crosses {boundary.rule.level:g} nowhere, as far as the"
+            f" grid can tell: {_sides(part)}"
         )
     if (more := len(groups) - MAX_ROWS) > 0:
         yield f"so it is in {so_many(more, 'other group')}: --json has all"
 
 
 def _sides(points: pd.DataFrame) -> str:
-    """On which side of the level points lie, in words."""
+    """Return the sides of the level on which points are, in words."""
     counts = points["side"].value_counts()
     if len(counts) == 1 and UNKNOWN not in counts:
         return f"all {len(points):,} points lie {WORDS[counts.index[0]]}"
@@ -112,16 +114,18 @@ def _sides(points: pd.DataFrame) -> str:
 
 
 def cells_in_words(study: StoredStudy) -> str:
-    """Return how many cells the boundary of a refined study goes through, and how many
-    are not resolved. Raises ChoiceError for a study with a fixed grid.
+    """Return the numbers of cells at the boundary and not resolved, in words.
+
+    ChoiceError if the study has a fixed grid.
     """
     states = Counter(find_boundary(study).cells["state"])
-    crossed, left = states["boundary"], states["unresolved"]
+    crossed = states["boundary"]
+    left = states["unresolved"]
     return f"in {crossed:,} of {states.total():,} cells, {left:,} unresolved"
 
 
 def why_unfinished(study: StoredStudy) -> str:
-    """Return why more trials follow, in words, or "" where none do."""
+    """Return why more trials follow, in words; "" if none do."""
     if "refine" not in study.about.sections:
         return ""
     unresolved = (find_boundary(study).cells["state"] == "unresolved").any()

@@ -1,28 +1,29 @@
-"""Where the mean of a metric crosses a level: a grid that becomes finer there.
+"""A grid that becomes finer where the mean of a metric crosses a level.
 
-A grid of points is divided into cells, whose corners are points. Each look says of each
-point on which side of the level its mean lies, by an interval that holds at all looks
-together (`sweep.analysis.sequential`). A point whose interval includes the level gets
-more trials. A cell that has points of both sides is halved along each of its axes, and
-so is one that has points of one side and one that is still not known when it has had
-its last trial. A cell whose points lie on one side is left as it is, whatever happens
-within: the first grid must be as fine as the structures that are sought. So is a cell
-of which no point is known: more points there would tell nothing but by chance.
+A grid of points is divided into cells, whose corners are points. Each look decides on
+which side of the level the mean of each point is, by a confidence interval that is
+simultaneous for all looks (`sweep.analysis.sequential`). A point whose interval
+includes the level gets more trials.
 
-So trials gather at the boundary: of a plane with cells of a share h of its sides, about
-1 / h points are asked for and not 1 / h^2.
+A cell is halved along each of its axes if it has points on both sides. It is also
+halved if it has points on one side, and a point that is not known after its last trial.
+A cell whose points are on one side is not divided, whatever happens within: the first
+grid must be as fine as the structures of interest. Neither is a cell without a known
+point: more points there would be decided by chance alone.
 
-A point is a tuple of whole numbers, `Place`: the number of its group, and its place on
-each axis, counted in the finest steps that there can be. Points of several groups never
-share a cell. The cells follow from the points that there are: a cell counts as divided
-where all corners of its parts are among them. So they are found again in what is
-stored.
+So trials gather at the boundary. In a plane whose cells are a fraction h of its sides,
+the rule adds about 1 / h points, not 1 / h^2.
+
+A point is a tuple of integers, `Place`: the number of its group, and its place on each
+axis, counted in the finest possible steps. Points of different groups never share a
+cell. Cells follow from the present points: a cell is divided if all corners of its
+parts are present. So cells can be computed again from stored points.
 """
 
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any, ClassVar, NamedTuple
 
@@ -38,46 +39,67 @@ Place = tuple[int, ...]
 
 ROUNDING = 1e-9
 DIGITS = 12
-"""To which values between others are rounded, as those of a grid are."""
+"""Significant digits of values between others, as in a grid."""
 MOST_HALVINGS = 20
 
 STEEPEST = "steepest"
-"""Stands in place of a level."""
-BELOW, UNKNOWN, ABOVE = -1, 0, 1
-"""On which side of the level a mean lies. It is unknown where the interval includes the
-level, and where there are fewer than two values.
-"""
+"""The value of `at` for the place where a mean changes most, instead of a level."""
+BELOW = -1
+"""The side of a mean below the level."""
+UNKNOWN = 0
+"""The side of a mean whose interval includes the level, or with fewer than 2 values."""
+ABOVE = 1
+"""The side of a mean above the level."""
 
 
 @dataclass(frozen=True)
 class RefinedAxis:
-    """An axis that is refined: the ascending `values` of the spec, and between them
-    their halves, `halvings` times.
+    """An axis that is refined by halving.
 
-    The halves of `geometric` ones are at equal ratios; `whole` ones are rounded to
-    whole numbers.
+    Attributes
+    ----------
+    values : tuple of float
+        The values of the spec, ascending.
+    halvings : int
+        Number of times that the steps between the values may be halved.
+    geometric : bool, default False
+        Halve at equal ratios, not at equal differences.
+    integer : bool, default False
+        Round the halves to integers.
     """
 
     values: tuple[float, ...]
     halvings: int
     geometric: bool = False
-    whole: bool = False
+    integer: bool = False
 
     @classmethod
     def until(
-        cls, values: Sequence[float], until: float, *, geometric: bool, whole: bool
+        cls, values: Sequence[float], until: float, *, geometric: bool, integer: bool
     ) -> "RefinedAxis":
-        """The scale in which the widest step between `values` is halved until it is at
-        most the share `until` of their range.
+        """Return the axis whose widest step can be halved down to a fraction.
+
+        Parameters
+        ----------
+        values : sequence of float
+            The values of the spec, ascending.
+        until : float
+            The finest step, as a fraction of the range of the values.
+        geometric, integer : bool
+            As the attributes.
+
+        Returns
+        -------
+        RefinedAxis
         """
         at = np.log(values) if geometric else np.asarray(values, np.float64)
         widest = float(np.diff(at).max() / (at[-1] - at[0]))
         halvings = max(0, math.ceil(math.log2(widest / until) - ROUNDING))
-        return cls(tuple(values), min(halvings, MOST_HALVINGS), geometric, whole)
+        return cls(tuple(values), min(halvings, MOST_HALVINGS), geometric, integer)
 
     @property
     def step(self) -> int:
-        """How many places lie between two values of the spec."""
+        """The number of places from one value of the spec to the next."""
         return 1 << self.halvings
 
     @property
@@ -86,7 +108,7 @@ class RefinedAxis:
         return (len(self.values) - 1) * self.step
 
     def at(self, place: int) -> float:
-        """The value at a place.
+        """Return the value at a place.
 
         >>> RefinedAxis((0.0, 1.0), halvings=2).at(3)
         0.75
@@ -96,31 +118,56 @@ class RefinedAxis:
         number, rest = divmod(place, self.step)
         if not rest:
             return self.values[number]
-        low, high, part = *self.values[number : number + 2], rest / self.step
+        low, high = self.values[number : number + 2]
+        part = rest / self.step
         between = (
             low * (high / low) ** part if self.geometric else low + (high - low) * part
         )
-        return float(round(between)) if self.whole else float(f"{between:.{DIGITS}g}")
+        return float(round(between)) if self.integer else float(f"{between:.{DIGITS}g}")
 
     def place(self, value: float) -> int | None:
-        """The place with a value, None where there is none."""
+        """Return the place with a value, None if there is none."""
         number = bisect_right(self.values, value) - 1
         if number < 0 or value > self.values[-1]:
             return None
-        low, high = number * self.step, min((number + 1) * self.step, self.last)
+        low = number * self.step
+        high = min(low + self.step, self.last)
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (middle, high) if self.at(middle) <= value else (low, middle)
         return next((at for at in (low, high) if self.at(at) == value), None)
 
     def share(self, low: int, high: int) -> float:
-        """Which share of the range lies between two places."""
+        """Return the distance of two places, as a fraction of the range.
+
+        Parameters
+        ----------
+        low, high : int
+            The two places.
+
+        Returns
+        -------
+        float
+        """
         ends = (self.at(low), self.at(high), self.values[0], self.values[-1])
         first, last, least, most = np.log(ends) if self.geometric else ends
         return float((last - first) / (most - least))
 
     def middle(self, low: int, high: int, until: float) -> int | None:
-        """The place half-way, None where two places are as close as they may be."""
+        """Return the place half-way between two places.
+
+        Parameters
+        ----------
+        low, high : int
+            The two places.
+        until : float
+            The finest step, as a fraction of the range.
+
+        Returns
+        -------
+        int or None
+            None if the two places are close enough, or no value is between theirs.
+        """
         place = (low + high) // 2
         if high - low < 2 or self.share(low, high) <= until * (1.0 + ROUNDING):
             return None
@@ -129,17 +176,30 @@ class RefinedAxis:
 
 @dataclass(frozen=True)
 class Refinement:
-    """Points get trials, and cells are halved, where the mean of the column `metric`
-    crosses the level `at`, or, with STEEPEST in its place, where it changes most.
+    """The rule of a refined study, see `sweep.spec.sections.GrowthRule`.
 
-    Along each axis, by its name in `scales`, a cell is halved until it is at most the
-    share `until` of the range. A point has `least` to `most` trials, and all points
-    together at most `budget`. The intervals of all looks at all points along one axis
-    hold together with `confidence`: so does the boundary that lies between them.
+    Attributes
+    ----------
+    metric : str
+        Column of the trials.
+    at : float or str
+        The level that the mean crosses, or STEEPEST for the place where the mean
+        changes most.
+    scales : mapping
+        The refined axes by name.
+    until : float
+        A cell is halved until it is at most this fraction of the range of each axis.
+    least, most : int
+        Fewest and most trials of a point.
+    budget : int
+        Most trials of all points together.
+    confidence : float
+        Simultaneous confidence of the intervals of all looks at all points along one
+        axis, and so of a boundary between these points.
     """
 
     place: ClassVar = ("refine",)
-    """The key of a spec that writes it."""
+    """The key of a spec that writes the rule."""
     adds_points: ClassVar = True
 
     metric: str
@@ -152,12 +212,12 @@ class Refinement:
     confidence: float
 
     def most_trials(self, _points: int) -> int:
-        """The most trials of a study, whatever the number of points at first."""
+        """Return the most trials of a study, whatever the number of points at first."""
         return self.budget
 
     @property
     def counted(self) -> str:
-        """Which trials of a spec are counted, in words."""
+        """The trials of a spec that are counted, in words."""
         return (
             "its first trials are counted; it adds others where the mean of"
             f" {self.metric} {self.where}"
@@ -170,47 +230,49 @@ class Refinement:
 
     @property
     def nominal(self) -> float:
-        """The confidence of the interval of a point at each look; the first call takes
-        about a second.
+        """The confidence of the interval of a point at each look.
 
-        All points along one axis share what may go wrong (Bonferroni): those of the
-        grid, and two for each halving. Each errs on one side alone, so that it has
-        twice its share.
+        All points along one axis share the probability of error (Bonferroni): points of
+        the grid, and two for each halving. A point errs on one side alone, so that it
+        has twice its share. The first call takes about a second.
         """
         missing = self._share * (1.0 - self.confidence)
         return nominal_confidence(self.looks, 1.0 - missing)
 
     @property
     def _share(self) -> float:
-        """The share of a point of what may go wrong. Where the slope is looked at, a
-        point can err on both sides, and all points of the finest grid can be asked for.
+        """The fraction of the probability of error that a point has.
+
+        With STEEPEST a point can err on both sides, and all points of the finest grid
+        may get trials.
         """
         scales = self.scales.values()
         if self.steepest:
-            return 1.0 / max(one.last + 1 for one in scales)
-        points = max(len(one.values) + 2 * one.halvings for one in scales)
+            return 1.0 / max(scale.last + 1 for scale in scales)
+        points = max(len(scale.values) + 2 * scale.halvings for scale in scales)
         return min(1.0, 2.0 / points)
 
     @property
     def steepest(self) -> bool:
-        """Whether the place is sought where the mean changes most."""
+        """True if the boundary is the place where the mean changes most."""
         return self.at == STEEPEST
 
     @property
     def level(self) -> float:
-        """The level that the mean crosses; NaN, on whose sides nothing lies, where no
-        level is sought.
+        """The level that the mean crosses.
+
+        With STEEPEST it is NaN, and so no mean is above or below it.
         """
         return math.nan if isinstance(self.at, str) else self.at
 
     @property
     def where(self) -> str:
-        """What the mean does at the boundary, in words."""
+        """The behaviour of the mean at the boundary, in words."""
         return "changes most" if self.steepest else f"crosses {self.level:g}"
 
     @property
     def in_words(self) -> str:
-        """Where cells are halved, in words."""
+        """The condition on which cells are halved, in words."""
         halved = max(scale.halvings for scale in self.scales.values())
         return (
             f"; cells are halved up to {halved} times where the mean of {self.metric}"
@@ -218,7 +280,16 @@ class Refinement:
         )
 
     def as_json(self) -> dict[str, object]:
-        """The rule by the keys of a spec, and its scales."""
+        """Return the rule by the keys of a spec, and its scales."""
+        scales = {
+            name: {
+                "values": scale.values,
+                "halvings": scale.halvings,
+                "geometric": scale.geometric,
+                "whole": scale.integer,
+            }
+            for name, scale in self.scales.items()
+        }
         return {
             "metric": self.metric,
             "at": self.at,
@@ -227,44 +298,51 @@ class Refinement:
             "max": self.most,
             "budget": self.budget,
             "confidence": self.confidence,
-            "scales": {name: asdict(scale) for name, scale in self.scales.items()},
+            "scales": scales,
         }
 
 
-def from_json(about: Mapping[str, Any]) -> Refinement:
-    """The rule that `Refinement.as_json` has written."""
+def from_json(record: Mapping[str, Any]) -> Refinement:
+    """Return the rule that `Refinement.as_json` has written."""
     return Refinement(
-        metric=about["metric"],
-        at=about["at"],
+        metric=record["metric"],
+        at=record["at"],
         scales={
-            name: RefinedAxis(**{**scale, "values": tuple(scale["values"])})
-            for name, scale in about["scales"].items()
+            name: RefinedAxis(
+                values=tuple(scale["values"]),
+                halvings=scale["halvings"],
+                geometric=scale["geometric"],
+                integer=scale["whole"],
+            )
+            for name, scale in record["scales"].items()
         },
-        until=about["until"],
-        least=about["min"],
-        most=about["max"],
-        budget=about["budget"],
-        confidence=about["confidence"],
+        until=record["until"],
+        least=record["min"],
+        most=record["max"],
+        budget=record["budget"],
+        confidence=record["confidence"],
     )
 
 
 class Cell(NamedTuple):
-    """The corners of a cell that lie lowest and highest on all axes."""
+    """A cell of the grid, by its lowest and its highest corner on all axes."""
 
     low: Place
     high: Place
 
     @property
     def corners(self) -> list[Place]:
-        """All of its corners, once each."""
+        """All corners of the cell, once each."""
         pairs = zip(self.low, self.high, strict=True)
         return [*product(*(dict.fromkeys(pair) for pair in pairs))]
 
     def parts(self, rule: Refinement) -> "list[Cell]":
-        """What it is halved into, along all axes on which it is wide; nothing where it
-        is as small as it may be.
+        """Return the parts of the cell, halved along all axes on which it is wide.
+
+        Empty if the cell is as small as the rule allows.
         """
-        edges, halved = [[(self.low[0], self.low[0])]], False
+        edges = [[(self.low[0], self.low[0])]]
+        halved = False
         axes = zip(rule.scales.values(), self.low[1:], self.high[1:], strict=True)
         for scale, low, high in axes:
             middle = scale.middle(low, high, rule.until)
@@ -277,13 +355,13 @@ class Cell(NamedTuple):
         return [Cell(*zip(*part, strict=True)) for part in product(*edges)]
 
     def shares(self, rule: Refinement) -> list[float]:
-        """Which share of each axis it takes."""
+        """Return the width of the cell, as a fraction of each axis."""
         axes = zip(rule.scales.values(), self.low[1:], self.high[1:], strict=True)
         return [scale.share(low, high) for scale, low, high in axes]
 
 
 def first_cells(rule: Refinement, groups: int) -> Iterator[Cell]:
-    """The cells of the grid of the spec, group after group."""
+    """Yield the cells of the grid of the spec, group after group."""
     scales = rule.scales.values()
     steps = [range(0, scale.last, scale.step) for scale in scales]
     for group in range(groups):
@@ -293,18 +371,30 @@ def first_cells(rule: Refinement, groups: int) -> Iterator[Cell]:
 
 
 def leaves(rule: Refinement, groups: int, present: Collection[Place]) -> list[Cell]:
-    """The cells that are not divided further, in their order; those of which a corner
-    is not present are left out.
+    """Return the cells that are not divided further, in their order.
+
+    Parameters
+    ----------
+    rule : Refinement
+    groups : int
+        Number of groups of points.
+    present : collection of Place
+        Places of all points. A cell of which a corner is not present is left out.
+
+    Returns
+    -------
+    list of Cell
     """
-    found, waiting = list[Cell](), [*first_cells(rule, groups)][::-1]
+    undivided = list[Cell]()
+    waiting = [*first_cells(rule, groups)][::-1]
     while waiting:
         cell = waiting.pop()
         parts = cell.parts(rule)
         if parts and _all_present(parts, present):
             waiting += parts[::-1]
         elif _all_present([cell], present):
-            found.append(cell)
-    return found
+            undivided.append(cell)
+    return undivided
 
 
 def _all_present(cells: Iterable[Cell], present: Collection[Place]) -> bool:
@@ -312,9 +402,20 @@ def _all_present(cells: Iterable[Cell], present: Collection[Place]) -> bool:
 
 
 class SeenPoints(NamedTuple):
-    """What is seen of P points, (P,) each: the number of values, their mean and its
-    interval at all looks, the `side` on which it lies, and how many trials the point
-    gets from now on: `further` is the present number where it has had its last.
+    """The result of a look at P points, (P,) each.
+
+    Attributes
+    ----------
+    values : array of int
+        Number of values of each point.
+    mean : array
+    low, high : array
+        Bounds of the confidence interval of the mean, simultaneous for all looks.
+    side : array of int
+        BELOW, UNKNOWN or ABOVE.
+    further : array of int
+        Number of trials that the point gets from now on. It is the present number if
+        the point has had its last trial.
     """
 
     values: Counts
@@ -328,10 +429,24 @@ class SeenPoints(NamedTuple):
 def look(
     rule: Refinement, trials: Counts, values: ArrayLike, distribution: Declared
 ) -> SeenPoints:
-    """Look at P points with `trials` (P,) each, whose `values` follow one another,
-    point after point. What is not finite is no value.
+    """Look at P points.
 
     A point with fewer than two values gets no more trials: it might never have any.
+
+    Parameters
+    ----------
+    rule : Refinement
+    trials : array of int
+        Number of trials of each point, (P,).
+    values : array_like
+        Values of all trials, point after point, (sum of `trials`,). Values that are not
+        finite do not count.
+    distribution : Declared
+        Distribution and range of the values.
+
+    Returns
+    -------
+    SeenPoints
     """
     import pandas as pd
 
@@ -344,19 +459,36 @@ def look(
     mean: Floats = groups.mean().to_numpy(np.float64)
     low, high = group_bounds(groups, rule.nominal, distribution)
     sure = count > 1
-    above, below = sure & (low > rule.level), sure & (high < rule.level)
+    above = sure & (low > rule.level)
+    below = sure & (high < rule.level)
     side = np.select([above, below], [ABOVE, BELOW])
     numbers = np.asarray(rule.looks)
     at = np.searchsorted(numbers, trials, side="right")
     following = numbers[np.minimum(at, len(numbers) - 1)]
     further = np.where(sure & (side == UNKNOWN), following, trials)
-    return SeenPoints(count, mean, low, high, side.astype(np.int64), further)
+    return SeenPoints(
+        values=count,
+        mean=mean,
+        low=low,
+        high=high,
+        side=side.astype(np.int64),
+        further=further,
+    )
 
 
 class Sides(NamedTuple):
-    """What the points of C cells say, (C,) each: whether any lies above, any below, any
-    is not known though it has values and has had its last trial, any gets more trials,
-    and any has no two values.
+    """Sides of the points of C cells, (C,) each: True if any point of a cell is such.
+
+    Attributes
+    ----------
+    above, below : array of bool
+        On this side of the level.
+    unsure : array of bool
+        Not known, although the point has values and has had its last trial.
+    open : array of bool
+        The point gets more trials.
+    lacking : array of bool
+        The point has fewer than two values.
     """
 
     above: NDArray[np.bool_]
@@ -367,8 +499,9 @@ class Sides(NamedTuple):
 
     @property
     def crossed(self) -> NDArray[np.bool_]:
-        """Which cells reach from one side of the level to the other, or to points that
-        are not known.
+        """True for cells that the boundary goes through.
+
+        They have points on both sides of the level, or on one side and not known.
         """
         unknown = self.unsure & ~self.open
         crossed: NDArray[np.bool_] = (self.above & self.below) | (
@@ -378,70 +511,108 @@ class Sides(NamedTuple):
 
 
 def sides_of(
-    cells: Sequence[Cell], places: Sequence[Place], seen: SeenPoints, trials: Counts
+    cells: Sequence[Cell], places: Sequence[Place], observed: SeenPoints, trials: Counts
 ) -> Sides:
-    """What all points in each cell say, with those on its edges, which may be corners
-    of smaller cells beside it.
+    """Return the sides of all points in each cell.
+
+    Points on the edges of a cell count. They may be corners of smaller cells next to
+    it.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+    places : sequence of Place
+        Places of the points.
+    observed : SeenPoints
+        The last look, in the order of `places`.
+    trials : array of int
+        Number of trials of each point.
+
+    Returns
+    -------
+    Sides
     """
     at = np.array(places, np.int64)
-    more = seen.further > trials
-    lacking = seen.values < 2
-    unsure = (seen.side == UNKNOWN) & ~more & ~lacking
-    kinds = np.stack([seen.side == ABOVE, seen.side == BELOW, unsure, more, lacking])
-    found = np.zeros((len(kinds), len(cells)), np.bool_)
+    more = observed.further > trials
+    lacking = observed.values < 2
+    unsure = (observed.side == UNKNOWN) & ~more & ~lacking
+    kinds = np.stack(
+        [observed.side == ABOVE, observed.side == BELOW, unsure, more, lacking]
+    )
+    present = np.zeros((len(kinds), len(cells)), np.bool_)
     for number, cell in enumerate(cells):
         inside = ((at >= cell.low) & (at <= cell.high)).all(axis=1)
-        found[:, number] = kinds[:, inside].any(axis=1)
-    return Sides(*found)
+        present[:, number] = kinds[:, inside].any(axis=1)
+    return Sides(*present)
 
 
 Allowed = Callable[[Sequence[Place]], Collection[Place]]
-"""Of some new points, those that the study can have."""
+"""A function of new points that returns the points that the study can have."""
 
 
 def next_trials(
     rule: Refinement,
     groups: int,
     trials: Mapping[Place, int],
-    seen: SeenPoints,
+    observed: SeenPoints,
     allowed: Allowed,
 ) -> dict[Place, int]:
-    """How many trials points get from now on, by place: those that get more, and new
-    ones. Nothing where the boundary is known as well as it is asked for, or where the
-    budget allows no more.
+    """Return the number of trials that points get from now on.
 
-    `seen` is of the points with `trials`, in their order. First come more trials for
-    points that are not known, then cells that are halved, the largest first.
+    More trials of points that are not known come first, then halved cells, the largest
+    cells first.
+
+    Parameters
+    ----------
+    rule : Refinement
+    groups : int
+        Number of groups of points.
+    trials : mapping
+        Present number of trials by place.
+    observed : SeenPoints
+        The last look at the points, in the order of `trials`.
+    allowed : callable
+        Selects the new points that the study can have, see `Allowed`.
+
+    Returns
+    -------
+    dict
+        Numbers of trials by place, of points that get more and of new points. Empty if
+        the boundary is known as well as the rule demands, or the budget is spent.
     """
     left = rule.budget - sum(trials.values())
     counts = np.fromiter(trials.values(), np.int64, len(trials))
-    asked = dict[Place, int]()
-    for place, had, further in zip(trials, counts, seen.further, strict=True):
+    requested = dict[Place, int]()
+    for place, had, further in zip(trials, counts, observed.further, strict=True):
         if had < further and further - had <= left:
-            asked[place] = int(further)
+            requested[place] = int(further)
             left -= int(further - had)
-    for new in _halved(rule, groups, trials, seen, counts, allowed):
-        wanted = [place for place in new if place not in asked]
-        if len(wanted) * rule.least <= left:
-            asked |= dict.fromkeys(wanted, rule.least)
-            left -= len(wanted) * rule.least
-    return asked
+    halved = _halved(rule, groups, trials, observed, counts=counts, allowed=allowed)
+    for corners in halved:
+        new = [place for place in corners if place not in requested]
+        if len(new) * rule.least <= left:
+            requested |= dict.fromkeys(new, rule.least)
+            left -= len(new) * rule.least
+    return requested
 
 
 def _halved(
     rule: Refinement,
     groups: int,
     trials: Mapping[Place, int],
-    seen: SeenPoints,
+    observed: SeenPoints,
     counts: Counts,
     allowed: Allowed,
 ) -> Iterator[list[Place]]:
-    """The new points of each cell that is to be halved, the largest cells first. A cell
-    of which one would not be allowed stays whole.
+    """Yield the new points of each cell that is to be halved, largest cells first.
+
+    A cell is not halved if one of its new points is not allowed.
     """
     cells = leaves(rule, groups, trials)
-    crossed = sides_of(cells, [*trials], seen, counts).crossed
-    chosen = [cell for cell, one in zip(cells, crossed, strict=True) if one]
+    crossed = sides_of(cells, [*trials], observed, counts).crossed
+    chosen = [
+        cell for cell, is_crossed in zip(cells, crossed, strict=True) if is_crossed
+    ]
     chosen.sort(key=lambda cell: -math.prod(cell.shares(rule)))
     new = [
         list(
@@ -460,9 +631,17 @@ def _halved(
 
 
 class Crossing(NamedTuple):
-    """Where a mean crosses the level along the one axis of a group: between the places
-    `low` and `high`, the nearest points that surely lie on either side, at about the
-    value `estimate`. It `rises` or falls there.
+    """A crossing of the level by the mean along the axis of a group.
+
+    Attributes
+    ----------
+    group : int
+    low, high : int
+        Places of the nearest points that are known to be on either side of the level.
+    estimate : float
+        The estimated value of the axis at the crossing.
+    rises : bool
+        True if the mean rises at the crossing, False if it falls.
     """
 
     group: int
@@ -473,41 +652,57 @@ class Crossing(NamedTuple):
 
 
 def crossings(
-    rule: Refinement, places: Sequence[Place], seen: SeenPoints
+    rule: Refinement, places: Sequence[Place], observed: SeenPoints
 ) -> Iterator[Crossing]:
-    """The crossings of each group, in their order, of a rule with one axis.
+    """Yield the crossings of each group, in their order, of a rule with one axis.
 
     The estimate is where a straight line through the means of the points from `low` to
     `high` reaches the level.
+
+    Parameters
+    ----------
+    rule : Refinement
+        A rule with one axis.
+    places : sequence of Place
+        Places of the points, in any order.
+    observed : SeenPoints
+        The last look, in the order of `places`.
+
+    Yields
+    ------
+    Crossing
     """
     (scale,) = rule.scales.values()
     order = np.array(sorted(range(len(places)), key=places.__getitem__), np.int64)
-    sure = np.flatnonzero(seen.side[order] != UNKNOWN)
+    sure = np.flatnonzero(observed.side[order] != UNKNOWN)
     for first, last in pairwise(sure):
-        low, high = order[first], order[last]
+        low = order[first]
+        high = order[last]
         group, at = places[low]
-        if places[high][0] != group or seen.side[low] == seen.side[high]:
+        if places[high][0] != group or observed.side[low] == observed.side[high]:
             continue
-        some = order[first : last + 1]
+        points = order[first : last + 1]
+        along = [places[point][1] for point in points]
         yield Crossing(
-            group,
-            at,
-            places[high][1],
-            _estimate(rule, scale, [places[one][1] for one in some], seen.mean[some]),
-            bool(seen.side[high] == ABOVE),
+            group=group,
+            low=at,
+            high=places[high][1],
+            estimate=_estimate(rule, scale, along, observed.mean[points]),
+            rises=bool(observed.side[high] == ABOVE),
         )
 
 
 def _estimate(
     rule: Refinement, scale: RefinedAxis, at: list[int], means: Floats
 ) -> float:
-    """The value at which a line through the means of points crosses the level; within
-    them, whatever their noise is.
+    """Return the value at which a line through the means of points crosses the level.
+
+    It is always within the range of the points, even for noisy means.
     """
     values = np.array([scale.at(place) for place in at])
     x = np.log(values) if scale.geometric else values
     known = np.isfinite(means)
     slope, offset = np.polyfit(x[known] - x[0], means[known] - rule.level, 1)
-    found = x[0] - offset / slope if slope else x.mean()
-    found = min(max(found, x[0]), x[-1])
-    return float(np.exp(found) if scale.geometric else found)
+    crossing = x[0] - offset / slope if slope else x.mean()
+    crossing = min(max(crossing, x[0]), x[-1])
+    return float(np.exp(crossing) if scale.geometric else crossing)

@@ -1,7 +1,7 @@
-"""The section `refine` of a spec: where the mean of a metric crosses a level, the grid
-of a sweep becomes finer.
+"""The section `refine` of a spec, for a grid that becomes finer at a boundary.
 
-All functions raise SpecError, with file and line, for what is not allowed.
+The mean of a metric crosses a level there. All functions raise SpecError, with file and
+line, for values that are not allowed.
 """
 
 import math
@@ -48,9 +48,11 @@ class LevelOrSteepest(Number):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return f"{super().words}, or {STEEPEST}"
 
     def read(self, entry: Entry) -> Any:
+        """Return the level or the word. SpecError if the value is neither."""
         if entry.value == STEEPEST:
             return STEEPEST
         if isinstance(entry.value, str):
@@ -58,12 +60,13 @@ class LevelOrSteepest(Number):
         return super().read(entry)
 
     def schema(self) -> Schema:
+        """Return the allowed values as JSON Schema."""
         return {"anyOf": [super().schema(), {"const": STEEPEST}]}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Refine:
-    """The keys of the section; `Refinement` is what is made of them."""
+    """The keys of the section, from which `read_refine` makes a `Refinement`."""
 
     metric: Annotated[
         str,
@@ -131,18 +134,19 @@ KEY = Key(
 
 
 def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
-    """The rule that the section writes; None where another key is wrong."""
-    entry, mistakes = root.child(KEY.name), Mistakes()
+    """Return the rule that the section writes; None if another key is wrong."""
+    entry = root.child(KEY.name)
+    mistakes = Mistakes()
     entry.mapping()
     with mistakes.noted():
         check_keys(entry, Refine)
-    given = read_values(Refine, entry, mistakes)
-    if "metric" in given:
-        mistakes.read(_check_metric, entry, given, context)
+    values = read_values(Refine, entry, mistakes)
+    if "metric" in values:
+        mistakes.read(_check_metric, entry, values, context)
     if context.replication:
-        mistakes.read(_check_trials, root, given["most"], context.replication)
+        mistakes.read(_check_trials, root, values["most"], context.replication)
     axes = list[Axis]()
-    if "axes" in given and context.axes is not None:
+    if "axes" in values and context.axes is not None:
         for child in entry.child("axes").entries():
             with mistakes.noted():
                 axes.append(_axis(child, context))
@@ -153,7 +157,7 @@ def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
                 " depend on chains that are not run yet"
             )
     with mistakes.noted():
-        if given.get("at") == STEEPEST and len(given.get("axes", ())) > 1:
+        if values.get("at") == STEEPEST and len(values.get("axes", ())) > 1:
             raise entry.child("axes").error(
                 f"where a mean changes most is sought along one axis: at: {STEEPEST}"
                 " takes one; other axes of sweep become groups"
@@ -161,7 +165,7 @@ def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
     mistakes.check()
     if context.axes is None or context.replication is None:
         return None
-    rule = Refine(**given)
+    rule = Refine(**values)
     scales = {axis.name: _scale(axis, context, rule.until) for axis in axes}
     least = context.replication.replicates
     assert least
@@ -177,22 +181,27 @@ def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
     )
 
 
-def _check_metric(entry: Entry, given: Mapping[str, Any], context: SpecContext) -> None:
-    column, metrics = given["metric"], context.known.known.metrics
+def _check_metric(
+    entry: Entry, values: Mapping[str, Any], context: SpecContext
+) -> None:
+    column = values["metric"]
+    metrics = context.known.known.metrics
     check_recorded(entry.child("metric"), column, context.recorded, metrics)
     name = Column.read(column).metric
-    if name not in metrics or given.get("at", STEEPEST) == STEEPEST:
+    if name not in metrics or values.get("at", STEEPEST) == STEEPEST:
         return
-    support, at = declaration_of(metrics[name]).support, given["at"]
+    support = declaration_of(metrics[name]).support
+    at = values["at"]
     if not support.low < at < support.high:
         raise entry.child("at").error(
             f"{column} lies {support.words}, and its mean never crosses {at:g}"
         )
 
 
-def _check_trials(root: Entry, most: int | None, given: Replication) -> None:
+def _check_trials(root: Entry, most: int | None, replication: Replication) -> None:
     """Raise SpecError unless points begin with as many trials as a look needs."""
-    entry, replicates = root.get("replicates"), given.replicates
+    entry = root.get("replicates")
+    replicates = replication.replicates
     if entry is None:
         raise root.child("refine").error(
             'needs "replicates": how many trials a point has at first'
@@ -216,13 +225,14 @@ def _check_trials(root: Entry, most: int | None, given: Replication) -> None:
 
 
 def _axis(entry: Entry, context: SpecContext) -> Axis:
-    """The axis that an entry names, if it can be refined."""
-    name, axes = entry.text(), context.axes or ()
+    """Return the axis that an entry names. SpecError if it cannot be refined."""
+    name = entry.text()
+    axes = context.axes or ()
     names = list(dict.fromkeys(axis.name for axis in axes))
     if name not in names:
         raise entry.error(unknown("axis", name, names))
     axis = next(axis for axis in axes if axis.name == name)
-    if len({one.design for one in axes}) > 1:
+    if len({other.design for other in axes}) > 1:
         raise entry.error("a study that unites several designs cannot be refined")
     if list(axis.columns) != [name] or axis.sampler:
         raise entry.error(
@@ -242,14 +252,29 @@ def _axis(entry: Entry, context: SpecContext) -> Axis:
 
 
 def _scale(axis: Axis, context: SpecContext, until: float) -> RefinedAxis:
-    values, whole = axis.columns[axis.name].tolist(), context.settings[axis.name].kind
     return RefinedAxis.until(
-        values, until, geometric=axis.geometric, whole=whole == "int"
+        axis.columns[axis.name].tolist(),
+        until,
+        geometric=axis.geometric,
+        integer=context.settings[axis.name].kind == "int",
     )
 
 
 def check_points(study: Study, rule: Refinement, points: int) -> None:
-    """Raise SpecError for a budget that the first points of a study exceed."""
+    """Check that the budget suffices for the first points of a study.
+
+    Parameters
+    ----------
+    study : Study
+    rule : Refinement
+    points : int
+        Number of points at first.
+
+    Raises
+    ------
+    SpecError
+        The first points exceed the budget.
+    """
     if points * rule.least > rule.budget:
         raise study.document.error(
             (KEY.name, "budget"),
@@ -259,20 +284,24 @@ def check_points(study: Study, rule: Refinement, points: int) -> None:
         )
 
 
-def check_record(rule: dict[str, Any], about: Mapping[str, Any]) -> None:
-    """Raise ValueError unless the numbers of a rule are such as a spec can have."""
-    columns, scales = columns_of(about["record"]), rule["scales"]
+def check_record(rule: dict[str, Any], plan: Mapping[str, Any]) -> None:
+    """Check a recorded rule. ValueError if no spec can have such numbers.
+
+    `plan` is the description of the study in the plan.
+    """
+    columns = columns_of(plan["record"])
+    scales = rule["scales"]
     if rule["metric"] not in columns:
         raise ValueError(f'it refines by "{rule["metric"]}", which is not recorded')
-    check_names("axis", list(scales), about.get("axes", {}))
+    check_names("axis", list(scales), plan.get("axes", {}))
     if (
         not scales
-        or math.prod(len(one["values"]) for one in scales.values()) > MOST_POINTS
+        or math.prod(len(scale["values"]) for scale in scales.values()) > MOST_POINTS
     ):
         raise ValueError("its refined axes have no values, or too many")
     for name, scale in scales.items():
         values = scale["values"]
-        ascending = all(one < next_ for one, next_ in pairwise(values))
+        ascending = all(value < next_ for value, next_ in pairwise(values))
         if len(values) < 2 or not ascending or not all(map(math.isfinite, values)):
             raise ValueError(f'axis "{name}" has no ascending values')
         if scale["geometric"] and values[0] <= 0:
@@ -299,7 +328,7 @@ def check_record(rule: dict[str, Any], about: Mapping[str, Any]) -> None:
 
 
 def _strategy(study: Study, rule: Refinement) -> Any:
-    """Return what asks for the trials of a study, which imports campaigns."""
+    """Return the strategy of a study. The import of campaigns waits until here."""
     from sweep.methods.refinement.strategy import RefineStrategy
 
     return RefineStrategy(study, rule)

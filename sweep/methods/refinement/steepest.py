@@ -1,14 +1,13 @@
-"""Where the mean of a metric changes most along an axis: a grid that becomes finer
-there.
+"""A grid that becomes finer where the mean of a metric changes most along an axis.
 
-The mean is taken to go one way along the axis, up or down, and its slope to have one
-peak, as that of a sigmoid. Let i < j < k be points. If the mean slope from i to j is
-surely less than that from j to k, the peak does not lie before i: there the slope would
-fall from i to k. If it is surely more, the peak does not lie behind k. So all triples
-together leave an interval that has the peak, wherever the intervals of all points hold.
+The mean is assumed to be monotonic along the axis, and its slope to have one peak, such
+as the slope of a sigmoid. Let i < j < k be points. If the mean slope from i to j is
+known to be less than from j to k, the peak is not before i: there the slope would fall
+from i to k. If it is known to be more, the peak is not after k. So all triples together
+leave an interval that has the peak, if the confidence intervals of all points hold.
 
-Each look narrows this interval. While it has more than WIDE cells its points, and those
-beside it, get more trials; then its cells are halved.
+Each look narrows this interval. While it has more than WIDE cells, its points and their
+neighbours get more trials. Then its cells are halved.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,17 +28,25 @@ from sweep.methods.refinement.rule import (
 )
 
 WIDE = 4
-"""The most cells of an interval that is halved: three are the fewest that triples of
-points can tell.
-"""
+"""Most cells of an interval that is halved; triples of points leave at least three."""
 
 
 class Peak(NamedTuple):
-    """Between which places of a group the mean changes most, and about where.
+    """The place in a group at which the mean changes most.
 
-    It `rises` or falls there; None where the two ends of the axis are not known to
-    differ. `several` says that the triples contradict each other: the slope has several
-    peaks, or an interval does not hold.
+    Attributes
+    ----------
+    group : int
+    low, high : int
+        Places that bound the interval of the peak.
+    estimate : float
+        The estimated value of the axis at the peak.
+    rises : bool or None
+        True if the mean rises along the axis, False if it falls. None if the two ends
+        of the axis are not known to differ.
+    several : bool
+        True if triples contradict each other: the slope has several peaks, or a
+        confidence interval does not hold.
     """
 
     group: int
@@ -51,57 +58,93 @@ class Peak(NamedTuple):
 
 
 def remaining(x: Floats, low: Floats, high: Floats) -> tuple[int, int] | None:
-    """The first and the last of the points between which the slope of a rising mean can
-    have its peak, by the bounds of the means at ascending `x`, (P,) each; None where
-    there is no such place.
+    """Return the points between which the slope of a rising mean can have its peak.
+
+    Parameters
+    ----------
+    x : array
+        Values of the axis, ascending, (P,).
+    low, high : array
+        Bounds of the means at `x`, (P,) each.
+
+    Returns
+    -------
+    tuple of int or None
+        Numbers of the first and the last point; None if the peak can be nowhere.
     """
-    first, last = 0, len(x) - 1
+    first = 0
+    last = len(x) - 1
     for j in range(1, last):
-        before, behind = x[j] - x[:j], x[j + 1 :] - x[j]
-        # (P of i, P of k): the mean slope behind j less that before it.
-        least = ((low[j + 1 :] - high[j]) / behind)[None, :] - (
+        before = x[j] - x[:j]
+        after = x[j + 1 :] - x[j]
+        # (P of i, P of k): the mean slope after j minus the mean slope before it.
+        least = ((low[j + 1 :] - high[j]) / after)[None, :] - (
             (high[j] - low[:j]) / before
         )[:, None]
-        most = ((high[j + 1 :] - low[j]) / behind)[None, :] - (
+        most = ((high[j + 1 :] - low[j]) / after)[None, :] - (
             (low[j] - high[:j]) / before
         )[:, None]
-        grows, falls = (least > 0.0).any(axis=1), (most < 0.0).any(axis=0)
+        grows = (least > 0.0).any(axis=1)
+        falls = (most < 0.0).any(axis=0)
         first = max([first, *np.flatnonzero(grows).tolist()])
         last = min([last, *(j + 1 + np.flatnonzero(falls)).tolist()])
     return (first, last) if first < last else None
 
 
-def peaks(rule: Refinement, places: Sequence[Place], seen: SeenPoints) -> list[Peak]:
-    """The peak of each group, in their order. Points with fewer than two values are
-    left out, and so is a group with fewer than two others.
+def peaks(
+    rule: Refinement, places: Sequence[Place], observed: SeenPoints
+) -> list[Peak]:
+    """Return the peak of each group, in their order.
+
+    Parameters
+    ----------
+    rule : Refinement
+        A rule with one axis.
+    places : sequence of Place
+        Places of the points, in any order.
+    observed : SeenPoints
+        The last look, in the order of `places`. Points with fewer than two values do
+        not count.
+
+    Returns
+    -------
+    list of Peak
+        Without groups in which fewer than two points count.
     """
     (scale,) = rule.scales.values()
     order = sorted(range(len(places)), key=places.__getitem__)
-    known = [one for one in order if seen.values[one] > 1]
-    groups = dict.fromkeys(places[one][0] for one in known)
-    found = []
+    known = [point for point in order if observed.values[point] > 1]
+    groups = dict.fromkeys(places[point][0] for point in known)
+    of_groups = []
     for group in groups:
-        rows = np.array([one for one in known if places[one][0] == group], np.int64)
-        if len(rows) > 1:
-            at = [places[one][1] for one in rows]
-            found.append(_peak(scale, group, at, seen, rows))
-    return found
+        in_group = [point for point in known if places[point][0] == group]
+        if len(in_group) > 1:
+            at = [places[point][1] for point in in_group]
+            rows = np.array(in_group, np.int64)
+            of_groups.append(_peak(scale, group, at, observed, rows=rows))
+    return of_groups
 
 
 def _peak(
     scale: RefinedAxis,
     group: int,
     at: list[int],
-    seen: SeenPoints,
+    observed: SeenPoints,
     rows: NDArray[np.int64],
 ) -> Peak:
     values = np.array([scale.at(place) for place in at])
     x = np.log(values) if scale.geometric else values
-    low, high, mean = seen.low[rows], seen.high[rows], seen.mean[rows]
+    low = observed.low[rows]
+    high = observed.high[rows]
+    mean = observed.mean[rows]
     rises = True if low[-1] > high[0] else False if high[-1] < low[0] else None
-    if rises is False:
-        low, high, mean = -high, -low, -mean
-    left = None if rises is None else remaining(x, low, high)
+    left = None
+    if rises:
+        left = remaining(x, low, high)
+    elif rises is False:
+        # A falling mean, negated, rises. Its bounds change places.
+        mean = -mean
+        left = remaining(x, -high, -low)
     first, last = left or (0, len(at) - 1)
     slopes = np.diff(mean[first : last + 1]) / np.diff(x[first : last + 1])
     if rises is None:
@@ -110,42 +153,69 @@ def _peak(
     middle = float(x[steepest] + x[steepest + 1]) / 2.0
     estimate = float(np.exp(middle)) if scale.geometric else middle
     several = rises is not None and left is None
-    return Peak(group, at[first], at[last], estimate, rises, several)
+    return Peak(
+        group=group,
+        low=at[first],
+        high=at[last],
+        estimate=estimate,
+        rises=rises,
+        several=several,
+    )
 
 
 def next_trials(
     rule: Refinement,
     groups: int,  # noqa: ARG001  as of other rules
     trials: Mapping[Place, int],
-    seen: SeenPoints,
+    observed: SeenPoints,
     allowed: Allowed,
 ) -> dict[Place, int]:
-    """How many trials points get from now on, by place; see `next_trials` of
-    `sweep.methods.refinement.rule`. Nothing for a group whose peak is known as well as
-    it is asked for, or whose points have had their last trials.
+    """Return the number of trials that points get from now on.
+
+    The same as `next_trials` of `sweep.methods.refinement.rule`, with peaks in place of
+    crossings.
+
+    Parameters
+    ----------
+    rule : Refinement
+        A rule with one axis.
+    groups : int
+        Not used.
+    trials : mapping
+        Present number of trials by place.
+    observed : SeenPoints
+        The last look at the points, in the order of `trials`.
+    allowed : callable
+        Selects the new points that the study can have, see `Allowed`.
+
+    Returns
+    -------
+    dict
+        Numbers of trials by place. It has nothing for a group whose peak is known as
+        well as the rule demands, or whose points have had their last trials.
     """
     left = rule.budget - sum(trials.values())
-    asked = dict[Place, int]()
-    further = dict(zip(trials, seen.further.tolist(), strict=True))
-    for one in peaks(rule, [*trials], seen):
-        line = sorted(place for place in trials if place[0] == one.group)
-        first, last = (line.index((one.group, at)) for at in (one.low, one.high))
-        if last - first > WIDE or one.rises is None or one.several:
+    requested = dict[Place, int]()
+    further = dict(zip(trials, observed.further.tolist(), strict=True))
+    for peak in peaks(rule, [*trials], observed):
+        line = sorted(place for place in trials if place[0] == peak.group)
+        first, last = (line.index((peak.group, at)) for at in (peak.low, peak.high))
+        if last - first > WIDE or peak.rises is None or peak.several:
             near = line[max(first - 1, 0) : last + 2]
-            wanted = {place: further[place] for place in near}
+            counts = {place: further[place] for place in near}
         else:
-            wanted = dict.fromkeys(_halves(rule, line[first : last + 1]), rule.least)
-            if not {*wanted} <= {*allowed([*wanted])}:
-                wanted = {}
-        more = {place: n for place, n in wanted.items() if n > trials.get(place, 0)}
+            counts = dict.fromkeys(_halves(rule, line[first : last + 1]), rule.least)
+            if not {*counts} <= {*allowed([*counts])}:
+                counts = {}
+        more = {place: n for place, n in counts.items() if n > trials.get(place, 0)}
         cost = sum(n - trials.get(place, 0) for place, n in more.items())
         if cost <= left:
-            asked |= more
+            requested |= more
             left -= cost
-    return asked
+    return requested
 
 
 def _halves(rule: Refinement, line: Sequence[Place]) -> list[Place]:
-    """The points that halve the cells between neighbouring ones."""
+    """Return the points that halve the cells between neighbouring points."""
     cells = (Cell(low, high) for low, high in pairwise(line))
     return [part.high for cell in cells for part in cell.parts(rule)[:1]]

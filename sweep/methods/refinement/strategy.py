@@ -1,8 +1,7 @@
-"""Points where the mean of a metric crosses a level, or changes most: the grid becomes
-finer there.
+"""The strategy of a grid that becomes finer where a mean crosses a level.
 
-All points are looked at together, once the trials that were asked for before are
-stored: see `sweep.methods.refinement.rule` and `sweep.methods.refinement.steepest`.
+Each look is at all points together, once all trials of the last round are stored: see
+`sweep.methods.refinement.rule` and `sweep.methods.refinement.steepest`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -26,42 +25,50 @@ from sweep.spec.study import Study
 
 
 class RefineStrategy:
-    """Asks for the points of the grid, then after each look for more trials of those
-    that may lie on either side of the level, and for points that halve a cell through
-    which the boundary goes; or for those about the place where the mean changes most.
+    """The strategy of a refined study.
 
-    Raises SpecError for a design that cannot be.
+    It asks for the points of the grid first. After each look it asks for more trials of
+    points whose side is not known, and for points that halve a cell at the boundary, or
+    around the place where the mean changes most. SpecError if a design is not possible.
     """
 
     grows = True
 
     def __init__(self, study: Study, rule: Refinement) -> None:
-        self.study, self.rule, self.grid = study, rule, _Grid(study, rule)
+        """Begin with the grid of a study and its rule."""
+        self.study = study
+        self.rule = rule
+        self.grid = _Grid(study, rule)
         self.looks_at = (rule.metric,)
         self.distribution = study.distribution(rule.metric)
         points = len(self.grid.first)
         self.progress = Progress(points, rule.budget, settled=0)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """A round a look."""
-        rule, groups = self.rule, len(self.grid.groups)
-        values, had = np.empty(0), dict[Place, int]()
+        """Yield one round per look."""
+        rule = self.rule
+        groups = len(self.grid.groups)
+        values = np.empty(0)
+        had = dict[Place, int]()
         trials = dict.fromkeys(self.grid.first, rule.least)
         while trials != had:
             counts = _counts(trials, trials)
             new = beyond(_counts(had, trials), counts)
             yield self._round(trials, new)
             values = filled(new, look()[rule.metric].to_numpy(), values)
-            seen = rules.look(rule, counts, values, self.distribution)
+            observed = rules.look(rule, counts, values, self.distribution)
             following = (steepest if rule.steepest else rules).next_trials
-            further = following(rule, groups, trials, seen, self.grid.allowed)
-            had, trials = trials, dict(sorted((trials | further).items()))
+            further = following(
+                rule, groups, trials, observed, allowed=self.grid.allowed
+            )
+            had = trials
+            trials = dict(sorted((trials | further).items()))
             self.progress.points = len(trials)
             self.progress.settled = len(trials) - len(further)
 
     def _round(self, trials: dict[Place, int], new: NDArray[np.bool_]) -> Round:
-        design, counts = self.grid.design(trials), _counts(trials, trials)
-        jobs, places = Jobs(self.study, design, counts), np.flatnonzero(new)
+        jobs = Jobs(self.study, self.grid.design(trials), _counts(trials, trials))
+        places = np.flatnonzero(new)
         ids = jobs.ids()
         return Round(
             ids[places],
@@ -75,22 +82,31 @@ def _counts(trials: dict[Place, int], places: Iterable[Place]) -> Counts:
 
 
 class _Grid:
-    """Turns places into points of a study.
+    """The grid of a study, which turns places into points.
 
-    `groups` are the values of all other settings that the spec varies, for each group;
-    `first` are the places of the points of the spec.
+    Attributes
+    ----------
+    settings : list of str
+        The parameters by which groups differ: all that the spec varies, without the
+        refined ones.
+    groups : list of tuple
+        Values of `settings` of each group.
+    first : list of Place
+        Places of the points of the spec, ascending.
     """
 
     def __init__(self, study: Study, rule: Refinement) -> None:
-        self.study, self.rule = study, rule
+        self.study = study
+        self.rule = rule
         varied = [name for axis in study.axes for name in axis.columns]
-        others = [name for name in varied if name not in rule.scales]
+        settings = [name for name in varied if name not in rule.scales]
         design = expand(study)
-        if "borders" in others and TORUS in design.values_of("borders"):
-            others = [*dict.fromkeys([*others, "minimum_image"])]  # as it is there
-        rows = _rows(design, [*others, *rule.scales])
-        end = len(others)
-        self.others = others
+        if "borders" in settings and TORUS in design.values_of("borders"):
+            # Points of a torus have a value of `minimum_image` too.
+            settings = [*dict.fromkeys([*settings, "minimum_image"])]
+        rows = _rows(design, [*settings, *rule.scales])
+        end = len(settings)
+        self.settings = settings
         self.groups = list(dict.fromkeys(row[:end] for row in rows))
         numbers = {group: number for number, group in enumerate(self.groups)}
         known: list[dict[Value, int]] = [
@@ -106,37 +122,41 @@ class _Grid:
         )
 
     def design(self, places: Iterable[Place]) -> Design:
-        """The points at some places, which are all allowed."""
+        """Return the points at places, all of which are allowed."""
         return expand(replace(self.study, axes=(self._axis([*places]),)))
 
     def allowed(self, places: Sequence[Place]) -> set[Place]:
-        """Those of the places that no condition of the spec leaves out."""
+        """Return the places that no condition of the spec leaves out."""
         if not self.study.require:
             return {*places}
         # One point that is known to be allowed keeps the design from being empty.
         axis = self._axis([*places, self.first[0]])
-        kept = _rows(expand(replace(self.study, axes=(axis,))), [*axis.columns])
+        points = {*_rows(expand(replace(self.study, axes=(axis,))), [*axis.columns])}
         rows = zip(*(column.tolist() for column in axis.columns.values()), strict=True)
-        found = {*kept}
-        return {place for place, row in zip(places, rows, strict=False) if row in found}
+        # The last row is of the point that was added.
+        at = zip(places, rows, strict=False)
+        return {place for place, row in at if row in points}
 
     def _axis(self, places: Sequence[Place]) -> Axis:
-        """An axis with a row for each place."""
+        """Return an axis with one row per place."""
         group, *along = zip(*places, strict=True)
         rows = [self.groups[number] for number in group]
         values: dict[str, list[Value]] = {
             name: [row[number] for row in rows]
-            for number, name in enumerate(self.others)
+            for number, name in enumerate(self.settings)
         }
         for (name, scale), at in zip(self.rule.scales.items(), along, strict=True):
             values[name] = [scale.at(place) for place in at]
         settings = self.study.settings
-        columns = {name: settings[name].column(those) for name, those in values.items()}
+        columns = {
+            name: settings[name].column(of_setting)
+            for name, of_setting in values.items()
+        }
         return Axis("points", columns, place=("refine",))
 
 
 def _rows(design: Design, names: Sequence[str]) -> list[tuple[Value, ...]]:
-    """The values of some settings at each point, as plain Python values."""
+    """Return the values of parameters at each point, as plain Python values."""
     count = design.n_points
     columns = [
         design.columns[name].tolist()

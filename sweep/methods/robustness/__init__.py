@@ -1,11 +1,11 @@
 """Robustness of numerics: conclusions with other time steps, orders and searches.
 
-section   `validate`: which variants of a study are run
-variants  their specs, and what a plan records of them
+section   `validate`: the variants of a study that are run
+variants  specs of the variants, and their record in a plan
 analysis  each conclusion in each variant
-report    the same as a report
-figure    the same drawn
-method    its entry, its section and its command
+report    the conclusions as a report
+figure    the conclusions as a figure
+method    the entry of the method, its section and its command
 """
 
 import lazy_loader

@@ -1,9 +1,11 @@
-"""Whether the conclusions of a study hold with other numerics: a shorter time step,
-another search for neighbours, another order of updates. `sweep validity STUDY`.
+"""The conclusions of a study with other numerics.
+
+Variants have a shorter time step, another search for neighbours or another order of
+updates. `sweep validity STUDY` prints the result.
 
 The conclusions are the signs of differences. Along each axis, and with all other axes
-as they are, each point is compared with the first one, and so in each variant of the
-study. All these differences are one family, whose intervals hold together.
+unchanged, each point is compared with the first one, in the study and in each variant.
+All these differences are one family with simultaneous confidence intervals.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,16 +30,26 @@ from sweep.spec.recorded import Column, columns_of
 from sweep.tables.choosing import as_names
 from sweep.tables.stored_study import StoredStudy
 
-SURVIVES, TURNS, OPEN, UNJUDGED = "survives", "turns", "not decided", "not judged"
+SURVIVES = "survives"
+TURNS = "turns"
+OPEN = "not decided"
+UNJUDGED = "not judged"
 OUTCOMES = (SURVIVES, TURNS, OPEN, UNJUDGED)
 AS_IT_IS = "as it is"
-HIGHER, LOWER = "higher", "lower"
+HIGHER = "higher"
+LOWER = "lower"
 ESTIMATED = ("difference", "low", "high", "p", "verdict")
 
 
 class Bits(NamedTuple):
-    """How many trials are stored of a study and of a variant with the same ids, and
-    how many of them have the same bits in all metrics.
+    """Trials of a variant whose results should be identical to the study's.
+
+    Attributes
+    ----------
+    trials : int
+        Number of trials with the same id in the study and in the variant.
+    same : int
+        Number of these trials with equal values of all metrics.
     """
 
     trials: int
@@ -45,21 +57,33 @@ class Bits(NamedTuple):
 
     @property
     def differ(self) -> bool:
-        """Whether any trial has other bits."""
+        """True if any trial has other values."""
         return self.same < self.trials
 
 
 @dataclass(frozen=True, eq=False)
 class Validity:
-    """What the variants of a study make of its conclusions.
+    """The conclusions of a study in all its variants.
 
-    `variants` says by name what differs, in words; the study itself comes first, as
-    AS_IT_IS. `rows` has a row for each conclusion and variant: metric and unit; the
-    `axis`; the settings of the point; `against`, the point that it is compared with, in
-    words; `variant`; `difference`, with `low` and `high`, which hold together; `p`,
-    adjusted for all; the `verdict`, of the point: higher, lower or no difference shown;
-    and the `outcome`, one of OUTCOMES. `bits` has by name the variants whose trials are
-    to have the same bits, `missing` by name how many trials are not stored.
+    Attributes
+    ----------
+    study : StoredStudy
+    variants : mapping
+        The difference to the study in words, by the name of the variant.
+    confidence : float
+        Simultaneous confidence of all intervals.
+    settings : list of str
+        Parameters of the axes that differ between points.
+    rows : DataFrame
+        One row per conclusion and variant; the study itself comes first, as AS_IT_IS.
+        Columns: metric and unit; axis; the parameters of the point; against, the point
+        that is subtracted, in words; variant; difference, with its simultaneous
+        confidence interval, low and high; p, adjusted for all rows; verdict, of the
+        point; outcome, one of OUTCOMES, "" for the study itself.
+    bits : mapping
+        `Bits` by name, of variants whose trials should be identical.
+    missing : mapping
+        Number of trials that are not stored, by the name of the study or variant.
     """
 
     study: StoredStudy
@@ -72,17 +96,18 @@ class Validity:
 
     @property
     def conclusions(self) -> pd.DataFrame:
-        """A row for each conclusion, with the outcome of all variants together: it
-        turns where one turns it, and survives where all that judge it leave it.
+        """One row per conclusion, with the outcome of all variants together.
+
+        A conclusion turns if it turns in any variant. It survives if it survives in all
+        variants that judge it.
         """
         keys = ["metric", "unit", "axis", *self.settings, "against"]
-        others = self.rows[self.rows["variant"] != AS_IT_IS]
-        per = len(self.variants)
-        outcomes = others["outcome"].to_numpy().reshape(-1, per)
+        in_variants = self.rows[self.rows["variant"] != AS_IT_IS]
+        outcomes = in_variants["outcome"].to_numpy().reshape(-1, len(self.variants))
         base = self.rows[self.rows["variant"] == AS_IT_IS].reset_index(drop=True)
-        found = base[keys].copy()
-        found["outcome"] = [_together(set(row)) for row in outcomes]
-        return found
+        table = base[keys].copy()
+        table["outcome"] = [_together(set(row)) for row in outcomes]
+        return table
 
 
 def check_conclusions(
@@ -92,20 +117,39 @@ def check_conclusions(
     half: bool = False,
     confidence: float = CONFIDENCE,
 ) -> Validity:
-    """The conclusions of a study whose spec has `validate`, with each of its variants.
+    """Check each conclusion of a study, whose spec has `validate`, in each variant.
 
-    A conclusion survives in a variant where both differences are known to have the same
-    sign, turns where they are known to have opposite ones, and is not decided where one
-    of them is not known. All intervals of the study and of its variants hold together
-    with `confidence` (Bonferroni): so the chance that any conclusion is said to survive
-    or to turn which does not is at most 1 - `confidence`. `half` takes means over the
-    last half of a trial. Metrics that measure what one step changes are not judged with
-    another step. Raises ChoiceError for a study without `validate` and for unknown
-    metrics, and StoreError where a variant is not stored, or was launched from another
-    spec.
+    A conclusion survives in a variant if both differences are known to have the same
+    sign. It turns if the signs are known to be opposite, and is not decided if a sign
+    is not known. Metrics that measure the change in one step are not judged with
+    another time step.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metrics : str or sequence of str, optional
+        By default all metrics of the study.
+    half : bool, default False
+        Compare means over the second half of each trial, not the last frame.
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals (Bonferroni), from 0.5 to below 1. The
+        probability that any outcome "survives" or "turns" is wrong is at most 1 -
+        `confidence`.
+
+    Returns
+    -------
+    Validity
+
+    Raises
+    ------
+    ChoiceError
+        The spec has no `validate`, a metric is unknown, `confidence` is not allowed, or
+        no two points differ along one axis alone.
+    StoreError
+        A variant is not stored, or another spec has launched it.
     """
-    asked = study.about.sections.get("validate")
-    if asked is None:
+    recorded = study.about.sections.get("validate")
+    if recorded is None:
         raise ChoiceError('it has no variants; the spec has no "validate"', study.name)
     if not 0.5 <= confidence < 1.0:
         raise ChoiceError(
@@ -114,65 +158,87 @@ def check_conclusions(
     names = as_names(metrics) or study.metrics
     for name in names:
         study.check_metric(name)
-    words = {one["name"]: one["words"] for one in asked}
-    others = {name: _variant(study, name, said) for name, said in words.items()}
-    bits = {name: found for name, one in others.items() if (found := _bits(study, one))}
-    pairs, columns = _pairs(study), [str(Column(name, half)) for name in names]
-    judged = _judged(study, others, bits, columns, pairs, confidence)
-    rows = _repeated(_rows(study, columns, pairs), len(others) + 1)
+    words = {record["name"]: record["words"] for record in recorded}
+    variants = {name: _variant(study, name, text) for name, text in words.items()}
+    bits = {
+        name: compared
+        for name, variant in variants.items()
+        if (compared := _bits(study, variant))
+    }
+    pairs = _pairs(study)
+    columns = [str(Column(name, half)) for name in names]
+    judged = _judged(study, variants, bits, columns, pairs=pairs, confidence=confidence)
+    rows = _repeated(_rows(study, columns, pairs), len(variants) + 1)
     rows = pd.concat([rows, judged], axis="columns")
-    _enter_outcomes(rows, [one["unjudged"] for one in asked])
-    missing = {one.name: one.missing for one in (study, *others.values())}
-    settings = _axis_settings(study)
-    return Validity(study, words, confidence, settings, rows, bits, missing)
+    _enter_outcomes(rows, [record["unjudged"] for record in recorded])
+    missing = {stored.name: stored.missing for stored in (study, *variants.values())}
+    return Validity(
+        study=study,
+        variants=words,
+        confidence=confidence,
+        settings=_axis_settings(study),
+        rows=rows,
+        bits=bits,
+        missing=missing,
+    )
 
 
 def _variant(study: StoredStudy, name: str, words: str) -> StoredStudy:
-    """A stored variant. Raises StoreError where there is none, or without trials."""
+    """Return a stored variant. StoreError if it is not stored, or has no trials."""
     try:
-        found = StoredStudy(f"{study.name}/{name}", study.store.results)
+        variant = StoredStudy(f"{study.name}/{name}", study.store.results)
     except StoreError as error:
         raise StoreError(
             f"it is not stored with {words}: {error.reason}; launch it again",
             study.name,
         ) from None
-    if found.trials.empty:
+    if variant.trials.empty:
         raise StoreError(
             f"no trial of it is stored with {words}; launch it again", study.name
         )
-    return found
+    return variant
 
 
 def _axis_settings(study: StoredStudy) -> list[str]:
-    """The settings of the axes that differ between points, in the plan's order."""
+    """Return the parameters of axes that differ between points, in the plan's order."""
     on_axes = {name for axis in study.axes.values() for name in axis.settings}
     return [name for name in study.about.varied if name in on_axes]
 
 
 def _matched(study: StoredStudy, variant: StoredStudy) -> dict[str, str]:
-    """By the id of each point that of the variant: they come in the same order. Raises
-    StoreError where they do not belong together.
+    """Return the ids of the variant's points by the ids of the study's points.
+
+    Both have the same order. StoreError if the points do not match.
     """
-    one, other = study.whole.points, variant.points
-    kept = [
+    points = study.whole.points
+    in_variant = variant.points
+    unchanged = [
         name
         for name in _axis_settings(study)
         if not (study.settings[name].in_steps or study.settings[name].each_step)
     ]
-    if len(one) != len(other) or not all(
-        name in other and np.array_equal(one[name], other[name]) for name in kept
+    if len(points) != len(in_variant) or not all(
+        name in in_variant and np.array_equal(points[name], in_variant[name])
+        for name in unchanged
     ):
         raise StoreError(
             f"{variant.name} has other points: launch the study again, and with it its"
             " variants",
             study.name,
         )
-    return dict(zip(map(str, one.index), map(str, other.index), strict=True))
+    return dict(zip(map(str, points.index), map(str, in_variant.index), strict=True))
 
 
 class _Along(NamedTuple):
-    """By the axis along which they lie, pairs of points (ids): the first one with the
-    same other settings, and another.
+    """Pairs of points along axes.
+
+    Attributes
+    ----------
+    axes : list of str
+        The axis of each pair.
+    points : list of tuple of str
+        Ids of the first point along the axis, with the same values of all other axes,
+        and of another point.
     """
 
     axes: list[str]
@@ -180,13 +246,15 @@ class _Along(NamedTuple):
 
 
 def _pairs(study: StoredStudy) -> _Along:
-    """All pairs of a study. Raises ChoiceError where there is none."""
-    axes, points, every = list[str](), list[tuple[str, str]](), _axis_settings(study)
+    """Return all pairs of a study. ChoiceError if there is none."""
+    axes = list[str]()
+    points = list[tuple[str, str]]()
+    settings = _axis_settings(study)
     for name, axis in study.axes.items():
-        others = [one for one in every if one not in axis.settings]
+        fixed = [setting for setting in settings if setting not in axis.settings]
         groups: Any = (
-            [group for _, group in study.points.groupby(others, sort=False)]
-            if others
+            [group for _, group in study.points.groupby(fixed, sort=False)]
+            if fixed
             else [study.points]
         )
         for first, *rest in (group.index for group in groups):
@@ -200,24 +268,24 @@ def _pairs(study: StoredStudy) -> _Along:
 
 
 def _rows(study: StoredStudy, columns: Sequence[str], pairs: _Along) -> pd.DataFrame:
-    """What each conclusion is of: metric by metric, a row a pair."""
-    names = _axis_settings(study)
-    at = study.points[names].loc[[point for _, point in pairs.points]]
+    """Return the subject of each conclusion: metric by metric, one row per pair."""
+    settings = study.points[_axis_settings(study)]
+    at = settings.loc[[point for _, point in pairs.points]]
     table = at.reset_index(drop=True)
     table.insert(0, "axis", pairs.axes)
-    first = study.points[names]
+    axes = [study.axes[name] for name in pairs.axes]
     table["against"] = [
-        ", ".join(f"{name} = {_brief(first.loc[one, name])}" for name in of.settings)
-        for (one, _), of in zip(
-            pairs.points, (study.axes[axis] for axis in pairs.axes), strict=True
+        ", ".join(
+            f"{name} = {_brief(settings.loc[first, name])}" for name in axis.settings
         )
+        for (first, _), axis in zip(pairs.points, axes, strict=True)
     ]
-    whole = pd.concat([table] * len(columns), ignore_index=True)
+    rows = pd.concat([table] * len(columns), ignore_index=True)
     repeats = len(pairs.points)
-    whole.insert(0, "metric", np.repeat(columns, repeats))
+    rows.insert(0, "metric", np.repeat(columns, repeats))
     units = [study.units.get(column, "") for column in columns]
-    whole.insert(1, "unit", np.repeat(units, repeats))
-    return whole
+    rows.insert(1, "unit", np.repeat(units, repeats))
+    return rows
 
 
 def _brief(value: object) -> str:
@@ -225,36 +293,37 @@ def _brief(value: object) -> str:
 
 
 def _repeated(rows: pd.DataFrame, times: int) -> pd.DataFrame:
-    """Each row so many times in a row."""
+    """Return a table with each row so many times, one after the other."""
     return rows.loc[rows.index.repeat(times)].reset_index(drop=True)
 
 
 def _judged(
     study: StoredStudy,
-    others: Mapping[str, StoredStudy],
+    variants: Mapping[str, StoredStudy],
     bits: Mapping[str, Bits],
     columns: Sequence[str],
     pairs: _Along,
     confidence: float,
 ) -> pd.DataFrame:
-    """Of each conclusion the differences in the study and in its variants, which are
-    one family. A variant with the same bits has the differences of the study, and is no
-    further occasion to err.
+    """Return the differences of each conclusion in the study and in its variants.
+
+    All differences are one family. An identical variant has the differences of the
+    study, and so makes the family no larger.
     """
     itself = {point: point for pair in pairs.points for point in pair}
-    found = {AS_IT_IS: [*_contrasts(study, itself, columns, pairs)]}
-    for name, one in others.items():
-        points = _matched(study, one)
+    judged = {AS_IT_IS: [*_contrasts(study, itself, columns, pairs)]}
+    for name, variant in variants.items():
+        points = _matched(study, variant)
         if name not in bits or bits[name].differ:
-            found[name] = [*_contrasts(one, points, columns, pairs)]
-    contrasts = [one for part in found.values() for one in part]
-    table = judge(contrasts, Inference(confidence, "bonferroni"))[list(ESTIMATED)]
-    each = len(columns) * len(pairs.points)
-    first = {name: number * each for number, name in enumerate(found)}
-    names = [AS_IT_IS, *others]
-    order = [first.get(name, 0) + row for row in range(each) for name in names]
+            judged[name] = [*_contrasts(variant, points, columns, pairs)]
+    family = [contrast for contrasts in judged.values() for contrast in contrasts]
+    table = judge(family, Inference(confidence, "bonferroni"))[list(ESTIMATED)]
+    conclusions = len(columns) * len(pairs.points)
+    first = {name: number * conclusions for number, name in enumerate(judged)}
+    names = [AS_IT_IS, *variants]
+    order = [first.get(name, 0) + row for row in range(conclusions) for name in names]
     table = table.iloc[order].reset_index(drop=True)
-    table.insert(0, "variant", names * each)
+    table.insert(0, "variant", names * conclusions)
     return table
 
 
@@ -264,42 +333,43 @@ def _contrasts(
     columns: Sequence[str],
     pairs: _Along,
 ) -> Iterator[Contrast]:
-    """The differences in one study, column by column."""
+    """Yield the differences in one study, column by column."""
     side = Side(study.name, study, study.trials, frozenset[str]())
     at: NDArray[np.object_] = np.array(
-        [[points[one], points[other]] for one, other in pairs.points], object
+        [[points[first], points[point]] for first, point in pairs.points], object
     )
     sharing = bool(streams_in_common(side, side))
-    places = places_of(side, side, at, sharing=sharing)
+    compared = places_of(side, side, at, sharing=sharing)
     for column in columns:
-        yield from contrasts_of(side, side, column, places)
+        yield from contrasts_of(side, side, column, compared)
 
 
 def _enter_outcomes(rows: pd.DataFrame, unjudged: Sequence[Sequence[str]]) -> None:
-    """Enter the column `outcome`, "" for the study as it is. `unjudged` has of each
-    variant the metrics that are of something else there.
+    """Enter the column `outcome`, "" for the study itself.
+
+    `unjudged` has the metrics per variant that mean something else there.
     """
-    per = len(unjudged) + 1
-    verdicts = rows["verdict"].to_numpy().reshape(-1, per)
-    metrics = rows["metric"].to_numpy().reshape(-1, per)[:, 0]
+    per_conclusion = len(unjudged) + 1
+    verdicts = rows["verdict"].to_numpy().reshape(-1, per_conclusion)
+    metrics = rows["metric"].to_numpy().reshape(-1, per_conclusion)[:, 0]
     outcomes = list[str]()
-    for metric, (own, *others) in zip(metrics, verdicts, strict=True):
+    for metric, (own, *of_variants) in zip(metrics, verdicts, strict=True):
         name = Column.read(str(metric)).metric
         outcomes.append("")
-        for verdict, left in zip(others, unjudged, strict=True):
+        for verdict, left in zip(of_variants, unjudged, strict=True):
             outcomes.append(UNJUDGED if name in left else outcome_of(own, verdict))
     rows["outcome"] = outcomes
 
 
-def outcome_of(own: str, other: str) -> str:
-    """What a variant makes of a conclusion, by both verdicts."""
-    if not {own, other} <= {HIGHER, LOWER}:
+def outcome_of(own: str, variant: str) -> str:
+    """Return the outcome of the verdicts in the study and in a variant."""
+    if not {own, variant} <= {HIGHER, LOWER}:
         return OPEN
-    return SURVIVES if own == other else TURNS
+    return SURVIVES if own == variant else TURNS
 
 
 def _together(outcomes: set[str]) -> str:
-    """The outcome of all variants."""
+    """Return the outcome of all variants together."""
     judged = outcomes - {UNJUDGED}
     if TURNS in judged:
         return TURNS
@@ -309,17 +379,19 @@ def _together(outcomes: set[str]) -> str:
 
 
 def _bits(study: StoredStudy, variant: StoredStudy) -> Bits | None:
-    """How many trials have the same bits; None of a variant that has trials of its
-    own.
+    """Return how many trials of a variant are identical.
+
+    None for a variant that has no trial id in common with the study.
     """
     columns = columns_of(study.metrics)
-    kept = ["trial_id", *columns]
-    both = study.trials[kept].merge(variant.trials[kept], on="trial_id")
+    compared = ["trial_id", *columns]
+    both = study.trials[compared].merge(variant.trials[compared], on="trial_id")
     if both.empty:
         return None
-    one, other = (
-        both[[f"{name}_{side}" for name in columns]].to_numpy(np.float64)
-        for side in "xy"
+    # Suffixes of merge: x for the study, y for the variant.
+    own, other = (
+        both[[f"{name}_{suffix}" for name in columns]].to_numpy(np.float64)
+        for suffix in "xy"
     )
-    same = (one == other) | (np.isnan(one) & np.isnan(other))
+    same = (own == other) | (np.isnan(own) & np.isnan(other))
     return Bits(len(both), int(same.all(axis=1).sum()))

@@ -1,5 +1,6 @@
-"""What variants make of the conclusions of a study: below each other the differences of
-its points, as they are and with each variant.
+"""The figure of the conclusions of a study in its variants.
+
+It has one row per conclusion, with the difference in the study and in each variant.
 """
 
 from functools import partial
@@ -33,27 +34,51 @@ from sweep.methods.robustness.analysis import (
 from sweep.spec.recorded import Column, Over, is_half
 from sweep.tables.stored_study import StoredStudy
 
-MOST_ROWS, MOST_COLUMNS = 60, 6
-ROW, MARK, FRAME, WIDTH = 0.16, 0.075, 1.5, 7.2
-"""Inches: between rows, between the marks of a row, around the panel, and across."""
+MOST_ROWS = 60
+MOST_COLUMNS = 6
+ROW = 0.16
+"""Distance between rows, in inches."""
+MARK = 0.075
+"""Distance between the marks of a row, in inches."""
+FRAME = 1.5
+"""Height around the panel, in inches."""
+WIDTH = 7.2
+"""Width of the figure, in inches."""
 
 
 class Conclusions(NamedTuple):
-    """What the figure of one column shows."""
+    """Content of the figure of one column."""
 
-    found: Validity
+    validity: Validity
     column: str
 
 
 def validity_figure(
     study: StoredStudy, metric: str, *, over: Over = "last", half: bool = False
 ) -> Figure:
-    """The differences of each point to the first one along an axis in one metric, with
-    their intervals: in the study, and with each time step, neighbour search and order
-    of updates that `validate` asks for. `over="half"` takes means over the last half of
-    a trial; `half=True` is its older form.
+    """Plot the differences of each point to the first one along an axis in one metric.
 
-    Raises ChoiceError for a study without `validate`, and for more than 60 differences.
+    Differences and their confidence intervals are those in the study and in each
+    variant of `validate`: time step, neighbour search and order of updates.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        A study whose spec has `validate`.
+    metric : str
+    over : {"last", "half"}, default "last"
+        Last frames, or means over the second half of each trial.
+    half : bool, default False
+        The older form of `over="half"`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        The spec has no `validate`, or there are more than 60 differences.
     """
     return draw_validity(validity_layout(study, metric, half=is_half(over, half)))
 
@@ -61,29 +86,47 @@ def validity_figure(
 def validity_layout(
     study: StoredStudy, metric: str, *, half: bool = False
 ) -> Conclusions:
-    """What `validity_figure` will show. Raises ChoiceError as it does."""
-    found = check_conclusions(study, metric, half=half)
-    if len(found.conclusions) > MOST_ROWS:
+    """Return the content of `validity_figure`.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    half : bool, default False
+        Take means over the second half of each trial, not the last frame.
+
+    Returns
+    -------
+    Conclusions
+
+    Raises
+    ------
+    ChoiceError
+        The spec has no `validate`, or there are more than 60 differences.
+    """
+    validity = check_conclusions(study, metric, half=half)
+    if len(validity.conclusions) > MOST_ROWS:
         raise ChoiceError(
-            f"has {len(found.conclusions):,} differences; allowed: up to {MOST_ROWS};"
-            " choose with where",
+            f"has {len(validity.conclusions):,} differences; allowed: up to"
+            f" {MOST_ROWS}; choose with where",
             study.name,
             "validity",
         )
-    return Conclusions(found, str(found.rows["metric"].iloc[0]))
+    return Conclusions(validity, str(validity.rows["metric"].iloc[0]))
 
 
 def draw_validity(layout: Conclusions) -> Figure:
-    """The figure of a layout."""
-    found, conclusions = layout.found, layout.found.conclusions
-    per = len(found.variants) + 1
+    """Draw the figure of a layout."""
+    validity = layout.validity
+    conclusions = validity.conclusions
+    per_row = len(validity.variants) + 1
     with style.context(STYLE):
-        height = FRAME + len(conclusions) * (ROW + MARK * per)
+        height = FRAME + len(conclusions) * (ROW + MARK * per_row)
         figure = Figure(figsize=(WIDTH, height))
         axes = figure.subplots()
         axes.axvline(0.0, color=GREY, linewidth=0.8)
-        _rows(axes, found, per)
-        name_rows(axes, [_name(found, row) for _, row in conclusions.iterrows()])
+        _rows(axes, validity, per_row)
+        name_rows(axes, [_name(validity, row) for _, row in conclusions.iterrows()])
         axes.tick_params(axis="y", labelsize=7)
         for place, outcome in enumerate(conclusions["outcome"]):
             if outcome == TURNS:
@@ -97,55 +140,63 @@ def draw_validity(layout: Conclusions) -> Figure:
                 fontsize=7,
                 va="center",
             )
-        axes.set_xlabel(f"difference of mean {quantity(found.study, layout.column)}")
+        axes.set_xlabel(f"difference of mean {quantity(validity.study, layout.column)}")
         legend(figure, axes, MOST_COLUMNS)
-        note(figure, _note(found))
+        note(figure, _note(validity))
     return figure
 
 
-def _rows(axes: Axes, found: Validity, per: int) -> None:
+def _rows(axes: Axes, validity: Validity, per_row: int) -> None:
     """Draw the differences, variant by variant."""
-    words = [AS_IT_IS, *found.variants.values()]
-    shown = found.rows[found.rows["outcome"] != UNJUDGED]
+    words = [AS_IT_IS, *validity.variants.values()]
+    shown = validity.rows[validity.rows["outcome"] != UNJUDGED]
     for number, (name, label) in enumerate(
-        zip([AS_IT_IS, *found.variants], words, strict=True)
+        zip([AS_IT_IS, *validity.variants], words, strict=True)
     ):
         table = shown[shown["variant"] == name]
         if table.empty:
             continue
-        places = table.index.to_numpy() // per + 0.7 * ((number + 0.5) / per - 0.5)
-        values = (table["difference"], table["low"], table["high"])
-        colour = GREY if number == 0 else COLOURS[(number - 1) % len(COLOURS)]
-        marker = MARKERS[number % len(MARKERS)]
-        draw_values(axes, places, values, colour, marker, label)
+        offset = 0.7 * ((number + 0.5) / per_row - 0.5)
+        draw_values(
+            axes,
+            table.index.to_numpy() // per_row + offset,
+            (table["difference"], table["low"], table["high"]),
+            GREY if number == 0 else COLOURS[(number - 1) % len(COLOURS)],
+            marker=MARKERS[number % len(MARKERS)],
+            label=label,
+        )
 
 
-def _name(found: Validity, row: "pd.Series[Any]") -> str:
-    point = named((name, row[name]) for name in found.settings)
+def _name(validity: Validity, row: "pd.Series[Any]") -> str:
+    point = named((name, row[name]) for name in validity.settings)
     return f"{point}\nagainst {str(row['against']).replace('_', ' ')}"
 
 
-def _note(found: Validity) -> str:
-    counts = found.study.trials["point"].value_counts().to_numpy(np.int64)
+def _note(validity: Validity) -> str:
+    counts = validity.study.trials["point"].value_counts().to_numpy(np.int64)
     text = (
         "lines: intervals, all of which hold together with"
-        f" {100 * found.confidence:g} % (Bonferroni); {{n}} trials a point"
+        f" {100 * validity.confidence:g} % (Bonferroni); {{n}} trials a point"
     )
-    for name, bits in found.bits.items():
+    for name, bits in validity.bits.items():
         text += (
-            f"; {found.variants[name]}: {bits.same:,} of {bits.trials:,} trials have"
+            f"; {validity.variants[name]}: {bits.same:,} of {bits.trials:,} trials have"
             " the same bits"
         )
-    return select(found.study).note(text, counts)
+    return select(validity.study).note(text, counts)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """A figure a metric. Raises ChoiceError where the study has no variants."""
-    asked = [(name, Column.read(name)) for name in choices.plain(study)]
+    """Return one figure per metric. ChoiceError if the study has no variants."""
+    columns = [(name, Column.read(name)) for name in choices.plain(study)]
     layouts = {
-        name: validity_layout(study, one.metric, half=one.half) for name, one in asked
+        name: validity_layout(study, column.metric, half=column.half)
+        for name, column in columns
     }
-    return [Planned(name, partial(draw_validity, one)) for name, one in layouts.items()]
+    return [
+        Planned(name, partial(draw_validity, layout))
+        for name, layout in layouts.items()
+    ]
 
 
 KIND = FigureKind("whether conclusions hold with other numerics", (), plan)

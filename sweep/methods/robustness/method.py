@@ -1,4 +1,4 @@
-"""Conclusions with other numerics: its entry, its section and its command."""
+"""The entry of conclusions with other numerics, its section and its command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,18 +24,34 @@ def validity(
     over: OverOption = Over.last,
     confidence: Confidence = 0.95,
 ) -> "Report":
-    """Whether the conclusions of a study whose spec has `validate` hold with other time
-    steps, another search for neighbours and another order of updates.
+    """Check whether the conclusions of a study hold with other numerics.
+
+    The spec of the study has `validate`: other time steps, another search for
+    neighbours and another order of updates.
 
     The conclusions are the signs of the differences of each point to the first one
     along an axis. Each survives, turns, or is not decided.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : list of str, optional
+        By default all metrics of the study.
+    over : Over, default Over.last
+        Last frames, or means over the second half of each trial.
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals.
+
+    Returns
+    -------
+    Report
     """
     from sweep.methods.robustness.analysis import check_conclusions
     from sweep.methods.robustness.report import validity_report
 
     half = over == Over.half
-    found = check_conclusions(study, metric or (), half=half, confidence=confidence)
-    return validity_report(found)
+    checked = check_conclusions(study, metric or (), half=half, confidence=confidence)
+    return validity_report(checked)
 
 
 def figures() -> "dict[str, FigureKind]":

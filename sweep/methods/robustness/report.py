@@ -1,4 +1,4 @@
-"""The report of other numerics: what they make of the conclusions of a study."""
+"""The report of the conclusions of a study with other numerics."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,44 +14,46 @@ from sweep.tables.reports import MAX_ROWS, Report, TextTable
 from sweep.text import so_many
 
 
-def validity_report(found: Validity) -> Report:
-    """Return a row for each conclusion, with its difference in the study and in each
-    variant, and what all of them say together; docs/json.md says what each key is.
+def validity_report(validity: Validity) -> Report:
+    """Return one row per conclusion, and the outcomes of all conclusions.
+
+    A row has the difference in the study and in each variant. docs/json.md describes
+    the keys of the JSON form.
     """
-    conclusions = found.conclusions
-    per_conclusion = len(found.variants) + 1
+    conclusions = validity.conclusions
+    per_conclusion = len(validity.variants) + 1
     cells = list[list[str]]()
     for number, (_, conclusion) in enumerate(conclusions.head(MAX_ROWS).iterrows()):
         start = per_conclusion * number
-        differences = found.rows.iloc[start : start + per_conclusion]
-        cells.append(_cells(conclusion, differences, found.settings))
-    variants = [AS_IT_IS, *found.variants.values()]
+        differences = validity.rows.iloc[start : start + per_conclusion]
+        cells.append(_cells(conclusion, differences, validity.settings))
+    variants = [AS_IT_IS, *validity.variants.values()]
     table = TextTable(
-        columns=["metric", *found.settings, "against", *variants, "conclusion"],
+        columns=["metric", *validity.settings, "against", *variants, "conclusion"],
         rows=cells,
-        title=found.study.name,
+        title=validity.study.name,
         ruled=False,
         hidden=max(len(conclusions) - MAX_ROWS, 0),
     )
-    parts: list[TextTable | str] = [table, *_notes(found), "", _summary(found)]
-    return Report(found.rows, _facts(found), parts)
+    parts: list[TextTable | str] = [table, *_notes(validity), "", _summary(validity)]
+    return Report(validity.rows, _facts(validity), parts)
 
 
-def _facts(found: Validity) -> dict[str, Any]:
+def _facts(validity: Validity) -> dict[str, Any]:
     variants = [
         {
             "name": name,
             "words": words,
-            "same_bits": found.bits[name].same if name in found.bits else None,
+            "same_bits": validity.bits[name].same if name in validity.bits else None,
         }
-        for name, words in found.variants.items()
+        for name, words in validity.variants.items()
     ]
     return {
-        "study": found.study.name,
-        "confidence": found.confidence,
+        "study": validity.study.name,
+        "confidence": validity.confidence,
         "variants": variants,
-        "conclusions": json_rows(found.conclusions),
-        "rows": json_rows(found.rows),
+        "conclusions": json_rows(validity.conclusions),
+        "rows": json_rows(validity.rows),
     }
 
 
@@ -69,7 +71,7 @@ def _cells(
 
 
 def _difference(row: "pd.Series[Any]") -> str:
-    """A difference with its interval; a dash where it is not judged."""
+    """Return a difference with its interval in words; a dash if it is not judged."""
     if row["outcome"] == UNJUDGED:
         return "-"
     value, low, high = (float(row[name]) for name in ("difference", "low", "high"))
@@ -79,27 +81,27 @@ def _difference(row: "pd.Series[Any]") -> str:
     return with_interval(value, low, high, sign=True)
 
 
-def _notes(found: Validity) -> Iterator[str]:
+def _notes(validity: Validity) -> Iterator[str]:
     yield (
         "differences of each point to the first one along an axis; all intervals hold"
-        f" together with {100 * found.confidence:g} % (Bonferroni)"
+        f" together with {100 * validity.confidence:g} % (Bonferroni)"
     )
-    for name, bits in found.bits.items():
+    for name, bits in validity.bits.items():
         yield (
-            f"{found.variants[name]}: {bits.same:,} of {so_many(bits.trials, 'trial')}"
-            " have the same bits"
+            f"{validity.variants[name]}: {bits.same:,} of"
+            f" {so_many(bits.trials, 'trial')} have the same bits"
         )
-    for name, missing in found.missing.items():
+    for name, missing in validity.missing.items():
         if missing:
             yield f"{name}: {so_many(missing, 'trial')} not stored"
-    left = found.rows[found.rows["outcome"] == UNJUDGED]
+    left = validity.rows[validity.rows["outcome"] == UNJUDGED]
     if len(left):
         metrics = ", ".join(left["metric"].unique())
         yield f"-: not judged, as another step changes what it measures: {metrics}"
 
 
-def _summary(found: Validity) -> str:
-    outcomes = found.conclusions["outcome"]
+def _summary(validity: Validity) -> str:
+    outcomes = validity.conclusions["outcome"]
     counts = {name: int((outcomes == name).sum()) for name in OUTCOMES}
-    said = ", ".join(f"{name} {count:,}" for name, count in counts.items() if count)
-    return f"{so_many(len(outcomes), 'conclusion')}: {said}"
+    text = ", ".join(f"{name} {count:,}" for name, count in counts.items() if count)
+    return f"{so_many(len(outcomes), 'conclusion')}: {text}"

@@ -1,7 +1,7 @@
-"""The section `validate` of a spec: with which other time steps, neighbour search and
-order of updates a study is run again.
+"""The section `validate` of a spec: the other numerics with which a study runs again.
 
-All functions raise SpecError, with file and line, for what is not allowed.
+They are other time steps, another neighbour search and another order of updates. All
+functions raise SpecError, with file and line, for values that are not allowed.
 """
 
 import re
@@ -27,36 +27,41 @@ PARTS = tuple(range(1, MOST_PARTS + 1))
 
 @dataclass(frozen=True)
 class StepParts(Content[int]):
-    """A share of the time step, 1, 1/2, 1/3 ...; it reads as the parts of a step."""
+    """A fraction of the time step, 1, 1/2, 1/3 ..., read as the number of parts."""
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return f"a share of the time step, 1, 1/2, 1/3 ... 1/{MOST_PARTS}"
 
     def read(self, entry: Entry) -> int:
+        """Return the number of parts. SpecError if it is not such a fraction."""
         value = entry.value
         if isinstance(value, str):
-            whole, _, parts = value.replace(" ", "").partition("/")
-            if whole == "1" and re.fullmatch("[1-9][0-9]{0,8}", parts):
+            numerator, _, parts = value.replace(" ", "").partition("/")
+            if numerator == "1" and re.fullmatch("[1-9][0-9]{0,8}", parts):
                 value = Fraction(1, int(parts))
         number = isinstance(value, int | float | Fraction) and value is not True
-        found = next((k for k in PARTS if number and abs(value * k - 1) < 1e-6), None)
-        if found is None:
+        cut = next((k for k in PARTS if number and abs(value * k - 1) < 1e-6), None)
+        if cut is None:
             raise entry.expected(self.words)
-        return found
+        return cut
 
     def schema(self) -> Schema:
+        """Return the allowed values as JSON Schema."""
         share = {"type": "number", "exclusiveMinimum": 0, "maximum": 1}
         return {"anyOf": [share, {"type": "string", "pattern": "^ *1 */ *[0-9]+ *$"}]}
 
     def write(self, value: int) -> str | int:
+        """Return the number of parts as a spec has it."""
         return 1 if value == 1 else f"1/{value}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Validate:
-    """The keys of the section. `dt` has of each time step into how many parts it cuts
-    that of the study.
+    """The keys of the section.
+
+    `dt` has the number of parts into which each time step cuts the study's step.
     """
 
     dt: Annotated[
@@ -103,20 +108,35 @@ KEY = Key(
 def read_validate(root: Entry, _context: SpecContext) -> Validate:
     """Return the section, each key checked alone."""
     entry = root.child(KEY.name)
-    found = read_section(Validate, entry)
-    if {*found.dt} <= {1} and not found.search and not found.update:
+    section = read_section(Validate, entry)
+    if {*section.dt} <= {1} and not section.search and not section.update:
         raise entry.error(
             '"validate" changes nothing: give it a time step that is shorter, as'
             " dt: [1/2], search: all_pairs or update: both"
         )
-    return found
+    return section
 
 
-def check_validate(root: Entry, given: Validate, context: SpecContext) -> None:
-    """Raise SpecError where a study of the model, with such axes, cannot be run as the
-    section says, or has nothing that could be concluded from it.
+def check_validate(root: Entry, section: Validate, context: SpecContext) -> None:
+    """Check that the model and the axes of a study suit the section.
+
+    Parameters
+    ----------
+    root : Entry
+        The root of the spec.
+    section : Validate
+        The value of the section.
+    context : SpecContext
+        Model, parameters and axes of the study.
+
+    Raises
+    ------
+    SpecError
+        The study cannot be run with other numerics, or has no conclusions: no axis has
+        two values.
     """
-    entry, mistakes = root.child(KEY.name), Mistakes()
+    entry = root.child(KEY.name)
+    mistakes = Mistakes()
     with mistakes.noted():
         if all(len(axis) < 2 for axis in context.axes or ()):
             raise entry.error(
@@ -124,14 +144,14 @@ def check_validate(root: Entry, given: Validate, context: SpecContext) -> None:
                 " at least two values, whose differences it looks at"
             )
     with mistakes.noted():
-        if given.dt and time_step(context.settings) is None:
+        if section.dt and time_step(context.settings) is None:
             raise entry.child("dt").error(
                 f"model {context.model} has no time step that could be shorter: none of"
                 " its settings says that its equations are continuous in time"
                 ' (InParts("time")); leave dt out'
             )
     with mistakes.noted():
-        if given.update and UPDATE not in context.settings:
+        if section.update and UPDATE not in context.settings:
             raise entry.child("update").error(
                 f'model {context.model} has no setting "{UPDATE}", and so one order of'
                 " updates; leave update out"
@@ -140,7 +160,8 @@ def check_validate(root: Entry, given: Validate, context: SpecContext) -> None:
 
 
 def time_step(settings: Mapping[str, Setting]) -> str | None:
-    """The setting that is the length of a step, of a model that is continuous in time;
-    None of another.
+    """Return the parameter that is the time step.
+
+    None for a model that is not continuous in time.
     """
     return next((name for name in settings if settings[name].each_step == "time"), None)

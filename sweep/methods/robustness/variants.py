@@ -1,7 +1,8 @@
-"""The variants of a study that `validate` asks for: the same study with shorter time
-steps, another search for neighbours, or another order of updates.
+"""The variants of a study: the same study with other numerics, from `validate`.
 
-Each is a whole spec, and its study lies in the folder of the first one.
+They have shorter time steps, another search for neighbours, or another order of
+updates. Each variant is a complete spec, and its study is stored in the folder of the
+first one.
 """
 
 import copy
@@ -31,58 +32,62 @@ STEPS = "steps"
 
 
 class UncutError(ValueError):
-    """The steps of a study cannot be cut; the message says why."""
+    """The steps of a study cannot be cut into parts; the message has the reason."""
 
 
-def named_variants(study: Study, asked: Validate) -> dict[str, str]:
-    """The names of the variants of a study, with what differs in words."""
+def named_variants(study: Study, section: Validate) -> dict[str, str]:
+    """Return the difference of each variant in words, by its name."""
     step = time_step(study.settings)
-    found = {name: f"{step} 1/{parts}" for name, parts in _shorter(asked).items()}
-    if asked.search:
-        found[WITHOUT_GRID] = "all pairs"
-    others = _other(study, asked).items()
-    return found | {name: f"{order} updates" for name, order in others}
+    words = {name: f"{step} 1/{parts}" for name, parts in _shorter(section).items()}
+    if section.search:
+        words[WITHOUT_GRID] = "all pairs"
+    orders = _other_orders(study, section).items()
+    return words | {name: f"{order} updates" for name, order in orders}
 
 
-def study_variants(study: Study, asked: Validate) -> list[StudyVariant]:
-    """The variants of a study. Raises one SpecError with all that cannot be."""
-    words = named_variants(study, asked)
-    found, mistakes = list[tuple[str, str, dict[str, Any]]](), Mistakes()
+def study_variants(study: Study, section: Validate) -> list[StudyVariant]:
+    """Return the variants of a study. One SpecError has all that is not possible."""
+    words = named_variants(study, section)
+    specs = list[tuple[str, str, dict[str, Any]]]()
+    mistakes = Mistakes()
     with mistakes.noted():
-        for name, parts in _shorter(asked).items():
-            found.append((name, "dt", _cut(study, name, parts)))
-    if asked.search:
+        for name, parts in _shorter(section).items():
+            specs.append((name, "dt", _cut(study, name, parts)))
+    if section.search:
         spec = _named(study, WITHOUT_GRID) | {"neighbour_search": ALL_PAIRS}
-        found.append((WITHOUT_GRID, "search", spec))
+        specs.append((WITHOUT_GRID, "search", spec))
     with mistakes.noted():
-        for name, order in _other(study, asked).items():
-            found.append((name, "update", _updated(study, _named(study, name), order)))
+        for name, order in _other_orders(study, section).items():
+            specs.append((name, "update", _updated(study, _named(study, name), order)))
     mistakes.check()
     return [
         StudyVariant(name, words[name], (KEY.name, key), spec)
-        for name, key, spec in found
+        for name, key, spec in specs
     ]
 
 
 def in_parts(study: Study, parts: int) -> dict[str, Any]:
-    """The spec of a study with each step cut into so many parts: frames stay at the
-    same times, settings that act once in each step change by their rules, and a trial
-    may take so many times as long. Raises UncutError where that cannot be.
+    """Return the spec of a study with each time step cut into parts.
+
+    Frames keep their times. Parameters that act once per step change by their rules,
+    and the time limit of a trial becomes `parts` times as long. UncutError if steps
+    cannot be cut.
     """
     if time_step(study.settings) is None:
         raise UncutError(
             f"model {study.model} has no time step that could be shorter: its equations"
             " are not continuous in time"
         )
-    spec, changed = _own(study), changed_by_steps(study)
-    for one in study.expressions:
-        if used := sorted(one.names & {*changed}):
+    spec = _own(study)
+    changed = changed_by_steps(study)
+    for expression in study.expressions:
+        if used := sorted(expression.names & {*changed}):
             raise UncutError(
-                f'"{one.text}" uses {" and ".join(used)}, which a shorter step changes:'
-                " it would mean something else"
+                f'"{expression.text}" uses {" and ".join(used)}, which a shorter step'
+                " changes: it would mean something else"
             )
     for name, setting in changed.items():
-        _change(study, spec, name, setting, parts)
+        _change(study, spec, name, setting, parts=parts)
     record = {"every": study.record.every * parts}
     spec["record"] = spec.get("record", {}) | record
     if study.time_limit is not None:
@@ -91,56 +96,76 @@ def in_parts(study: Study, parts: int) -> dict[str, Any]:
 
 
 def changed_by_steps(study: Study) -> dict[str, Setting]:
-    """The settings that a shorter step changes."""
-    settings = study.settings.items()
-    return {name: one for name, one in settings if one.in_steps or one.each_step}
+    """Return the parameters that change with a shorter time step, by name."""
+    return {
+        name: setting
+        for name, setting in study.settings.items()
+        if setting.in_steps or setting.each_step
+    }
 
 
-def record_of(study: Study, asked: Validate) -> list[dict[str, Any]]:
-    """What a plan records of the variants: their names, what differs in `words`, and
-    the metrics that are `unjudged`, as they are of something else there.
+def record_of(study: Study, section: Validate) -> list[dict[str, Any]]:
+    """Return the record of the variants for a plan.
+
+    Each has its `name`, its difference in `words`, and `unjudged`, the metrics that
+    mean something else there.
     """
     return [
-        {"name": name, "words": words, "unjudged": unjudged(study, asked, name)}
-        for name, words in named_variants(study, asked).items()
+        {"name": name, "words": words, "unjudged": unjudged(study, section, name)}
+        for name, words in named_variants(study, section).items()
     ]
 
 
-def check_record(record: list[dict[str, Any]], about: Mapping[str, Any]) -> None:
-    """Raise ValueError unless the variants have names of studies, each its own, and the
-    metrics are those of the study.
+def check_record(record: list[dict[str, Any]], plan: Mapping[str, Any]) -> None:
+    """Check a record: unique names of studies, and metrics of the study.
+
+    ValueError if a name or a metric is not allowed. `plan` is the description of the
+    study in the plan.
     """
-    check_names("variant", names := [one["name"] for one in record], names)
-    for one in record:
-        name = one["name"]
+    check_names("variant", names := [variant["name"] for variant in record], names)
+    for variant in record:
+        name = variant["name"]
         if "/" in name or why_no_name(name):
             raise ValueError(f'no variant can be called "{shortened(name)}"')
-        check_names("metric", one["unjudged"], about["record"])
+        check_names("metric", variant["unjudged"], plan["record"])
 
 
-def unjudged(study: Study, asked: Validate, variant: str) -> list[str]:
-    """The recorded metrics that are of something else in a variant: with shorter steps
-    those that measure what one step changes, and those derived from these or from
-    settings that change with the step.
+def unjudged(study: Study, section: Validate, variant: str) -> list[str]:
+    """Return the recorded metrics that mean something else in a variant.
+
+    Parameters
+    ----------
+    study : Study
+    section : Validate
+    variant : str
+        Name of the variant.
+
+    Returns
+    -------
+    list of str
+        Empty unless the variant has shorter steps. Then the metrics that measure the
+        change in one step, and metrics derived from these or from parameters that
+        change with the step.
     """
-    if variant not in _shorter(asked):
+    if variant not in _shorter(section):
         return []
-    known, changed = study.known.metrics, {*changed_by_steps(study)}
-    found = [name for name in study.record.metrics if known[name].per_step]
-    for one in study.record.derive:
-        if one.expression.names & {*found, *changed}:
-            found.append(one.name)
-    return found
+    known = study.known.metrics
+    changed = {*changed_by_steps(study)}
+    metrics = [name for name in study.record.metrics if known[name].per_step]
+    for derived in study.record.derive:
+        if derived.expression.names & {*metrics, *changed}:
+            metrics.append(derived.name)
+    return metrics
 
 
-def _shorter(asked: Validate) -> dict[str, int]:
-    """By the names of the variants with shorter steps, the parts of a step."""
-    return {f"dt-1of{parts}": parts for parts in sorted(asked.dt) if parts > 1}
+def _shorter(section: Validate) -> dict[str, int]:
+    """Return the parts of a step by the names of variants with shorter steps."""
+    return {f"dt-1of{parts}": parts for parts in sorted(section.dt) if parts > 1}
 
 
-def _other(study: Study, asked: Validate) -> dict[str, str]:
-    """By the names of their variants, the orders of updates that a study has not."""
-    if not asked.update:
+def _other_orders(study: Study, section: Validate) -> dict[str, str]:
+    """Return the orders of updates that a study lacks, by the names of variants."""
+    if not section.update:
         return {}
     own = (study.preset_settings | study.fixed)[UPDATE]
     orders = [order for order in study.settings[UPDATE].choices if order != own]
@@ -148,19 +173,19 @@ def _other(study: Study, asked: Validate) -> dict[str, str]:
 
 
 def _named(study: Study, name: str) -> dict[str, Any]:
-    """The spec of a study without `validate`, as that of a variant."""
+    """Return the spec of a study without `validate`, with the name of a variant."""
     return _own(study) | {"study": f"{study.name}/{name}"}
 
 
 def _own(study: Study) -> dict[str, Any]:
-    """The spec of a study without `validate`."""
+    """Return the spec of a study without `validate`."""
     spec: dict[str, Any] = parse_document(study.text, study.path).value
     left = {key: value for key, value in spec.items() if key != KEY.name}
     return copy.deepcopy(left)
 
 
 def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
-    """The spec with that order of updates."""
+    """Return the spec with an order of updates."""
     if study.place_of(UPDATE) not in (None, ("fixed", UPDATE)):
         raise study.document.error(
             (KEY.name, "update"),
@@ -170,7 +195,7 @@ def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
 
 
 def _cut(study: Study, name: str, parts: int) -> dict[str, Any]:
-    """The spec of a variant whose steps are cut. Raises SpecError where they cannot."""
+    """Return the spec of a variant whose steps are cut. SpecError if they cannot be."""
     place = (KEY.name, "dt")
     try:
         return in_parts(study, parts) | {"study": f"{study.name}/{name}"}
@@ -183,15 +208,16 @@ def _cut(study: Study, name: str, parts: int) -> dict[str, Any]:
 def _change(
     study: Study, spec: dict[str, Any], name: str, setting: Setting, parts: int
 ) -> None:
-    """Give a setting the value that it has where steps are cut. Raises UncutError, and
-    NotAllowedError where the setting cannot have it, as a number of steps that is too
-    large.
+    """Change a parameter in a spec to its value with cut steps.
+
+    UncutError if the value cannot be changed. NotAllowedError if the parameter cannot
+    have it, such as a number of steps that is too large.
     """
 
     def cut(value: Any) -> Value:
         return setting.coerce(setting.in_parts(value, parts))
 
-    held = next((one for one in study.axes if one.continued), None)
+    held = next((axis for axis in study.axes if axis.continued), None)
     if name == STEPS and held and held.continued and held.continued.hold:
         spec["sweep"][held.name][HOLD.name] = cut(held.continued.hold)
         return
@@ -207,40 +233,41 @@ def _change(
         return
     axis = next(axis for axis in study.axes if name in axis.columns)
     if zipped := _zipped(spec, axis, name):
-        zipped[name] = [cut(one) for one in zipped[name]]
+        zipped[name] = [cut(value) for value in zipped[name]]
         return
     if not _is_plain(axis, name):
         raise UncutError(
             f'"{name}" changes with the step, and stands on an axis that has more than'
             " a list or a grid of its values"
         )
-    spec["sweep"][name] = [cut(one) for one in axis.columns[name].tolist()]
+    spec["sweep"][name] = [cut(value) for value in axis.columns[name].tolist()]
 
 
 def _zipped(spec: dict[str, Any], axis: Axis, name: str) -> dict[str, Any] | None:
-    """The lists of an axis that varies several settings together, if the values of this
-    one are such a list.
+    """Return the lists of an axis that varies several parameters together.
+
+    None if the values of the parameter are no such list.
     """
-    given = spec["sweep"].get(axis.name) if axis.place[0] == "sweep" else None
-    zipped = given.get("zip") if isinstance(given, dict) else None
+    written = spec["sweep"].get(axis.name) if axis.place[0] == "sweep" else None
+    zipped = written.get("zip") if isinstance(written, dict) else None
     listed = isinstance(zipped, dict) and isinstance(zipped.get(name), list)
     return zipped if listed else None
 
 
 def _is_plain(axis: Axis, name: str) -> bool:
-    """Whether an axis has nothing but the values of one setting, in one design."""
+    """Return whether an axis has only the values of one parameter, in one design."""
     alone = list(axis.columns) == [name] and not axis.sampler and not axis.when
     return alone and axis.place == ("sweep", name)
 
 
-def _expression(setting: Setting, given: Any, parts: int) -> str:
-    """The same for what an expression computes."""
+def _expression(setting: Setting, expression: Any, parts: int) -> str:
+    """Return an expression of a parameter, changed for cut steps."""
     if setting.in_steps:
-        return f"({given}) * {parts}"
+        return f"({expression}) * {parts}"
     return {
-        "time": f"({given}) / {parts}",
-        "share": f"1 - (1 - ({given})) ** (1 / {parts})",
-        "noise": f"({given}) * {parts} ** 0.5",
+        "time": f"({expression}) / {parts}",
+        "share": f"1 - (1 - ({expression})) ** (1 / {parts})",
+        "noise": f"({expression}) * {parts} ** 0.5",
     }[setting.each_step]
 
 

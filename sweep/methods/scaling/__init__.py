@@ -1,10 +1,10 @@
-"""Finite-size scaling: what flocks of several sizes tell of a transition.
+"""Finite-size scaling: a transition in flocks of several sizes.
 
-analysis  what each size tells, crossings, collapse
-report    the same as a report
+analysis  curves of sizes, crossings, collapse and the state of each point
+report    the analysis as a report
 figure    curves of several sizes
-collapse  the same, scaled to become one
-method    its entry, and its command
+collapse  the curves, scaled so that they become one
+method    the entry of finite-size scaling, and its command
 """
 
 import lazy_loader

@@ -1,5 +1,6 @@
-"""Finite-size scaling of a stored study: what flocks of several sizes tell of a
-transition, and whether their series can tell it.
+"""Finite-size scaling of a stored study: a transition in flocks of several sizes.
+
+The state of each point shows whether its series are stationary, as the analysis needs.
 """
 
 from dataclasses import dataclass
@@ -43,34 +44,45 @@ from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 
-NUMBER, SIDES = "n", ["width", "height"]
+NUMBER = "n"
+SIDES = ["width", "height"]
 LENGTHS = {"side": "L = sqrt(width height)", "n": "L = n"}
-"""What the length of a size is, in words."""
+"""Definition of the length of a size, in words."""
 FEWEST_TRIALS = 2
 CURVES = ("order", "susceptibility", "binder")
-DRIFTS, ENDLESS, FEW = (
-    "its mean drifts",
-    "no end of a burn-in was found",
-    f"fewer than {FEWEST_FRAMES} frames count",
-)
-"""What speaks against a steady state, or leaves it open. Of ten trials or more drift
-alone tells whether there is no end of a burn-in.
-"""
+DRIFTS = "its mean drifts"
+ENDLESS = "no end of a burn-in was found"
+"""A problem of points of fewer than ten trials; more show a drift if there is one."""
+FEW = f"fewer than {FEWEST_FRAMES} frames count"
+"""A problem that leaves open whether a point is stationary."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """What the sizes of a study tell, by the recorded series `metric` against the
-    setting `control`.
+    """Finite-size scaling of a study.
 
-    `curves` are those of the sizes, the smallest first; their length is the setting
-    `length`: `side`, the root of width times height, or `n` where worlds do not grow.
-    `burn_in` is in steps, None for the first half of each trial. `states` has a row for
-    each point: n, the control, trials, frames and `tau` (both of the part that counts,
-    tau in steps), `burn_in` (steps, as MSER-5 finds it in the whole series), `drift_p`
-    (adjusted for all points) and `problems`, in words; fewer than 20 frames tell none.
-    `left_out` counts trials that are not done or lack a value, and points of fewer than
-    two trials.
+    Attributes
+    ----------
+    metric : str
+        The order parameter, a recorded series.
+    control : str
+        The control parameter.
+    length : str
+        Definition of the length of a size, a key of LENGTHS: "side", the root of width
+        times height, or "n" if worlds do not grow with n.
+    burn_in : int or None
+        Steps that do not count; None for the first half of each trial.
+    curves : tuple of SizeCurve
+        One per size, the smallest first.
+    states : DataFrame
+        One row per point: n, the control parameter, trials, frames and tau (both of the
+        part that counts, tau in steps), burn_in (steps, by MSER-5 in the complete
+        series), drift_p (adjusted for all points) and problems, in words. tau, burn_in
+        and drift_p are NaN for fewer than 20 frames.
+    left_out : int
+        Number of trials that are not done, lack a value, or are of points that have too
+        few.
+    confidence : float
     """
 
     metric: str
@@ -84,16 +96,17 @@ class Scaling:
 
     @cached_property
     def points(self) -> pd.DataFrame:
-        """A row for each point: n, length, the control, then order, susceptibility and
-        binder, each with _low and _high, and what `states` has. The intervals are those
-        of each point alone.
+        """One row per point, with confidence intervals of each point alone.
+
+        Columns: n, length and the control parameter; order, susceptibility and binder,
+        each with _low and _high; and the columns of `states`.
         """
         rows = []
-        for one in self.curves:
-            columns: dict[str, object] = {NUMBER: one.n, "length": one.length}
-            columns[self.control] = one.x
+        for curve in self.curves:
+            columns: dict[str, object] = {NUMBER: curve.n, "length": curve.length}
+            columns[self.control] = curve.x
             for name in CURVES:
-                means = getattr(one, name)
+                means = getattr(curve, name)
                 low, high = means.bounds(self.confidence)
                 columns |= {name: means.value, f"{name}_low": low, f"{name}_high": high}
             rows.append(pd.DataFrame(columns))
@@ -101,39 +114,37 @@ class Scaling:
 
     @cached_property
     def crossings(self) -> list[BinderCrossing]:
-        """Where cumulants of neighbouring sizes cross."""
+        """The crossings of cumulants of neighbouring sizes."""
         return binder_crossings(self.curves, self.confidence)
 
     @cached_property
     def peaks(self) -> list[SusceptibilityPeak]:
-        """Where the susceptibility of each size is largest."""
-        return [susceptibility_peak(one, self.confidence) for one in self.curves]
+        """The peak of the susceptibility of each size."""
+        return [susceptibility_peak(curve, self.confidence) for curve in self.curves]
 
     @cached_property
     def minima(self) -> list[BinderMinimum]:
         """The smallest cumulant of each size."""
-        return [binder_minimum(one, self.confidence) for one in self.curves]
+        return [binder_minimum(curve, self.confidence) for curve in self.curves]
 
     @cached_property
     def two_peaks(self) -> list[TwoPeaks]:
-        """Whether the order of each size has two peaks."""
-        return [two_peaks(one, self.confidence) for one in self.curves]
+        """The test for two peaks of the order of each size."""
+        return [two_peaks(curve, self.confidence) for curve in self.curves]
 
     @cached_property
     def collapse(self) -> Collapse:
-        """The exponents with which the curves collapse; it takes seconds."""
+        """The exponents with which the curves collapse; takes seconds to compute."""
         return collapse(self.curves, self.confidence)
 
     @property
     def stationary(self) -> bool:
-        """Whether nothing speaks against a steady state of any point."""
+        """True if no point has a problem."""
         return bool((self.states["problems"] == "").all())
 
     @cached_property
     def order(self) -> TransitionOrder:
-        """Of which order the transition is, not decided where a series is not
-        stationary.
-        """
+        """The order of the transition; "not decided" if a series is not stationary."""
         if self.stationary:
             return transition_order(self.curves, self.confidence)
         return TransitionOrder("not decided", "not all series are stationary")
@@ -146,15 +157,29 @@ def finite_size_scaling(
     burn_in: int | None = None,
     confidence: float = CONFIDENCE,
 ) -> Scaling:
-    """What flocks of several sizes tell of a transition.
+    """Analyse a transition in flocks of several sizes.
 
-    metric    the order parameter, a recorded series; by default the first
-    by        the setting against which it is seen; by default the only number that
-              varies beside n, and what changes with n
-    burn_in   steps that do not count; by default the first half of each trial
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str, optional
+        The order parameter, a recorded series; by default the first one.
+    by : str, optional
+        The control parameter; by default the only number that varies next to n and the
+        parameters that change with n.
+    burn_in : int, optional
+        Steps that do not count; by default the first half of each trial.
+    confidence : float, default 0.95
 
-    Raises ChoiceError for a study without several sizes, without series, where other
-    settings vary too, and where fewer than two points of two sizes have two trials.
+    Returns
+    -------
+    Scaling
+
+    Raises
+    ------
+    ChoiceError
+        The study has one size, no series, or other parameters that vary; a name or
+        `burn_in` is not allowed; or fewer than two sizes have two points of two trials.
     """
     metric = _metric(study, metric)
     points = study.points
@@ -163,28 +188,35 @@ def finite_size_scaling(
             'has flocks of one size; "sizes" in its spec gives several', study.name
         )
     control = _control(study, by)
-    whole = order_samples(study, metric)
+    samples = order_samples(study, metric)
     last = int(study.series["frame"].max())
     if burn_in is not None and not 0 <= burn_in < last:
         raise ChoiceError(
             f"burn-in: {burn_in:,} steps; allowed: 0 to {last - 1:,}", study.name
         )
-    used = (
-        {point: one[:, one.shape[1] // 2 :] for point, one in whole.items()}
+    late = (
+        {point: series[:, series.shape[1] // 2 :] for point, series in samples.items()}
         if burn_in is None
         else order_samples(study, metric, burn_in)
     )
     enough = {
-        point for point, one in used.items() if len(one) >= FEWEST_TRIALS and one.size
+        point
+        for point, series in late.items()
+        if len(series) >= FEWEST_TRIALS and series.size
     }
     points = points[points.index.isin(enough)].sort_values([NUMBER, control])
-    curves, length = _curves(study, points, control, used)
-    kept = {point: used[point] for point in points.index}
-    table = _states(study, points, control, whole, kept)
-    counted = sum(len(one) for one in kept.values())
-    left_out = len(study.trials) - counted
+    curves, length = _curves(study, points, control, late)
+    counted = {point: late[point] for point in points.index}
+    trials = sum(len(series) for series in counted.values())
     return Scaling(
-        metric, control, length, burn_in, curves, table, left_out, confidence
+        metric=metric,
+        control=control,
+        length=length,
+        burn_in=burn_in,
+        curves=curves,
+        states=_states(study, points, control, samples, counted=counted),
+        left_out=len(study.trials) - trials,
+        confidence=confidence,
     )
 
 
@@ -204,16 +236,16 @@ def _metric(study: StoredStudy, metric: str | None) -> str:
 
 
 def _control(study: StoredStudy, by: str | None) -> str:
-    """The setting against which the order is seen, alone beside n."""
+    """Return the control parameter, which must be the only one next to n."""
     points = study.points
-    others = [
+    varied = [
         name
         for name in study.varied
         if name != NUMBER and points.groupby(NUMBER)[name].nunique().max() > 1
     ]
     numbers = [
         name
-        for name in others
+        for name in varied
         if pd.api.types.is_numeric_dtype(points[name])
         and not pd.api.types.is_bool_dtype(points[name])
     ]
@@ -230,7 +262,7 @@ def _control(study: StoredStudy, by: str | None) -> str:
         )
     control = by or numbers[0]
     if points.duplicated([NUMBER, control]).any():
-        more = ", ".join(name for name in others if name != control)
+        more = ", ".join(name for name in varied if name != control)
         raise ChoiceError(
             f"has several points of one n and {control}; choose with where: {more}",
             study.name,
@@ -244,7 +276,7 @@ def _curves(
     control: str,
     samples: dict[str, Floats],
 ) -> tuple[tuple[SizeCurve, ...], str]:
-    """The curve of each size, and what its length is."""
+    """Return the curve of each size, and the definition of its length."""
     trials = study.trials.drop_duplicates("point").set_index("point")
     area = trials.loc[points.index, SIDES].prod(axis=1)
     grows = bool((area.groupby(points[NUMBER]).first().diff().iloc[1:] > 0.0).all())
@@ -267,30 +299,30 @@ def _states(
     study: StoredStudy,
     points: pd.DataFrame,
     control: str,
-    whole: dict[str, Floats],
-    used: dict[str, Floats],
+    samples: dict[str, Floats],
+    counted: dict[str, Floats],
 ) -> pd.DataFrame:
-    """What the series of each point say of a steady state."""
+    """Return `Scaling.states`, from complete series and the part that counts."""
     frames = np.unique(study.series["frame"])
     steps = int(frames[1] - frames[0]) if len(frames) > 1 else 1
     rows = []
-    for point, samples in used.items():
-        count = samples.shape[1]
+    for point, series in counted.items():
+        count = series.shape[1]
         enough = count >= FEWEST_FRAMES
-        start = burn_in(whole[point]) if enough else BurnIn(0, True)
-        tau = integrated_time(samples).tau if enough else np.nan
+        start = burn_in(samples[point]) if enough else BurnIn(0, True)
+        tau = integrated_time(series).tau if enough else np.nan
         rows.append(
             {
                 NUMBER: points.at[point, NUMBER],
                 control: points.at[point, control],
-                "trials": len(samples),
+                "trials": len(series),
                 "frames": count,
                 "tau": tau * steps,
                 "burn_in": start.frames * steps
                 if enough and start.end_found
                 else np.nan,
-                "endless": not start.end_found and len(samples) < ENOUGH_SERIES,
-                "drift_p": drift(samples).p if enough else np.nan,
+                "endless": not start.end_found and len(series) < ENOUGH_SERIES,
+                "drift_p": drift(series).p if enough else np.nan,
             }
         )
     table = pd.DataFrame(rows)

@@ -1,4 +1,4 @@
-"""Curves of several sizes, scaled so that they become one."""
+"""The figure of curves of several sizes, scaled so that they become one."""
 
 from functools import partial
 
@@ -19,37 +19,57 @@ from sweep.tables.stored_study import StoredStudy
 def collapse_figure(
     study: StoredStudy, metric: str | None = None, by: str | None = None
 ) -> Figure:
-    """The mean of an order parameter, times L^(beta/nu), against the distance of a
-    setting from its critical value, times L^(1/nu), with a mark for each size.
+    """Plot the collapse of the mean order of several sizes.
 
-    The exponents, with their intervals, and the quality of the collapse stand below.
-    Raises ChoiceError as `sweep.methods.scaling.finite_size_scaling`, and where the
-    curves cannot be collapsed.
+    The mean of the order parameter, times L^(beta/nu), is plotted against the distance
+    of the control parameter from its critical value, times L^(1/nu). Each size has its
+    mark. The note has the exponents with their confidence intervals, and the quality of
+    the collapse.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str, optional
+        The order parameter, a recorded series; by default the first one.
+    by : str, optional
+        The control parameter; by default the only number that varies next to n.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        The study has no sizes, as in `sweep.methods.scaling.finite_size_scaling`, or
+        the curves cannot be collapsed.
     """
     return draw_collapse(
         study, collapsed(study, finite_size_scaling(study, metric, by))
     )
 
 
-def collapsed(study: StoredStudy, found: Scaling) -> Scaling:
-    """The same, where its curves can be collapsed."""
-    if found.collapse.why:
+def collapsed(study: StoredStudy, scaling: Scaling) -> Scaling:
+    """Return the analysis. ChoiceError if its curves cannot be collapsed."""
+    if scaling.collapse.why:
         raise ChoiceError(
-            f"cannot be collapsed: {found.collapse.why}", study.name, "collapse"
+            f"cannot be collapsed: {scaling.collapse.why}", study.name, "collapse"
         )
-    return found
+    return scaling
 
 
-def draw_collapse(study: StoredStudy, found: Scaling) -> Figure:
-    """The figure of curves that can be collapsed."""
-    one = found.collapse
-    place, inverse_nu, beta_nu = one.place[0], one.inverse_nu[0], one.beta_nu[0]
+def draw_collapse(study: StoredStudy, scaling: Scaling) -> Figure:
+    """Draw the figure of curves that can be collapsed."""
+    collapse = scaling.collapse
+    place = collapse.place[0]
+    inverse_nu = collapse.inverse_nu[0]
+    beta_nu = collapse.beta_nu[0]
     with style.context(STYLE):
         figure = Figure(figsize=(6.4, 4.4))
         axes = figure.subplots()
-        for number, curve in enumerate(found.curves):
+        for number, curve in enumerate(scaling.curves):
             factor = curve.length**beta_nu
-            low, high = curve.order.bounds(found.confidence)
+            low, high = curve.order.bounds(scaling.confidence)
             axes.errorbar(
                 (curve.x - place) * curve.length**inverse_nu,
                 curve.order.value * factor,
@@ -57,32 +77,35 @@ def draw_collapse(study: StoredStudy, found: Scaling) -> Figure:
                 label=f"n = {curve.n:,}",
                 **(looks(number) | {"linestyle": "none"}),
             )
-        control, order = found.control.replace("_", " "), quantity(study, found.metric)
+        control = scaling.control.replace("_", " ")
+        order = quantity(study, scaling.metric)
         axes.set_xlabel(f"({control} - critical {control}) L^(1/nu)")
         axes.set_ylabel(f"mean {order} L^(beta/nu)")
         legend(figure, axes)
-        note(figure, _note(study, found))
+        note(figure, _note(study, scaling))
     return figure
 
 
-def _note(study: StoredStudy, found: Scaling) -> str:
-    one = found.collapse
-    values = (one.place, one.inverse_nu, one.beta_nu)
-    names = (f"critical {found.control}", "1/nu", "beta/nu")
-    said = [
-        f"{name} = {with_interval(*of)}" for name, of in zip(names, values, strict=True)
+def _note(study: StoredStudy, scaling: Scaling) -> str:
+    collapse = scaling.collapse
+    values = (collapse.place, collapse.inverse_nu, collapse.beta_nu)
+    names = (f"critical {scaling.control}", "1/nu", "beta/nu")
+    estimates = [
+        f"{name} = {with_interval(*value)}"
+        for name, value in zip(names, values, strict=True)
     ]
     text = (
-        f"{LENGTHS[found.length]}; {', '.join(said)}; S = {one.quality:.2g}, about 1"
+        f"{LENGTHS[scaling.length]}; {', '.join(estimates)};"
+        f" S = {collapse.quality:.2g}, about 1"
         " where curves differ by their errors alone; {n} trials a point, 95 % intervals"
     )
-    return select(study).note(text, found.states["trials"])
+    return select(study).note(text, scaling.states["trials"])
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure. Raises ChoiceError where the curves cannot be collapsed."""
-    found = collapsed(study, chosen(study, choices))
-    return [Planned(found.metric, partial(draw_collapse, study, found))]
+    """Return one figure. ChoiceError if the curves cannot be collapsed."""
+    scaling = collapsed(study, chosen(study, choices))
+    return [Planned(scaling.metric, partial(draw_collapse, study, scaling))]
 
 
 KIND = FigureKind(

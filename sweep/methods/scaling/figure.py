@@ -1,5 +1,6 @@
-"""Flocks of several sizes against a setting: their order, its susceptibility and
-Binder's cumulant, with what these tell of a transition.
+"""The figure of flocks of several sizes against a control parameter.
+
+It shows their order, its susceptibility and Binder's cumulant.
 """
 
 from functools import partial
@@ -27,34 +28,49 @@ WORDS = {
 def scaling_figure(
     study: StoredStudy, metric: str | None = None, by: str | None = None
 ) -> Figure:
-    """The mean of an order parameter, its susceptibility and Binder's cumulant against
-    a setting, a line for each size with its intervals.
+    """Plot the mean order, its susceptibility and Binder's cumulant of several sizes.
 
-    Bands stand where cumulants of neighbouring sizes cross, and where the
-    susceptibility peaks. Raises ChoiceError as
-    `sweep.methods.scaling.finite_size_scaling`.
+    Each size has a line with its confidence intervals. Bands show crossings of
+    cumulants of neighbouring sizes. Crosses show peaks of the susceptibility.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str, optional
+        The order parameter, a recorded series; by default the first one.
+    by : str, optional
+        The control parameter; by default the only number that varies next to n.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        The study has no sizes, as in `sweep.methods.scaling.finite_size_scaling`.
     """
     return draw_scaling(study, finite_size_scaling(study, metric, by))
 
 
-def draw_scaling(study: StoredStudy, found: Scaling) -> Figure:
-    """The figure of what is known of the sizes."""
+def draw_scaling(study: StoredStudy, scaling: Scaling) -> Figure:
+    """Draw the figure of several sizes."""
     with style.context(STYLE):
         figure = Figure(figsize=(9.6, 3.9))
         panels = figure.subplots(1, len(CURVES))
         for axes, name in zip(panels, CURVES, strict=True):
-            _curves(axes, found, name)
-            axes.set_xlabel(quantity(study, found.control))
-            axes.set_ylabel(WORDS[name].format(quantity(study, found.metric)))
-        _peaks(panels[1], found)
-        _crossings(panels[2], found)
+            _curves(axes, scaling, name)
+            axes.set_xlabel(quantity(study, scaling.control))
+            axes.set_ylabel(WORDS[name].format(quantity(study, scaling.metric)))
+        _peaks(panels[1], scaling)
+        _crossings(panels[2], scaling)
         legend(figure, panels[0])
-        note(figure, _note(study, found))
+        note(figure, _note(study, scaling))
     return figure
 
 
 def looks(number: int) -> dict[str, Any]:
-    """How the line of a size is drawn."""
+    """Return the style of the line of a size."""
     return {
         "color": COLOURS[number % len(COLOURS)],
         "marker": MARKERS[number % len(MARKERS)],
@@ -64,17 +80,18 @@ def looks(number: int) -> dict[str, Any]:
     }
 
 
-def _curves(axes: Axes, found: Scaling, name: str) -> None:
-    for number, one in enumerate(found.curves):
-        means, look = getattr(one, name), looks(number)
-        low, high = means.bounds(found.confidence)
-        axes.fill_between(one.x, low, high, color=look["color"], alpha=0.2, lw=0)
-        axes.plot(one.x, means.value, label=f"n = {one.n:,}", **look)
+def _curves(axes: Axes, scaling: Scaling, name: str) -> None:
+    for number, curve in enumerate(scaling.curves):
+        means = getattr(curve, name)
+        look = looks(number)
+        low, high = means.bounds(scaling.confidence)
+        axes.fill_between(curve.x, low, high, color=look["color"], alpha=0.2, lw=0)
+        axes.plot(curve.x, means.value, label=f"n = {curve.n:,}", **look)
 
 
-def _peaks(axes: Axes, found: Scaling) -> None:
-    """A cross at each peak, as wide and as high as its intervals."""
-    for number, peak in enumerate(found.peaks):
+def _peaks(axes: Axes, scaling: Scaling) -> None:
+    """Draw a cross at each peak, as wide and as high as its intervals."""
+    for number, peak in enumerate(scaling.peaks):
         if peak.why:
             continue
         axes.errorbar(
@@ -88,42 +105,44 @@ def _peaks(axes: Axes, found: Scaling) -> None:
         )
 
 
-def _crossings(axes: Axes, found: Scaling) -> None:
-    """A band for each crossing, and a line in it."""
-    for one in found.crossings:
-        axes.axvspan(one.low, one.high, color=GREY, alpha=0.2, lw=0, zorder=0)
-        axes.axvline(one.x, color=GREY, lw=0.8)
+def _crossings(axes: Axes, scaling: Scaling) -> None:
+    """Draw a band for each crossing, and a line in it."""
+    for crossing in scaling.crossings:
+        axes.axvspan(crossing.low, crossing.high, color=GREY, alpha=0.2, lw=0, zorder=0)
+        axes.axvline(crossing.x, color=GREY, lw=0.8)
 
 
-def _note(study: StoredStudy, found: Scaling) -> str:
+def _note(study: StoredStudy, scaling: Scaling) -> str:
     left = (
         "the first half of each trial does"
-        if found.burn_in is None
-        else f"the first {found.burn_in:,} steps do"
+        if scaling.burn_in is None
+        else f"the first {scaling.burn_in:,} steps do"
     )
     text = (
-        f"{len(found.states):,} points of {{n}} trials, of which {left} not count;"
+        f"{len(scaling.states):,} points of {{n}} trials, of which {left} not count;"
         " 95 % intervals; susceptibility: n (<m²> - <m>²), cumulant: 1 - <m⁴> / 3<m²>²"
-        f" of m = {found.metric.replace('_', ' ')}; crosses: where the susceptibility"
+        f" of m = {scaling.metric.replace('_', ' ')}; crosses: where the susceptibility"
         " peaks; bands: where cumulants cross; transition:"
-        f" {found.order.order} ({found.order.why})"
+        f" {scaling.order.order} ({scaling.order.why})"
     )
-    if not found.stationary:
-        flagged = int((found.states["problems"] != "").sum())
+    if not scaling.stationary:
+        flagged = int((scaling.states["problems"] != "").sum())
         text += f"; {so_many(flagged, 'point')} not stationary"
-    return select(study).note(text, found.states["trials"])
+    return select(study).note(text, scaling.states["trials"])
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure. Raises ChoiceError where the study has no sizes, no series, or varies
-    more than one other number.
+    """Return one figure.
+
+    ChoiceError if the study has no sizes, no series, or varies more than one other
+    number.
     """
-    found = chosen(study, choices)
-    return [Planned(found.metric, partial(draw_scaling, study, found))]
+    scaling = chosen(study, choices)
+    return [Planned(scaling.metric, partial(draw_scaling, study, scaling))]
 
 
 def chosen(study: StoredStudy, choices: Choices) -> Scaling:
-    """What is known of the sizes by what was chosen: the metric, and `x`."""
+    """Return the analysis for choices: the metric, and `x` as control parameter."""
     names = [name.rstrip("+-") for name in choices.metrics]
     return finite_size_scaling(study, names[0] if names else None, choices.x)
 

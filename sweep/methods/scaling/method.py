@@ -1,4 +1,4 @@
-"""Finite-size scaling: its entry, and its command."""
+"""The entry of finite-size scaling, and its command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -35,18 +35,31 @@ def scaling(
         ),
     ] = None,
 ) -> "Report":
-    """What flocks of several sizes tell of a transition between disorder and order.
+    """Analyse a transition between disorder and order in flocks of several sizes.
 
     Of each size the mean order, its susceptibility and Binder's cumulant; where
     cumulants cross and the susceptibility peaks; the exponents with which the curves
     collapse; whether the transition jumps; and whether the series are stationary. A
     spec has such sizes with `sizes`, and records the order parameter as a series.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str, optional
+        The order parameter, a recorded series; by default the first one.
+    by : str, optional
+        The control parameter; by default the only number that varies next to n.
+    burn_in : int, optional
+        Steps that do not count; by default the first half of each trial.
+
+    Returns
+    -------
+    Report
     """
     from sweep.methods.scaling.analysis import finite_size_scaling
     from sweep.methods.scaling.report import scaling_report
 
-    found = finite_size_scaling(study, metric, by, burn_in)
-    return scaling_report(study, found)
+    return scaling_report(study, finite_size_scaling(study, metric, by, burn_in))
 
 
 def figures() -> "dict[str, FigureKind]":

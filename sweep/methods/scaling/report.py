@@ -1,6 +1,4 @@
-"""The report of finite-size scaling: what flocks of several sizes tell of a
-transition.
-"""
+"""The report of finite-size scaling."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,57 +13,64 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
 
-def scaling_report(study: StoredStudy, found: Scaling) -> Report:
-    """Return what each size tells, where cumulants cross, the collapse, and what speaks
-    against all of it; docs/json.md says what each key is.
+def scaling_report(study: StoredStudy, scaling: Scaling) -> Report:
+    """Return the sizes, crossings of cumulants, the collapse and problems of points.
+
+    docs/json.md describes the keys of the JSON form.
     """
-    title = f"{study.name}: {found.metric} against {found.control}"
-    crossings = [_crossings(found)] if found.crossings else []
-    parts: list[TextTable | str] = [_sizes(found, title), *crossings, *_notes(found)]
-    return Report(found.points, _facts(study, found), parts)
+    title = f"{study.name}: {scaling.metric} against {scaling.control}"
+    crossings = [_crossings(scaling)] if scaling.crossings else []
+    parts: list[TextTable | str] = [
+        _sizes(scaling, title),
+        *crossings,
+        *_notes(scaling),
+    ]
+    return Report(scaling.points, _facts(study, scaling), parts)
 
 
-def _facts(study: StoredStudy, found: Scaling) -> dict[str, Any]:
+def _facts(study: StoredStudy, scaling: Scaling) -> dict[str, Any]:
     return {
         "study": study.name,
-        "metric": found.metric,
-        "control": found.control,
-        "length": found.length,
-        "burn_in": found.burn_in,
-        "confidence": found.confidence,
-        "left_out": found.left_out,
-        "stationary": found.stationary,
-        "points": json_rows(found.points),
-        "crossings": [_plain(one._asdict()) for one in found.crossings],
-        "peaks": [_plain(one._asdict()) for one in found.peaks],
-        "minima": [_plain(one._asdict()) for one in found.minima],
-        "two_peaks": [_plain(one._asdict()) for one in found.two_peaks],
-        "collapse": _plain(found.collapse._asdict()),
-        "order": found.order._asdict(),
+        "metric": scaling.metric,
+        "control": scaling.control,
+        "length": scaling.length,
+        "burn_in": scaling.burn_in,
+        "confidence": scaling.confidence,
+        "left_out": scaling.left_out,
+        "stationary": scaling.stationary,
+        "points": json_rows(scaling.points),
+        "crossings": [_plain(row._asdict()) for row in scaling.crossings],
+        "peaks": [_plain(row._asdict()) for row in scaling.peaks],
+        "minima": [_plain(row._asdict()) for row in scaling.minima],
+        "two_peaks": [_plain(row._asdict()) for row in scaling.two_peaks],
+        "collapse": _plain(scaling.collapse._asdict()),
+        "order": scaling.order._asdict(),
     }
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    """The values, None for what is not known."""
+    """Return values by name, None for numbers that are not finite."""
     return {name: _known(value) for name, value in values.items()}
 
 
 def _known(value: Any) -> Any:
     if isinstance(value, tuple):
-        return [_known(one) for one in value]
+        return [_known(element) for element in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _sizes(found: Scaling, title: str) -> TextTable:
-    heads = ["n", "L", f"peak of susceptibility at {found.control}", "its height"]
+def _sizes(scaling: Scaling, title: str) -> TextTable:
+    heads = ["n", "L", f"peak of susceptibility at {scaling.control}", "its height"]
     heads += ["least Binder cumulant", "its sign", "two peaks of the order"]
     cells = list[list[str]]()
-    rows = zip(found.curves, found.peaks, found.minima, found.two_peaks, strict=True)
+    rows = zip(
+        scaling.curves, scaling.peaks, scaling.minima, scaling.two_peaks, strict=True
+    )
     for curve, peak, least, two in rows:
         height = with_interval(peak.height, peak.height_low, peak.height_high)
         if not two.tested:
             shown = "too few trials"
-        elif two.significant(found.confidence):
+        elif two.significant(scaling.confidence):
             shown = f"yes, at {brief(two.x)}: {two.low:.2g} and {two.high:.2g}"
         else:
             shown = f"not told (p = {two.p:.2g})"
@@ -84,52 +89,53 @@ def _sizes(found: Scaling, title: str) -> TextTable:
     return TextTable(columns=heads, rows=cells, title=title)
 
 
-def _crossings(found: Scaling) -> TextTable:
+def _crossings(scaling: Scaling) -> TextTable:
     return TextTable(
-        columns=["sizes", f"cumulants cross at {found.control}", "cumulant there"],
+        columns=["sizes", f"cumulants cross at {scaling.control}", "cumulant there"],
         rows=[
             [
                 f"{crossing.n:,} and {crossing.other_n:,}",
                 with_interval(crossing.x, crossing.low, crossing.high),
                 with_interval(crossing.value, crossing.value_low, crossing.value_high),
             ]
-            for crossing in found.crossings
+            for crossing in scaling.crossings
         ],
     )
 
 
-def _notes(found: Scaling) -> Iterator[str]:
-    """What is said below the tables."""
-    yield f"transition: {found.order.order} ({found.order.why})"
-    if not found.crossings:
+def _notes(scaling: Scaling) -> Iterator[str]:
+    """Yield the lines below the tables."""
+    yield f"transition: {scaling.order.order} ({scaling.order.why})"
+    if not scaling.crossings:
         yield "cumulants of neighbouring sizes cross nowhere, as far as is told"
-    yield from _collapse(found)
+    yield from _collapse(scaling)
     left = (
         "the first half"
-        if found.burn_in is None
-        else f"{so_many(found.burn_in, 'step')}"
+        if scaling.burn_in is None
+        else f"{so_many(scaling.burn_in, 'step')}"
     )
     yield (
-        f"{100.0 * found.confidence:g} % intervals between trials; {left} of each"
-        f" trial does not count; {LENGTHS[found.length]}"
+        f"{100.0 * scaling.confidence:g} % intervals between trials; {left} of each"
+        f" trial does not count; {LENGTHS[scaling.length]}"
     )
-    if found.left_out:
-        yield f"{so_many(found.left_out, 'trial')} left out: not done, or alone"
-    yield from _states(found)
+    if scaling.left_out:
+        yield f"{so_many(scaling.left_out, 'trial')} left out: not done, or alone"
+    yield from _states(scaling)
 
 
-def _collapse(found: Scaling) -> Iterator[str]:
-    one = found.collapse
-    if one.why:
-        yield f"no collapse: {one.why}"
+def _collapse(scaling: Scaling) -> Iterator[str]:
+    collapse = scaling.collapse
+    if collapse.why:
+        yield f"no collapse: {collapse.why}"
         return
-    names = (f"critical {found.control}", "1/nu", "beta/nu")
-    values = (one.place, one.inverse_nu, one.beta_nu)
-    said = [
-        f"{name} {with_interval(*of)}" for name, of in zip(names, values, strict=True)
+    names = (f"critical {scaling.control}", "1/nu", "beta/nu")
+    values = (collapse.place, collapse.inverse_nu, collapse.beta_nu)
+    estimates = [
+        f"{name} {with_interval(*value)}"
+        for name, value in zip(names, values, strict=True)
     ]
-    yield f"collapse: {', '.join(said)}; quality S = {one.quality:.2g}"
-    if one.quality > 2.0:
+    yield f"collapse: {', '.join(estimates)}; quality S = {collapse.quality:.2g}"
+    if collapse.quality > 2.0:
         yield (
             "S is above 2: the curves do not collapse within their errors. Points far"
             " from the transition and small sizes belong to no collapse: choose with"
@@ -137,12 +143,12 @@ def _collapse(found: Scaling) -> Iterator[str]:
         )
 
 
-def _states(found: Scaling) -> Iterator[str]:
-    states = found.states
+def _states(scaling: Scaling) -> Iterator[str]:
+    states = scaling.states
     total = so_many(len(states), "point")
     flagged = states[states["problems"] != ""]
     for why, rows in flagged.groupby("problems"):
-        places = _places(found, rows[["n", found.control]].to_numpy().tolist())
+        places = _places(scaling, rows[["n", scaling.control]].to_numpy().tolist())
         yield f"not stationary: {len(rows)} of {total}, {why}: {places}"
     if flagged.empty:
         yield f"nothing speaks against a steady state of the {total}"
@@ -150,10 +156,11 @@ def _states(found: Scaling) -> Iterator[str]:
         longest = states.sort_values("tau").iloc[-1]
         yield (
             f"longest autocorrelation time: {longest['tau']:,.0f} steps, at n ="
-            f" {longest['n']:,.0f}, {found.control} = {brief(longest[found.control])}"
+            f" {longest['n']:,.0f}, {scaling.control} ="
+            f" {brief(longest[scaling.control])}"
         )
 
 
-def _places(found: Scaling, rows: Sequence[Sequence[float]]) -> str:
-    shown = [f"n = {n:,.0f}, {found.control} = {brief(x)}" for n, x in rows[:3]]
+def _places(scaling: Scaling, rows: Sequence[Sequence[float]]) -> str:
+    shown = [f"n = {n:,.0f}, {scaling.control} = {brief(x)}" for n, x in rows[:3]]
     return "; ".join(shown) + ("; ..." if len(rows) > 3 else "")
