@@ -1,16 +1,20 @@
-"""The axis that changes the flock of a study into another one, one detail at a time:
-into that of another preset, `detail: {ablate: as_written}`, or into one with details
-that the spec names, `{ablate: {noise: {position_noise: 2, noise_time: 1}, ...}}`.
+"""Axes of ablation studies: from one flock to another, one detail at a time.
 
-Its rows are: no change; each detail alone; with `leave_out: true` all details but one,
-for each; and, last, all of them at once.
+The other flock is that of another preset, `detail: {ablate: as_written}`, or has
+details that the spec names,
+`{ablate: {noise: {position_noise: 2, noise_time: 1}, ...}}`.
 
-Of another preset each setting in which it differs is a detail. Settings that the study
-gives elsewhere stay as given, and so do `n` and `steps`. The map with its width and
-height is one detail, and stays where the study gives any of the three. The borders with
-`minimum_image` are one detail, too. A named detail has one setting or several, which
-change together; each setting is of one detail, and has no value elsewhere. Borders that
-it names bring `minimum_image`, where the spec leaves that out.
+The rows of the axis are no change, then each detail alone. With `leave_out: true` all
+details but one follow, for each detail. The last row has all details at once.
+
+Each parameter in which another preset differs is a detail. `n`, `steps` and parameters
+with a value elsewhere in the spec do not change. The map with its width and height is
+one detail. That detail is left out if the spec gives any of the three a value. The
+borders with `minimum_image` are one detail too.
+
+The parameters of a named detail change together. Each parameter is in one detail only,
+and has no value elsewhere. Borders in a detail bring `minimum_image`, unless the spec
+gives it a value.
 """
 
 import re
@@ -36,30 +40,51 @@ from sweep.spec.settings import (
 
 WORLD = ("map", "width", "height")
 TOGETHER = (WORLD, ("borders", "minimum_image"))
-"""Settings that are one detail of a preset."""
+"""Parameters that together are one detail of a preset."""
 SCALE = ("n", "steps")
 
 FEWEST_LEFT_OUT = 3
-"""With two details, all but one of them is the other one alone."""
-ALL, BUT, AND = "all", "all but ", " + "
-"""Parts of the labels of points with several details."""
+"""Of two details, all but one is the same as the other one alone."""
+ALL = "all"
+BUT = "all but "
+AND = " + "
+"""Parts of the labels of points with several details, with ALL and BUT."""
 NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 _.-]{0,38}[A-Za-z0-9])?")
-"""Of a detail: no sign that has a meaning in `--where` and in labels."""
+"""Name of a detail, without characters that mean something in `--where` or labels."""
 
 Detail = tuple[str, ...]
 
 
 def is_ablation(entry: Entry) -> bool:
-    """Whether `entry` writes an axis of this kind."""
+    """Return whether `entry` is an axis of an ablation study."""
     return isinstance(entry.value, dict) and "ablate" in entry.value
 
 
 def read_ablation(
-    name: str, entry: Entry, reader: AxisReader, given: Collection[str]
+    name: str, entry: Entry, reader: AxisReader, taken: Collection[str]
 ) -> Axis:
-    """The axis that `entry` writes, without the settings that are `given` elsewhere.
+    """Return the axis of an ablation study.
 
-    Raises SpecError where it is none.
+    Parameters
+    ----------
+    name : str
+        Name of the axis, which is not a parameter.
+    entry : Entry
+        The mapping with the key `ablate`.
+    reader : AxisReader
+        With the model and the preset of the study.
+    taken : collection of str
+        Parameters with a value elsewhere in the spec.
+
+    Returns
+    -------
+    Axis
+        `ablated` is the other preset. With named details it is the name of the axis.
+
+    Raises
+    ------
+    SpecError
+        If the axis is not valid, or would change nothing.
     """
     if name in reader.settings:
         raise entry.error(
@@ -68,47 +93,49 @@ def read_ablation(
     entry.keys([ABLATE.name, LEAVE_OUT.name, "when"])
     chosen = entry.child(ABLATE.name)
     if isinstance(chosen.value, dict):
-        return _named(name, entry, reader, given)
+        return _named(name, entry, reader, taken)
     presets = reader.known.models[reader.model].presets
     other = chosen.one_of(f"preset of {reader.model}", presets)
     if other == reader.preset:
-        others = ", ".join(preset for preset in presets if preset != other)
+        allowed = ", ".join(preset for preset in presets if preset != other)
         raise chosen.error(
             f"{other} is the preset of the study: ablate needs another one."
-            f" Allowed: {others}"
+            f" Allowed: {allowed}"
         )
     before, after = (
         fitted_preset(reader.model, preset, reader.known)
         for preset in (reader.preset, other)
     )
-    details = differing(before, after, given)
+    details = differing(before, after, taken)
     if not details:
         raise chosen.error(
             f"nothing would change: {other} differs from {reader.preset} in no setting"
             " that the spec leaves open"
         )
     rows = _rows(entry, details)
-    columns = _columns(reader, before, after, details, rows)
+    columns = _columns(reader, before, after, details=details, rows=rows)
     when = reader.when(entry)
     return Axis(name, columns, when, entry.place, ablated=other, details=details)
 
 
 def label(changed: Iterable[bool], names: Sequence[str]) -> str:
-    """What a point with these of the details called `names` is called: "" without any,
-    the name of one, "all", "all but noise", or else several names.
+    """Return the label of a point of an ablation study.
+
+    `changed` has a truth value for each of the details `names`. The label is "" without
+    any detail, the name of one, "all", "all but noise", or else several names.
     """
     pairs = list(zip(names, changed, strict=True))
-    there = [name for name, is_changed in pairs if is_changed]
-    missing = [name for name, is_changed in pairs if not is_changed]
-    if not missing and len(there) > 1:
+    changed_names = [name for name, is_changed in pairs if is_changed]
+    unchanged_names = [name for name, is_changed in pairs if not is_changed]
+    if not unchanged_names and len(changed_names) > 1:
         return ALL
-    if len(missing) == 1 and len(names) >= FEWEST_LEFT_OUT:
-        return BUT + missing[0]
-    return AND.join(there)
+    if len(unchanged_names) == 1 and len(names) >= FEWEST_LEFT_OUT:
+        return BUT + unchanged_names[0]
+    return AND.join(changed_names)
 
 
 def why_no_detail(name: object) -> str:
-    """Why no detail can have this name; "" where one can."""
+    """Return why a detail cannot have this name, or "" if it can."""
     if not isinstance(name, str) or not NAME.fullmatch(name):
         return (
             "a name of a detail has up to 40 letters, digits, spaces and any of _ . -"
@@ -119,12 +146,14 @@ def why_no_detail(name: object) -> str:
     return ""
 
 
-def _named(name: str, entry: Entry, reader: AxisReader, given: Collection[str]) -> Axis:
-    """The axis whose details the spec names. Raises SpecError for all mistakes."""
+def _named(name: str, entry: Entry, reader: AxisReader, taken: Collection[str]) -> Axis:
+    """Return the axis whose details the spec names, or raise one SpecError for all."""
     chosen = entry.child(ABLATE.name)
     before = fitted_preset(reader.model, reader.preset, reader.known)
-    details, after, mistakes = dict[str, Detail](), dict(before), Mistakes()
-    of = dict[str, str]()
+    after = dict(before)
+    details = dict[str, Detail]()
+    detail_of = dict[str, str]()
+    mistakes = Mistakes()
     if name in reader.known.models[reader.model].presets:
         raise entry.error(
             f'"{name}" is a preset of {reader.model}: an axis with details needs a'
@@ -134,29 +163,30 @@ def _named(name: str, entry: Entry, reader: AxisReader, given: Collection[str]) 
         with mistakes.noted():
             if why := why_no_detail(detail):
                 raise child.error(f'no detail can be called "{detail}": {why}')
-        found = dict[str, Value]()
+        changes = dict[str, Value]()
         for setting, value in _settings_of(detail, child, mistakes):
             with mistakes.noted():
-                found[setting] = _changed(setting, value, reader, given)
-                if setting in of:
+                changes[setting] = _changed(setting, value, reader, taken)
+                if setting in detail_of:
                     raise value.error(
-                        f'"{setting}" is of the detail "{of[setting]}" already, and'
-                        " both are there where all are"
+                        f'"{setting}" is of the detail "{detail_of[setting]}" already,'
+                        " and both are there where all are"
                     )
-            of.setdefault(setting, detail)
-        if found and all(before[one] == value for one, value in found.items()):
+            detail_of.setdefault(setting, detail)
+        if changes and all(before[key] == value for key, value in changes.items()):
             with mistakes.noted():
                 raise child.error(
                     f'"{detail}" would change nothing: {reader.preset} has these values'
                 )
-        details[detail] = tuple(found)
-        after |= found
+        details[detail] = tuple(changes)
+        after |= changes
     mistakes.check()
-    if "borders" in of and "minimum_image" not in {*of, *given}:
-        details[of["borders"]] += ("minimum_image",)
+    if "borders" in detail_of and "minimum_image" not in {*detail_of, *taken}:
+        details[detail_of["borders"]] += ("minimum_image",)
         after["minimum_image"] = after["borders"] == TORUS
     groups = tuple(details.values())
-    columns = _columns(reader, before, after, groups, _rows(entry, groups))
+    rows = _rows(entry, groups)
+    columns = _columns(reader, before, after, details=groups, rows=rows)
     return Axis(
         name,
         columns,
@@ -171,7 +201,7 @@ def _named(name: str, entry: Entry, reader: AxisReader, given: Collection[str]) 
 def _settings_of(
     detail: str, entry: Entry, mistakes: Mistakes
 ) -> list[tuple[str, Entry]]:
-    """The settings that are written below a detail."""
+    """Return the parameters of a detail with their entries."""
     with mistakes.noted():
         if not isinstance(entry.value, dict) or not entry.value:
             raise entry.error(
@@ -183,9 +213,9 @@ def _settings_of(
 
 
 def _changed(
-    name: str, entry: Entry, reader: AxisReader, given: Collection[str]
+    name: str, entry: Entry, reader: AxisReader, taken: Collection[str]
 ) -> Value:
-    """The value of a setting of a detail."""
+    """Return the value of a parameter of a detail, or raise SpecError."""
     if name not in reader.settings:
         raise entry.error(no_setting(name, reader.settings, ()))
     if name in (*WORLD, *SCALE):
@@ -193,7 +223,7 @@ def _changed(
             f'"{name}" cannot be a detail: the trials of a pair have the same map, n'
             " and steps; write it as an axis of its own"
         )
-    if name in given:
+    if name in taken:
         raise entry.error(f'"{name}" has a value elsewhere in the spec, too')
     try:
         return reader.settings[name].coerce(entry.value)
@@ -202,7 +232,7 @@ def _changed(
 
 
 def _rows(entry: Entry, details: tuple[Detail, ...]) -> list[set[Detail]]:
-    """The details that are changed at each point of the axis, in their order."""
+    """Return the details that are changed at each point of the axis, in order."""
     every = set(details)
     rows = [set[Detail](), *({detail} for detail in details)]
     if LEAVE_OUT.name in entry.value and entry.child(LEAVE_OUT.name).truth():
@@ -216,15 +246,28 @@ def _rows(entry: Entry, details: tuple[Detail, ...]) -> list[set[Detail]]:
 
 
 def differing(
-    one: Mapping[str, Value], two: Mapping[str, Value], given: Collection[str]
+    before: Mapping[str, Value], after: Mapping[str, Value], taken: Collection[str]
 ) -> tuple[Detail, ...]:
-    """The details in which two presets differ. A detail is the name of one setting, or
-    those of the settings of the world, or of its borders, which change together.
+    """Return the details in which two presets differ.
+
+    Parameters
+    ----------
+    before, after : mapping
+        Values of the parameters, from `fitted_preset`.
+    taken : collection of str
+        Parameters with a value elsewhere in the spec, which do not change.
+
+    Returns
+    -------
+    tuple of tuple of str
+        The parameters of each detail: one, or several that change together.
     """
-    kept = {*SCALE, *given}
-    kept |= {name for name, source in BROUGHT.items() if source in given}
-    kept |= {*WORLD} if kept & {*WORLD} else set()
-    names = [name for name in one if one[name] != two[name] and name not in kept]
+    fixed = {*SCALE, *taken}
+    fixed |= {name for name, source in BROUGHT.items() if source in taken}
+    fixed |= {*WORLD} if fixed & {*WORLD} else set()
+    names = [
+        name for name in before if before[name] != after[name] and name not in fixed
+    ]
     details: dict[str, Detail] = {name: (name,) for name in names}
     for group in TOGETHER:
         changed = tuple(name for name in names if name in group)
@@ -233,8 +276,18 @@ def differing(
 
 
 def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
-    """The settings of a preset, and the spreads, with the width and height that its map
-    brings along.
+    """Return the parameters of a preset, with the width and height of its map.
+
+    Parameters
+    ----------
+    model, preset : str
+    known : Catalogue
+        Models and maps by name.
+
+    Returns
+    -------
+    dict
+        Values by parameter, with those of spreads.
     """
     settings = usual_settings(model, preset, known)
     size = known.maps[str(settings["map"])].size
@@ -250,7 +303,11 @@ def _columns(
     details: tuple[Detail, ...],
     rows: Iterable[set[Detail]],
 ) -> dict[str, Values]:
-    """The values of each setting: those of `after` in the rows that have its detail."""
+    """Return the values of each parameter of the details, (rows,) each.
+
+    A row that changes the detail has the value of `after`, another row that of
+    `before`.
+    """
     rows = list(rows)
     return {
         name: np.array(

@@ -1,4 +1,4 @@
-"""A spec that records more: its text with metrics added, and all else as it stands."""
+"""Specs that record more: their text with further metrics, and nothing else changed."""
 
 from collections.abc import Mapping, Sequence
 from io import StringIO
@@ -14,18 +14,35 @@ from sweep.spec.strict_yaml import parse_document
 def with_metrics(
     text: str, usual: Sequence[str], metrics: Sequence[str], derive: Mapping[str, str]
 ) -> str:
-    """The text of a spec with more under `record`. Comments stay where they are.
+    """Return the text of a spec with more metrics under `record`.
 
-    text     a valid spec of one study
-    usual    what it records where it names no metrics
-    metrics  further ones, as a spec names them
-    derive   further expressions by the names of new metrics
+    Comments stay where they are.
 
-    Raises SpecError for a text that is no spec: it may come from anyone.
+    Parameters
+    ----------
+    text : str
+        A valid spec of one study.
+    usual : sequence of str
+        Metrics that the study records if the spec names none.
+    metrics : sequence of str
+        Further metrics, as a spec names them.
+    derive : mapping
+        Further expressions, by the names of new metrics.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    SpecError
+        If `text` is not a spec. A stored text may come from anyone.
     """
     _check(parse_document(text, Path("stored spec")))
     yaml = YAML()
-    yaml.preserve_quotes, yaml.width = True, 2**16
+    yaml.preserve_quotes = True
+    # So wide that no line is folded.
+    yaml.width = 2**16
     spec = yaml.load(text)
     record: dict[str, Any] = spec.setdefault("record", {})
     if metrics:
@@ -38,7 +55,7 @@ def with_metrics(
 
 
 def _check(spec: Entry) -> None:
-    """Raise SpecError where what is to be added to is neither missing nor right."""
+    """Raise SpecError unless each part that is to grow is missing or valid."""
     spec.mapping()
     if record := spec.get("record"):
         record.mapping()

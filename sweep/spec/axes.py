@@ -1,7 +1,6 @@
-"""The axes of a sweep. Each becomes a few columns of equal length, however it is
-written.
+"""Axes of a sweep, each read into a few columns of equal length.
 
-    a setting     [0.5, 1]
+    a parameter   [0.5, 1]
                   {linspace: [a, b, n]}, {logspace: [a, b, n]} or {values: [...]}
                   {uniform: [a, b], points: n}, or another distribution
     a free name   {zip: {setting: list, linspace or logspace, ...}}
@@ -12,8 +11,8 @@ written.
                   {sample: table, file: gains.csv, columns: [...]}
                   {ablate: another preset}, see sweep.spec.ablation
 
-Any mapping may carry `when: "condition"`: elsewhere the axis does not apply. One of a
-setting may carry `continue` and `hold`, see sweep.spec.continuing.
+A mapping may have `when: "condition"`: the axis applies only under this condition. The
+mapping of one parameter may have `continue` and `hold`, see sweep.spec.continuing.
 """
 
 from collections import defaultdict
@@ -45,26 +44,50 @@ GRIDS: dict[str, Callable[[float, float, int], Values]] = {
     LOGSPACE: np.geomspace,
 }
 DIGITS = 12
+"""Significant digits of the values of a grid."""
 
 
 def forms() -> tuple[str, ...]:
-    """The ways to write the values of one setting in a mapping."""
+    """Return the keys under which a mapping has the values of one parameter."""
     return ("values", *GRIDS, *DISTRIBUTIONS)
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Points of a few settings: `columns` have equal lengths and no row stands twice.
+    """Distinct points of a few parameters.
 
-    `when` says where the axis applies; `merged` counts the rows that were the same as
-    an earlier one; `notes` are remarks for the user. An axis that changes the study's
-    preset into another one has the name of that in `ablated`, and in `details` the
-    groups of settings that change together. Where the spec names details, these are
-    `named`, and `ablated` is the name of the axis. A sampled axis names its `sampler`.
-    Where its points come in `blocks`, `rows` has for each point, block after block, the
-    number of its row. A `geometric` one has values at equal ratios. Where trials along
-    it are links of chains, `continued` says how. `place` is where it stands in the
-    spec, and `design` the number of its design among those that the study unites.
+    Attributes
+    ----------
+    name : str
+    columns : dict of arrays, shape (len(axis),)
+        Values by parameter. All rows are distinct.
+    when : Expression, optional
+        Condition under which the axis applies.
+    place : Place
+        Keys that lead to the axis in the spec.
+    design : int, default 0
+        Number of its design among those that the study unites.
+    merged : int, default 0
+        Number of rows that were equal to an earlier one.
+    notes : tuple of str
+        Remarks for the user.
+    ablated : str, optional
+        Of an ablation study, the other preset. With named details it is the name of the
+        axis.
+    details : tuple of tuple of str
+        Of an ablation study, the groups of parameters that change together.
+    named : tuple of str
+        Names of the details, if the spec gives them.
+    sampler : str, optional
+        Sampler that drew the points.
+    blocks : SampleBlocks, optional
+        Blocks of a sample whose points come in blocks.
+    rows : array of int, optional
+        With `blocks`, the row of each point, block after block.
+    geometric : bool, default False
+        The values are at equal ratios.
+    continued : Continuation, optional
+        Links of the chains of trials along the axis.
     """
 
     name: str
@@ -88,7 +111,7 @@ class Axis:
 
 
 def by_design(axes: Iterable[Axis]) -> list[tuple[Axis, ...]]:
-    """The axes of each design that a study unites: at least one design."""
+    """Return the axes of each design that a study unites: at least one design."""
     designs = defaultdict[int, list[Axis]](list)
     for axis in axes:
         designs[axis.design].append(axis)
@@ -97,10 +120,23 @@ def by_design(axes: Iterable[Axis]) -> list[tuple[Axis, ...]]:
 
 @dataclass(frozen=True)
 class AxisReader:
-    """Reads axes for a preset of a model with these settings.
+    """Reader of the axes of a spec.
 
-    Tables stand in `folder`, random points come from `seed`. `known` has what names
-    stand for, and `samplers` those that a sample may have. `keys` are those of a spec.
+    Attributes
+    ----------
+    known : Catalogue
+        Models, metrics, maps and starts by name.
+    model, preset : str
+    settings : dict
+        The parameters of the model by name.
+    seed : int
+        Seed of random points.
+    folder : Path
+        Folder of tables of points.
+    samplers : mapping
+        Allowed samplers by name.
+    keys : container of str
+        Keys of a spec, which an error about an unknown parameter looks up.
     """
 
     known: Catalogue
@@ -113,7 +149,23 @@ class AxisReader:
     keys: Container[str]
 
     def read(self, name: str, entry: Entry) -> Axis:
-        """The axis that `entry` writes. Raises SpecError where it is none."""
+        """Return an axis that is not one of an ablation study.
+
+        Parameters
+        ----------
+        name : str
+            A parameter, or the name of an axis of several parameters.
+        entry : Entry
+
+        Returns
+        -------
+        Axis
+
+        Raises
+        ------
+        SpecError
+            If `entry` is not a valid axis.
+        """
         blocks = continued = None
         if isinstance(entry.value, dict) and (
             "sample" in entry.value or "zip" in entry.value
@@ -136,11 +188,11 @@ class AxisReader:
             forms = " (an axis of several settings has sample, zip or ablate)"
             raise entry.error(no_setting(name, self.settings, self.keys, forms))
         when = self.when(entry)
-        kept, rows = distinct_rows(list(columns.values()))
-        if len(kept) < len(rows):
-            columns = {setting: column[kept] for setting, column in columns.items()}
+        distinct, rows = distinct_rows(list(columns.values()))
+        merged = len(rows) - len(distinct)
+        if merged:
+            columns = {setting: column[distinct] for setting, column in columns.items()}
         notes = (*((blocks.note(name),) if blocks else ()), *self._notes(name, entry))
-        sampler, merged = _sampler(entry), len(rows) - len(kept)
         return Axis(
             name,
             columns,
@@ -148,7 +200,7 @@ class AxisReader:
             entry.place,
             merged=merged,
             notes=notes,
-            sampler=sampler,
+            sampler=_sampler(entry),
             blocks=blocks,
             rows=rows if blocks else None,
             geometric=isinstance(entry.value, dict) and LOGSPACE in entry.value,
@@ -189,7 +241,7 @@ class AxisReader:
         )
 
     def _blocks(self, entry: Entry) -> SampleBlocks | None:
-        """The blocks of an axis, None where its points do not come in blocks."""
+        """Return the blocks of an axis; None if its points do not come in blocks."""
         if entry.value.get("sample") not in [*self.samplers]:
             return None
         sampler = entry.child("sample").text()
@@ -233,11 +285,12 @@ class AxisReader:
             if not DISTRIBUTIONS[distribution.name].bounded
         ]
         count = blocks.count if blocks else _points(entry, len(members))
-        cube = UnitCube(count, [*members], name, self.seed, unbounded)
+        cube = UnitCube(count, [*members], name, self.seed, unbounded=unbounded)
         if blocks:
             cube = replace(cube, size=blocks.size, levels=blocks.levels)
         units = self.samplers[sampler].draw(cube)
-        columns, mistakes = dict[str, Values](), Mistakes()
+        columns = dict[str, Values]()
+        mistakes = Mistakes()
         for (setting, form), unit in zip(distributions.items(), units, strict=True):
             with mistakes.noted():
                 columns[setting] = _drawn(self.settings[setting], form, unit)
@@ -247,7 +300,8 @@ class AxisReader:
     def _zip(self, entry: Entry) -> dict[str, Values]:
         entry.keys(["zip", "when"])
         entry.child("zip").keys(self.settings)
-        columns, mistakes = dict[str, Values](), Mistakes()
+        columns = dict[str, Values]()
+        mistakes = Mistakes()
         for name, member in entry.child("zip").mapping():
             with mistakes.noted():
                 columns[name] = self._member(self.settings[name], member)
@@ -262,13 +316,13 @@ class AxisReader:
         return columns
 
     def _member(self, setting: Setting, entry: Entry) -> Values:
-        """A setting of a zip, whose values may repeat."""
+        """Return the values of a parameter of a zip, which may repeat."""
         if isinstance(entry.value, dict):
             return _grid(setting, _only(entry, GRIDS))
         return _coerced(setting, entry, [child.value for child in entry.entries()])
 
     def when(self, entry: Entry) -> Expression | None:
-        """The condition that an axis carries, if any."""
+        """Return the condition of an axis; None if it has none."""
         if not isinstance(entry.value, dict) or "when" not in entry.value:
             return None
         return read_expression(entry.child("when"), self.settings, CONDITION)
@@ -277,7 +331,25 @@ class AxisReader:
 def read_expression(
     entry: Entry, settings: dict[str, Setting], kind: str
 ) -> Expression:
-    """The expression of this `kind` in `entry`. Raises SpecError where it is none."""
+    """Return the checked expression of an entry.
+
+    Parameters
+    ----------
+    entry : Entry
+    settings : dict
+        The parameters that the expression may have, by name.
+    kind : {"a number", "a condition", "a text"}
+        The kind that its value must have.
+
+    Returns
+    -------
+    Expression
+
+    Raises
+    ------
+    SpecError
+        If the text is not an expression, or its value has another kind.
+    """
     try:
         expression = parse(entry.text(), settings)
     except ExpressionError as error:
@@ -290,7 +362,7 @@ def read_expression(
 
 
 def _only(entry: Entry, allowed: Iterable[str]) -> Entry:
-    """The one value of a mapping that has one of the allowed keys."""
+    """Return the only value of a mapping, which has one of the allowed keys."""
     entry.keys(allowed)
     if len(entry.value) > 1:
         raise entry.error(
@@ -309,9 +381,9 @@ def _coerced(setting: Setting, entry: Entry, values: list[object] | Values) -> V
 
 def _listed(setting: Setting, entry: Entry) -> Values:
     column = _coerced(setting, entry, [child.value for child in entry.entries()])
-    kept, _ = distinct_rows([column])
-    if len(kept) < len(column):
-        twice = min(set(range(len(column))) - set(kept.tolist()))
+    distinct, _ = distinct_rows([column])
+    if len(distinct) < len(column):
+        twice = min(set(range(len(column))) - set(distinct.tolist()))
         raise entry.child(twice).error(
             f'{entry.child(twice).value} stands twice in "{setting.name}"'
         )
@@ -319,8 +391,9 @@ def _listed(setting: Setting, entry: Entry) -> Values:
 
 
 def _grid(setting: Setting, entry: Entry) -> Values:
-    """The values of a linspace or logspace, rounded to 12 digits. So a finer grid has
-    the same values as a coarser one where they meet.
+    """Return the values of a linspace or logspace, rounded to 12 digits.
+
+    So a finer grid has the same values as a coarser one where they meet.
     """
     limits = entry.entries()
     if len(limits) != 3:
@@ -328,7 +401,8 @@ def _grid(setting: Setting, entry: Entry) -> Values:
             f'"{entry.name}" must be [first, last, number of values], not a list of'
             f" {len(limits)}"
         )
-    first, last = limits[0].number(), limits[1].number()
+    first = limits[0].number()
+    last = limits[1].number()
     if entry.name == LOGSPACE and min(first, last) <= 0:
         raise entry.error(f"{LOGSPACE} needs numbers above 0")
     with np.errstate(over="ignore", invalid="ignore"):
@@ -364,8 +438,14 @@ def _drawn(setting: Setting, entry: Entry, unit: Values) -> Values:
 
 
 def distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
-    """The indices, ascending, of the rows that differ from all earlier rows. And for
-    every row, which of these it equals.
+    """Return the rows that differ from all earlier rows, and the group of each row.
+
+    Returns
+    -------
+    distinct : array of int
+        Ascending indices of the rows that differ from all earlier ones.
+    groups : array of int, shape (rows,)
+        For every row, the index in `distinct` of the row that it equals.
     """
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:
@@ -377,7 +457,7 @@ def distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
 
 
 def _sortable(column: Values) -> Values:
-    """Texts as numbers, which sort faster."""
+    """Return a column with numbers in place of strings, as numbers sort faster."""
     if column.dtype != np.object_:
         return column
     codes = {text: code for code, text in enumerate(dict.fromkeys(column.tolist()))}
@@ -385,7 +465,7 @@ def _sortable(column: Values) -> Values:
 
 
 def _sampler(entry: Entry) -> str | None:
-    """What drew the points of an axis, None where they are listed or on a grid."""
+    """Return the sampler of an axis; None if its points are listed or on a grid."""
     if not isinstance(entry.value, dict):
         return None
     if "sample" in entry.value:

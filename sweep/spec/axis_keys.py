@@ -1,8 +1,7 @@
-"""The keys of an axis that are the same for all settings.
+"""Keys of an axis that are the same for all parameters.
 
-An axis has other keys too: names of settings, of grids and of distributions, which have
-registries of their own. So what may stand beside what is checked by the code that reads
-an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
+An axis has further keys: names of parameters, of grids and of distributions, which have
+registries. `sweep.spec.axes` reads an axis and checks which keys go together.
 """
 
 from sweep.spec.contents import OneOf, ReadLater, Text, Truth, Whole
@@ -107,18 +106,19 @@ HOLD = Key(
 
 
 def axis_keys() -> tuple[Key, ...]:
-    """All of these, and the distributions, in the order of the guide."""
+    """Return all keys of an axis, with the distributions, in the order of the guide."""
     drawn = [
         Key(
             ReadLater("a list"),
-            about.text,
+            distribution.text,
             name=name,
             otherwise="",
         )
-        for name, about in DISTRIBUTIONS.items()
+        for name, distribution in DISTRIBUTIONS.items()
     ]
-    rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
-    own = [key for one in rules for key in one.options]
-    samples = (SAMPLE, *own, FILE, COLUMNS)
-    grids, chained = (VALUES, LINSPACE, LOGSPACE), (CONTINUE, HOLD)
+    blocks = [sampler.blocks for sampler in SAMPLERS.values() if sampler.blocks]
+    options = [key for rules in blocks for key in rules.options]
+    samples = (SAMPLE, *options, FILE, COLUMNS)
+    grids = (VALUES, LINSPACE, LOGSPACE)
+    chained = (CONTINUE, HOLD)
     return (*grids, *drawn, POINTS, WHEN, *chained, ZIP, *samples, ABLATE, LEAVE_OUT)

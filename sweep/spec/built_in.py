@@ -1,8 +1,8 @@
-"""Where the built-in studies, the examples and the guide lie: specs, tables, published
-numbers, figures, files of code of one's own, and pages. And how the program is cited.
+"""Paths of the built-in studies, the examples, the guide and the citation.
 
-A wheel has them within the package. In a checkout they lie beside it, and the folders
-have the same files and more.
+The folders have specs, tables, published numbers, figures, custom code and pages. A
+wheel has them inside the package. In a checkout they are next to the package, with more
+files.
 """
 
 from pathlib import Path
@@ -16,10 +16,11 @@ def _place(name: str) -> Path:
 
 
 EXPERIMENTS = _place("experiments")
-"""One folder a publication."""
+"""Built-in studies, one folder per publication."""
 EXAMPLES = _place("examples")
-"""Models, metrics and maps as users write them."""
+"""Custom models, metrics and maps, the way users write them."""
 CITATION = _place("CITATION.cff")
-"""How the program is cited."""
-GUIDE, DOCS = _place("GUIDE.md"), _place("docs")
-"""The guide, and a folder with the pages that it leads to."""
+"""The citation of the program."""
+GUIDE = _place("GUIDE.md")
+DOCS = _place("docs")
+"""Folder of the pages that the guide links to."""

@@ -1,8 +1,8 @@
-"""What may stand under a key of a spec, as `Whole(1)` or `OrFalse(Number(above=0))`.
+"""Contents of the keys of a spec, such as `Whole(1)` or `OrFalse(Number(above=0))`.
 
-A content reads the value of an entry, says what is allowed, in words and as JSON
-Schema, and writes a value as a spec has it. So the reader, the schema, the guide and
-whatever writes a spec cannot disagree.
+A content reads the value of an entry, describes the allowed values, in words and as
+JSON Schema, and writes a value into a spec. So the reader, the schema, the guide and
+the writers of specs cannot disagree.
 """
 
 import re
@@ -20,60 +20,63 @@ from sweep.spec.schema_parts import TEXT, Described, Schema, choices, listed, re
 T = TypeVar("T")
 
 SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
-"""A number of per cent from 0 to 100."""
+"""A percentage from 0 to 100."""
 
 
 class Content(ABC, Generic[T]):
-    """What may stand under a key; `T` is the type of its value once it is read."""
+    """The allowed values of a key; `T` is the type of a value that was read."""
 
     @property
     @abstractmethod
     def words(self) -> str:
-        """What is allowed, as `a whole number from 1`."""
+        """The allowed values in words, such as `a whole number from 1`."""
 
     @abstractmethod
     def read(self, entry: Entry) -> T:
-        """The value of `entry`. Raises SpecError where it is not allowed."""
+        """Return the value of `entry`, or raise SpecError if it is not allowed."""
 
     @abstractmethod
     def schema(self) -> Schema:
-        """What is allowed, as JSON Schema."""
+        """Return the JSON Schema of the allowed values."""
 
     def write(self, value: T) -> Any:
-        """The value as a spec has it: what `read` makes the same value of."""
+        """Return the value for a spec, from which `read` returns the same value."""
         return value
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes whose keys may stand below this one; see `sweep.spec.keys`."""
+        """The classes with the keys below this one; see `sweep.spec.keys`."""
         return ()
 
     @property
     def inside(self) -> str:
-        """What leads from this key to those: `.NAME`, `[]` or nothing."""
+        """The path from this key to those: `.NAME`, `[]` or nothing."""
         return ""
 
 
 def share(value: object) -> Fraction | None:
-    """The share that a text such as "5%" writes; None for what is none."""
-    found = SHARE.fullmatch(value) if isinstance(value, str) else None
-    return Fraction(found[1]) / 100 if found else None
+    """Return the fraction that a string such as "5%" means; None for another value."""
+    match = SHARE.fullmatch(value) if isinstance(value, str) else None
+    return Fraction(match[1]) / 100 if match else None
 
 
 @dataclass(frozen=True)
 class Text(Content[str]):
-    """Any text; `said` tells what it is to be."""
+    """Any string; `description` states its meaning."""
 
-    said: str = "a text"
+    description: str = "a text"
 
     @property
     def words(self) -> str:
-        return self.said
+        """The description."""
+        return self.description
 
     def read(self, entry: Entry) -> str:
+        """Return the string of `entry`."""
         return entry.text()
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of any string."""
         return TEXT
 
 
@@ -83,18 +86,21 @@ class Truth(Content[bool]):
 
     @property
     def words(self) -> str:
+        """Both values."""
         return "true or false"
 
     def read(self, entry: Entry) -> bool:
+        """Return the truth value of `entry`."""
         return entry.truth()
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of a truth value."""
         return {"type": "boolean"}
 
 
 @dataclass(frozen=True)
 class Whole(Content[int]):
-    """A whole number from `least` to `most`, both allowed."""
+    """An integer from `least` to `most`, both allowed."""
 
     least: int
     most: int = INTEGER_BOUND - 1
@@ -105,14 +111,17 @@ class Whole(Content[int]):
 
     @property
     def words(self) -> str:
+        """The allowed range."""
         limit = f" to {self.most:,}" if self._bounded else ""
         return f"a whole number from {self.least}{limit}"
 
     def read(self, entry: Entry) -> int:
+        """Return the integer of `entry`."""
         return entry.whole(self.least, self.most)
 
     def schema(self) -> Schema:
-        # 2**63 is a double of JavaScript, and the number before it is none.
+        """Return the JSON Schema of an integer in this range."""
+        # JavaScript has a double for 2**63, and none for the integer before it.
         most = (
             {"maximum": self.most}
             if self._bounded
@@ -125,8 +134,16 @@ class Whole(Content[int]):
 class Number(Content[float]):
     """A finite number.
 
-    It is at least `least`, at most `most`, and neither `above` nor `below` themselves
-    are allowed. `unit` follows in words ("of seconds"), and `note` after all.
+    Attributes
+    ----------
+    least, most : float, optional
+        Bounds that are allowed themselves.
+    above, below : float, optional
+        Bounds that are not allowed themselves.
+    unit : str, default ""
+        Unit in words, such as "seconds".
+    note : str, default ""
+        End of the description in words.
     """
 
     least: float | None = None
@@ -138,6 +155,7 @@ class Number(Content[float]):
 
     @property
     def words(self) -> str:
+        """The allowed range, with the unit and the note."""
         words = f"a number of {self.unit}" if self.unit else "a number"
         if self.least is not None:
             words += f" from {self.least:g}"
@@ -150,6 +168,7 @@ class Number(Content[float]):
         return f"{words}, {self.note}" if self.note else words
 
     def read(self, entry: Entry) -> float:
+        """Return the number of `entry`."""
         number = entry.number()
         if not (
             (self.least is None or number >= self.least)
@@ -161,27 +180,30 @@ class Number(Content[float]):
         return number
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of a number in this range."""
         bounds = {
             "minimum": self.least,
             "exclusiveMinimum": self.above,
             "maximum": self.most,
             "exclusiveMaximum": self.below,
         }
-        given = {name: bound for name, bound in bounds.items() if bound is not None}
-        return {"type": "number"} | given
+        present = {name: bound for name, bound in bounds.items() if bound is not None}
+        return {"type": "number"} | present
 
 
 @dataclass(frozen=True)
 class OrFalse(Content[T | None]):
-    """`false`, which reads as None, or something else."""
+    """Another content, or `false`, which reads as None."""
 
     content: Content[T]
 
     @property
     def words(self) -> str:
+        """The words of the content, "or false"."""
         return f"{self.content.words}, or false"
 
     def read(self, entry: Entry) -> T | None:
+        """Return the value of `entry`; None for `false`."""
         if entry.value is False:
             return None
         try:
@@ -190,18 +212,29 @@ class OrFalse(Content[T | None]):
             raise entry.expected(self.words) from None
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the content or `false`."""
         return {"anyOf": [self.content.schema(), {"const": False}]}
 
     def write(self, value: T | None) -> Any:
+        """Return the value for a spec: `false` for None."""
         return False if value is None else self.content.write(value)
 
 
 @dataclass(frozen=True)
 class OneOf(Content[str]):
-    """One of some `names`, which may be those of a registry: they are asked for anew.
+    """One of several names.
 
-    `kind` is what an error calls them. Where a command lists them, `listed_by` is that
-    command. Where the schema has a definition of them, `definition` is its name.
+    Attributes
+    ----------
+    kind : str
+        Word of an error for the names, such as "sampler".
+    names : collection of str
+        Names that are allowed. A registry may grow later: each call uses the present
+        names.
+    listed_by : str, default ""
+        Command that lists the names, if there is one.
+    definition : str, default ""
+        Name of their definition in the schema, if there is one.
     """
 
     kind: str
@@ -211,15 +244,18 @@ class OneOf(Content[str]):
 
     @property
     def words(self) -> str:
+        """The names, or the command that lists them."""
         if self.listed_by:
             return f"a name that `{self.listed_by}` lists"
-        *others, last = self.names
-        return f"{', '.join(others)} or {last}"
+        *first, last = self.names
+        return f"{', '.join(first)} or {last}"
 
     def read(self, entry: Entry) -> str:
+        """Return the name of `entry`."""
         return entry.one_of(self.kind, self.names)
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the names, or a reference to their definition."""
         if self.definition:
             return reference(self.definition)
         return {"enum": list(self.names)}
@@ -227,27 +263,39 @@ class OneOf(Content[str]):
 
 @dataclass(frozen=True)
 class EntryOf(OneOf):
-    """The name of an entry of a registry, `names`, whose entries say what they are."""
+    """The name of an entry of a registry, `names`, whose entries have a text."""
 
     names: Mapping[str, Described]
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the names, each with its text."""
         return choices(self.names)
 
 
 @dataclass(frozen=True)
 class ListOf(Content[tuple[T, ...]]):
-    """A list of `plural` that is not empty, in which nothing stands twice."""
+    """A list of distinct values that is not empty.
+
+    Attributes
+    ----------
+    item : Content
+        Content of each value.
+    plural : str
+        Word for the values, such as "metrics".
+    """
 
     item: Content[T]
     plural: str
 
     @property
     def words(self) -> str:
+        """The kind of values in the list."""
         return f"a list of {self.plural}, none twice"
 
     def read(self, entry: Entry) -> tuple[T, ...]:
-        values, mistakes = dict[T, None](), Mistakes()
+        """Return the values of the list of `entry`."""
+        values = dict[T, None]()
+        mistakes = Mistakes()
         for child in entry.entries():
             with mistakes.noted():
                 value = self.item.read(child)
@@ -260,39 +308,56 @@ class ListOf(Content[tuple[T, ...]]):
         return tuple(values)
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the list."""
         return listed(self.item.schema())
 
     def write(self, value: tuple[T, ...]) -> Any:
-        return [self.item.write(one) for one in value]
+        """Return the list for a spec."""
+        return [self.item.write(element) for element in value]
 
 
 @dataclass(frozen=True)
 class ReadLater(Content[Entry]):
-    """What depends on other keys, as settings do on the model. Reading gives on the
-    entry. `said` tells in words what is allowed, and `form` as far as JSON Schema can.
-    `parts` are the dataclasses whose keys stand below, if any, and `between` is what
-    leads from this key to theirs.
+    """A content that depends on other keys, such as parameters on the model.
+
+    Reading returns the entry itself.
+
+    Attributes
+    ----------
+    description : str
+        Allowed values in words.
+    form : callable
+        Returns the JSON Schema, as far as it does not depend on other keys.
+    parts : tuple of type
+        Dataclasses whose keys are below this one.
+    between : str, default ""
+        Path from this key to those: `.NAME`, `[]` or nothing.
     """
 
-    said: str
+    description: str
     form: Callable[[], Schema] = lambda: {"type": "object"}
     parts: tuple[type[Any], ...] = ()
     between: str = ""
 
     @property
     def words(self) -> str:
-        return self.said
+        """The description."""
+        return self.description
 
     def read(self, entry: Entry) -> Entry:
+        """Return `entry` itself."""
         return entry
 
     def schema(self) -> Schema:
+        """Return the JSON Schema that `form` returns."""
         return self.form()
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
+        """The classes with the keys below this one."""
         return self.parts
 
     @property
     def inside(self) -> str:
+        """The path from this key to those."""
         return self.between

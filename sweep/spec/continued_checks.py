@@ -1,6 +1,6 @@
-"""What an axis that is continued needs, and what cannot stand beside it.
+"""Checks of continued axes and of the keys that exclude such an axis.
 
-All functions raise SpecError, with file and line.
+The checks raise SpecError, with file and line.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,13 +16,13 @@ from sweep.spec.settings import Setting
 STEPS = "steps"
 NUMBERS = ("float", "int")
 LEAST = 2
-"""Values without which there is no link after the first."""
+"""Least number of values of a continued axis: with one, a chain has a single link."""
 OWN = "parameters"
-"""The group of the settings that the model alone has."""
+"""Group of the parameters that only the model has."""
 BARRED = {
     "order": "links run one after the other",
 }
-"""Keys that cannot stand beside a continued axis, and why."""
+"""Keys that a study with a continued axis cannot have, each with the reason."""
 LONGER = (
     'a study with "continue" takes no "last_states": a link with more steps has another'
     " parent, and cannot go on from a shorter one"
@@ -35,33 +35,33 @@ COMMON = (
     "noise: common gives all links of a chain the same random numbers; with"
     ' "continue" it must be independent or lasting'
 )
-
-
 WITHIN = (
     ("record", "last_states", True, LONGER),
     ("record", "last_flocks", False, KEPT),
     ("streams", "noise", "common", COMMON),
 )
-"""Keys of sections that cannot stand there, with a value or, where that is None, with
-any; and why.
+"""Keys of sections that such a study cannot have, as (section, key, value, reason).
+
+None as the value means any value.
 """
 
 
 def continued_axis(axes: Iterable[Axis]) -> Axis | None:
-    """The axis of a study that is continued, if any."""
+    """Return the continued axis of a study; None if it has none."""
     return next((axis for axis in axes if axis.continued), None)
 
 
 def held(axes: Iterable[Axis]) -> dict[str, int]:
-    """The steps of all links, as a setting with its value, where an axis says them."""
+    """Return {"steps": number of steps of a link}; {} if no axis has `hold`."""
     axis = continued_axis(axes)
     hold = axis.continued.hold if axis and axis.continued else None
     return {} if hold is None else {STEPS: hold}
 
 
 def check_beside_continued(root: Entry, axes: Iterable[Axis]) -> None:
-    """Raise SpecError for what the spec says that cannot stand beside an axis that is
-    continued. Other mistakes of these keys are for their readers.
+    """Raise SpecError for all keys that a study with a continued axis cannot have.
+
+    The readers of these keys report other mistakes of them.
     """
     if not continued_axis(axes):
         return
@@ -71,9 +71,9 @@ def check_beside_continued(root: Entry, axes: Iterable[Axis]) -> None:
         with mistakes.noted():
             around = root.get(section)
             is_mapping = around is not None and isinstance(around.value, dict)
-            found = around.get(key) if around and is_mapping else None
-            if found and barred in (None, found.value):
-                raise found.error(why)
+            entry = around.get(key) if around and is_mapping else None
+            if entry and barred in (None, entry.value):
+                raise entry.error(why)
     mistakes.check()
 
 
@@ -81,28 +81,39 @@ def check_continued(
     root: Entry,
     axes: Sequence[Axis],
     settings: Mapping[str, Setting],
-    given: Iterable[str],
+    taken: Iterable[str],
 ) -> None:
-    """Raise SpecError for an axis that cannot be continued.
+    """Check that the axes of a study that are continued can be.
 
-    root      the spec
-    axes      its axes
-    settings  those of its model
-    given     the settings with a value under `fixed` or `derive`
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    axes : sequence of Axis
+        All axes of the study.
+    settings : mapping
+        The parameters of the model by name.
+    taken : iterable of str
+        Parameters with a value under `fixed` or `derive`.
+
+    Raises
+    ------
+    SpecError
+        With all mistakes, if an axis cannot be continued.
     """
-    found = [axis for axis in axes if axis.continued]
-    if not found:
+    continued = [axis for axis in axes if axis.continued]
+    if not continued:
         return
     mistakes = Mistakes()
     with mistakes.noted():
-        _check_alone(root, axes, found)
-    for axis in found:
+        _check_alone(root, axes, continued)
+    for axis in continued:
         with mistakes.noted():
             _check_axis(root, axis, settings[axis.name])
         with mistakes.noted():
             _check_columns(root, axis, settings)
         with mistakes.noted():
-            _check_steps(root, axis, axes, given)
+            _check_steps(root, axis, axes, taken)
     mistakes.check()
 
 
@@ -113,34 +124,36 @@ def _entry(root: Entry, axis: Axis) -> Entry:
     return entry
 
 
-def _check_alone(root: Entry, axes: Sequence[Axis], found: list[Axis]) -> None:
+def _check_alone(root: Entry, axes: Sequence[Axis], continued: list[Axis]) -> None:
+    name = continued[0].name
     if len({axis.design for axis in axes}) > 1:
-        raise _entry(root, found[0]).error(
-            f'"{found[0].name}" is continued, which one design alone can: write it as a'
+        raise _entry(root, continued[0]).error(
+            f'"{name}" is continued, which one design alone can: write it as a'
             " study of its own"
         )
-    if len(found) > 1:
-        raise _entry(root, found[1]).error(
-            f'"{found[0].name}" is continued already: a study has one such axis'
+    if len(continued) > 1:
+        raise _entry(root, continued[1]).error(
+            f'"{name}" is continued already: a study has one such axis'
         )
 
 
 def _check_axis(root: Entry, axis: Axis, setting: Setting) -> None:
-    entry, name = _entry(root, axis), f'"{axis.name}" cannot be continued'
+    entry = _entry(root, axis)
+    problem = f'"{axis.name}" cannot be continued'
     if setting.kind not in NUMBERS:
-        raise entry.error(f"{name}: its values are no numbers")
+        raise entry.error(f"{problem}: its values are no numbers")
     if setting.group != OWN:
         raise entry.error(
-            f"{name}: only a parameter of the model can change from link to link"
+            f"{problem}: only a parameter of the model can change from link to link"
         )
     if axis.when:
-        raise entry.error(f'{name}: it has a condition, "when"')
+        raise entry.error(f'{problem}: it has a condition, "when"')
     if len(axis) < LEAST:
-        raise entry.error(f"{name}: a chain needs at least {LEAST} values")
+        raise entry.error(f"{problem}: a chain needs at least {LEAST} values")
 
 
 def _check_columns(root: Entry, axis: Axis, settings: Iterable[str]) -> None:
-    """Raise SpecError for a model with a setting called as a column of links."""
+    """Raise SpecError if a parameter of the model is named like a column of links."""
     for name in {DIRECTION, PARENT} & {*settings}:
         raise _entry(root, axis).error(
             f'"{axis.name}" cannot be continued: the model has a setting "{name}", and'
@@ -149,13 +162,13 @@ def _check_columns(root: Entry, axis: Axis, settings: Iterable[str]) -> None:
 
 
 def _check_steps(
-    root: Entry, axis: Axis, axes: Sequence[Axis], given: Iterable[str]
+    root: Entry, axis: Axis, axes: Sequence[Axis], taken: Iterable[str]
 ) -> None:
-    """Raise SpecError where `hold` is not the only one that says the steps."""
+    """Raise SpecError if both `hold` and the spec give the number of steps."""
     if axis.continued is None or axis.continued.hold is None:
         return
-    others = {*given, *(name for one in axes for name in one.columns)}
-    if STEPS in others:
+    varied = {name for any_axis in axes for name in any_axis.columns}
+    if STEPS in {*taken, *varied}:
         raise (
             _entry(root, axis)
             .child(HOLD.name)

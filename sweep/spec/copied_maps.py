@@ -1,7 +1,7 @@
-"""Maps that are a built-in one with a few obstacles changed.
+"""Maps that are a built-in map with a few obstacles changed.
 
-A map has only few shapes that are new, and many that a program has computed. So a spec
-names the built-in map, and what differs from it.
+Such a map has few new shapes and many that a program has computed. So a spec names the
+built-in map and the differences from it.
 """
 
 from collections.abc import Mapping
@@ -18,13 +18,22 @@ from kernels.worlds import MAPS
 Obstacles = tuple[Obstacle, ...]
 
 MOST_COMPARED = 2000
-"""Of a map with more shapes nobody looks for the built-in map that it comes from."""
+"""Most shapes of a map that is compared with the built-in maps."""
 
 
 class Copy(NamedTuple):
-    """What a map has otherwise than the built-in map `name`, whose obstacles are
-    numbered from 0: those it is without, those in whose place it has others, and those
-    that it has besides, behind all others.
+    """A map as its differences from a built-in map.
+
+    Attributes
+    ----------
+    name : str
+        Name of the built-in map. Its obstacles are numbered from 0.
+    without : tuple of int
+        Obstacles that are left out.
+    changed : mapping
+        New obstacles by the number of the obstacle that each replaces.
+    added : tuple of Obstacle
+        Further obstacles, after all others.
     """
 
     name: str
@@ -35,28 +44,29 @@ class Copy(NamedTuple):
     @property
     def obstacles(self) -> Obstacles:
         """The obstacles of the map."""
-        kept = tuple(
+        remaining = tuple(
             self.changed.get(number, obstacle)
             for number, obstacle in enumerate(obstacles_in(self.name))
             if number not in self.without
         )
-        return kept + self.added
+        return remaining + self.added
 
 
 def sizes() -> dict[str, tuple[float, float]]:
-    """The width and height of each map that can be copied: one that has a size of its
-    own, and is the same in every trial.
+    """Return the width and height of each map that can be copied.
+
+    Such a map has a size, and is the same in every trial.
     """
     return {
-        name: about.size
-        for name, about in MAPS.items()
-        if about.size and not about.random
+        name: built_in.size
+        for name, built_in in MAPS.items()
+        if built_in.size and not built_in.random
     }
 
 
 @cache
 def obstacles_in(name: str) -> Obstacles:
-    """The obstacles of a map that can be copied."""
+    """Return the obstacles of a map that can be copied."""
     size = sizes()[name]
     settings = WorldSettings(
         *(name, *size, 0, False, 0, 0.0, 0.0, INTEGER, 0.0, 0.0),
@@ -69,15 +79,27 @@ def obstacles_in(name: str) -> Obstacles:
 
 
 def copy_of(size: tuple[float, float], obstacles: Obstacles) -> Copy | None:
-    """The map that has these obstacles, in this order, as a copy of the built-in one
-    from which it differs least; None where it shares less than half with each.
+    """Return a map as a copy of the built-in map from which it differs least.
+
+    Parameters
+    ----------
+    size : (float, float)
+        Width and height, equal to the built-in map's.
+    obstacles : tuple of Obstacle
+        All obstacles of the map, in their order.
+
+    Returns
+    -------
+    Copy or None
+        None if no built-in map has this size, or the differences from each are more
+        than half of `obstacles`. None too for more than MOST_COMPARED obstacles.
     """
     if len(obstacles) > MOST_COMPARED:
         return None
-    alike = [
-        _differences(name, obstacles) for name, one in sizes().items() if one == size
-    ]
-    copies = [one for one in alike if one and one.obstacles == obstacles]
+    same_size = [name for name, built_in in sizes().items() if built_in == size]
+    candidates = [_differences(name, obstacles) for name in same_size]
+    # Obstacles inserted in the middle would move to the end of a Copy.
+    copies = [copy for copy in candidates if copy.obstacles == obstacles]
     least = min(copies, key=_length, default=None)
     return least if least and 2 * _length(least) <= len(obstacles) else None
 
@@ -87,9 +109,11 @@ def _length(copy: Copy) -> int:
 
 
 def _differences(name: str, obstacles: Obstacles) -> Copy:
-    """What is otherwise than in a built-in map, as far as a Copy can say it."""
+    """Return the differences from a built-in map, as far as a Copy can have them."""
     before = obstacles_in(name)
-    without, changed, added = list[int](), dict[int, Obstacle](), Obstacles()
+    without = list[int]()
+    changed = dict[int, Obstacle]()
+    added = Obstacles()
     matcher = SequenceMatcher(None, before, obstacles, autojunk=False)
     for kind, i, j, k, m in matcher.get_opcodes():
         if kind == "equal":

@@ -1,8 +1,8 @@
-"""Metrics that a spec derives from others: `{gain: "polarization / speed"}` under
-`derive` of `record`.
+"""Metrics that a spec derives from others, under `derive` of `record`.
 
-An expression may hold metrics, settings and other derived metrics. Its value in a frame
-is that of the metrics in this frame.
+An example is `{gain: "polarization / speed"}`. An expression may have metrics,
+parameters and other derived metrics. It is computed for each frame, from the metrics of
+the frame.
 """
 
 import ast
@@ -28,7 +28,7 @@ from sweep.spec.units import unit_of
 
 NAME = re.compile("[a-z][a-z0-9_]{0,59}")
 ENDINGS = ("_mean", "_low", "_high", "_n", "_undefined")
-"""Of the columns that tables have for a metric."""
+"""Endings of the columns that tables have for a metric."""
 TAKEN = (
     *("trial_id", "point", "replicate", "seed", "seed_listed", "streams", "model"),
     *("preset", "every", "status", "error", "replay", "last_step", "seconds"),
@@ -38,18 +38,22 @@ TAKEN = (
 )
 """The other columns of tables."""
 
-
 SKEWED: Distribution = "skewed"
 
 
 @dataclass(frozen=True)
 class DerivedMetric:
-    """A metric that is computed from others, frame by frame; `unit` is in the words of
-    the model.
+    """A metric that is computed from others, frame by frame.
 
-    Its `distribution` is that of a count where it is a sum of counts, and "skewed"
-    else, as quotients and products are. The interval of skewed values holds for normal
-    ones too.
+    Attributes
+    ----------
+    name : str
+    expression : Expression
+    unit : str
+        Unit in the words of the model.
+    distribution : Distribution, default "skewed"
+        "count" for a sum of counts. Otherwise "skewed", which quotients and products
+        are. The confidence interval of skewed values is valid for normal ones too.
     """
 
     name: str
@@ -59,7 +63,7 @@ class DerivedMetric:
 
 
 def derived_schema() -> Schema:
-    """Expressions by the names of new metrics."""
+    """Return the JSON Schema of expressions by the names of new metrics."""
     names = {"pattern": f"^{NAME.pattern}$", "not": reference("built_in_metric")}
     return named({"type": "string"}, names)
 
@@ -67,13 +71,27 @@ def derived_schema() -> Schema:
 def read_derived(
     entry: Entry | None, model: str, known: Catalogue, settings: Mapping[str, Setting]
 ) -> tuple[DerivedMetric, ...]:
-    """The metrics that `entry` derives. Each stands after those that it needs. Raises
-    SpecError.
+    """Return the derived metrics of a spec, each after those that it needs.
 
-        entry     the section of the spec
-        model     the name of the model
-        known     what this name, and those of metrics, stand for
-        settings  those of the study
+    Parameters
+    ----------
+    entry : Entry, optional
+        The section of the spec. Without it there are no derived metrics.
+    model : str
+        Name of the model.
+    known : Catalogue
+        Models and metrics by name.
+    settings : mapping
+        The parameters of the study by name.
+
+    Returns
+    -------
+    tuple of DerivedMetric
+
+    Raises
+    ------
+    SpecError
+        If a name or an expression is not allowed, or the units do not match.
     """
     if entry is None:
         return ()
@@ -84,14 +102,15 @@ def read_derived(
         )
     numbers = {**_measured(model, known), **settings}
     numbers |= {name: _numbers(name) for name in entries}
-    expressions, mistakes = dict[str, Expression](), Mistakes()
+    expressions = dict[str, Expression]()
+    mistakes = Mistakes()
     for name, child in entries.items():
         with mistakes.noted():
             _check_name(child, name, settings, known.metrics)
             expressions[name] = read_expression(child, numbers, NUMBER)
     mistakes.check()
     metrics = KnownMetrics(model, known, tuple(entries))
-    found: list[DerivedMetric] = []
+    derived: list[DerivedMetric] = []
     counts = {
         name for name, metric in known.metrics.items() if metric.distribution == "count"
     }
@@ -105,15 +124,16 @@ def read_derived(
         numbers[name] = replace(numbers[name], unit=unit)
         if _is_sum(expression.tree, counts):
             counts.add(name)
-        found.append(
+        derived.append(
             DerivedMetric(name, expression, unit, "count" if name in counts else SKEWED)
         )
-    return tuple(found)
+    return tuple(derived)
 
 
 def declared(stored: str) -> Distribution:
-    """The distribution that is stored of a derived metric; "skewed" for any other text,
-    as studies of up to 0.8 have none.
+    """Return the stored distribution of a derived metric; "skewed" for another string.
+
+    Studies of up to 0.8 have no stored distribution.
     """
     for known in get_args(Distribution):
         if stored == known:
@@ -122,31 +142,32 @@ def declared(stored: str) -> Distribution:
 
 
 def _is_sum(tree: ast.expr, names: Collection[str]) -> bool:
-    """Whether an expression only adds up some of these names."""
+    """Return whether an expression only adds up some of these names."""
     if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add):
         return _is_sum(tree.left, names) and _is_sum(tree.right, names)
     return isinstance(tree, ast.Name) and tree.id in names
 
 
 def needed(derived: Iterable[DerivedMetric]) -> list[str]:
-    """The names in their expressions, each once."""
+    """Return the distinct names in the expressions of metrics."""
     names = dict.fromkeys(
-        name for one in derived for name in sorted(one.expression.names)
+        name for metric in derived for name in sorted(metric.expression.names)
     )
     return list(names)
 
 
-def _measured(model: str, known: Catalogue) -> dict[str, Setting]:
-    about = known.models[model]
-    names = (*known.metrics, *names_of_parts(about, known))
+def _measured(name: str, known: Catalogue) -> dict[str, Setting]:
+    model = known.models[name]
+    metrics = (*known.metrics, *names_of_parts(model, known))
     return {
-        name: _numbers(name, spelled(known.metrics[name].unit, about)) for name in names
+        metric: _numbers(metric, spelled(known.metrics[metric].unit, model))
+        for metric in metrics
     }
 
 
 def _numbers(name: str, unit: str = "") -> Setting:
-    """A metric as expressions meet it: like a setting, it is a number with a unit."""
-    return Setting(name, "float", "metrics", "", unit)
+    """Return a metric in the form that expressions take, a number with a unit."""
+    return Setting(name, "float", "metrics", text="", unit=unit)
 
 
 def _check_name(

@@ -1,4 +1,4 @@
-"""The distributions from which the values of a setting are drawn.
+"""Distributions from which the values of a parameter are drawn.
 
 To add one, write a function and enter it in DISTRIBUTIONS.
 """
@@ -14,26 +14,31 @@ from sweep.spec.sampling import Unit
 from sweep.spec.settings import NotAllowedError, Setting, Values
 
 LEAST = 2.0**-54
-"""Stands for 0 where the inverse of a distribution is infinite."""
+"""Least probability that is inverted; at 0 an inverse may be infinite."""
 
 MOST = 1e100
-"""Bound of the arguments of continuous distributions, far from where arithmetic
-overflows.
-"""
+"""Bound of the arguments of continuous distributions, far below an overflow."""
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A way to draw values of a setting, written in a spec as `{name: arguments}`.
+    """A way to draw values of a parameter, written in a spec as `{name: arguments}`.
 
-    `values(unit, setting, arguments)` makes values of draws from the unit interval, by
-    the inverse of the distribution, so that it suits every sampler. It raises
-    NotAllowedError where the arguments, or what it could draw, are not allowed for the
-    setting. `text` says what it draws.
-
-    `kind` says what the arguments are: two numbers, two whole numbers, or a list of
-    values. `bounded` says that it draws nothing beyond the numbers, as a search needs
-    it, and `logarithmic` that it is even on a logarithmic scale.
+    Attributes
+    ----------
+    values : callable
+        `values(unit, setting, arguments)` returns the values for draws from the unit
+        interval. It uses the inverse of the distribution, so that every sampler can
+        draw. It raises NotAllowedError if the parameter does not allow the arguments,
+        or values that could be drawn.
+    text : str
+        Description of the values for users.
+    kind : {"continuous", "whole", "listed"}, default "continuous"
+        The arguments are two numbers, two integers, or a list of values.
+    bounded : bool, default True
+        No value is beyond the arguments. A search needs that.
+    logarithmic : bool, default False
+        Values are uniform on a logarithmic scale.
     """
 
     values: Callable[[Unit, Setting, Sequence[Any]], Values]
@@ -44,14 +49,53 @@ class Distribution:
 
 
 def uniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Uniform between two numbers."""
+    """Return values that are uniform between two numbers.
+
+    Parameters
+    ----------
+    unit : array, shape (n,)
+        Draws from the unit interval.
+    setting : Setting
+        A parameter of the kind float.
+    arguments : sequence
+        Low and high.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Raises
+    ------
+    NotAllowedError
+        If the arguments are not two numbers in order that the parameter allows.
+    """
     low, high = _bounds(setting, arguments)
     values: Values = low + unit * (high - low)
     return values.clip(low, high)
 
 
 def loguniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """The logarithm is uniform between those of two positive numbers."""
+    """Return values whose logarithm is uniform between two positive numbers.
+
+    Parameters
+    ----------
+    unit : array, shape (n,)
+        Draws from the unit interval.
+    setting : Setting
+        A parameter of the kind float.
+    arguments : sequence
+        Low and high.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Raises
+    ------
+    NotAllowedError
+        If the arguments are not two positive numbers in order that the parameter
+        allows.
+    """
     low, high = _bounds(setting, arguments)
     if low <= 0:
         raise NotAllowedError("needs numbers above 0")
@@ -60,8 +104,25 @@ def loguniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values
 
 
 def normal(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Normal with a mean and a standard deviation, truncated to the range of the
-    setting.
+    """Return normal values, truncated to the range of the parameter.
+
+    Parameters
+    ----------
+    unit : array, shape (n,)
+        Draws from the unit interval.
+    setting : Setting
+        A parameter of the kind float.
+    arguments : sequence
+        Mean and standard deviation.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Raises
+    ------
+    NotAllowedError
+        If the parameter does not allow the mean, or the deviation is not positive.
     """
     from scipy.special import ndtr, ndtri
 
@@ -70,17 +131,33 @@ def normal(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
     setting.coerce(mean)
     if deviation <= 0:
         raise NotAllowedError("the standard deviation must be above 0")
-    low, high = (
-        ndtr((setting.low - mean) / deviation),
-        ndtr((setting.high - mean) / deviation),
-    )
+    low = ndtr((setting.low - mean) / deviation)
+    high = ndtr((setting.high - mean) / deviation)
     truncated = np.clip(low + unit * (high - low), LEAST, 1 - LEAST)
     values: Values = mean + deviation * ndtri(truncated)
     return values.clip(setting.low, setting.high)
 
 
 def integers(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Whole numbers from the first to the last, both included, equally likely."""
+    """Return integers from the first to the last, both included, equally likely.
+
+    Parameters
+    ----------
+    unit : array, shape (n,)
+        Draws from the unit interval.
+    setting : Setting
+    arguments : sequence
+        First and last.
+
+    Returns
+    -------
+    array of float, shape (n,)
+
+    Raises
+    ------
+    NotAllowedError
+        If the arguments are not two integers in order that the parameter allows.
+    """
     first, last = _pair(arguments, "[first, last]")
     for bound in (first, last):
         setting.coerce(bound)
@@ -92,7 +169,26 @@ def integers(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
 
 
 def choice(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Any of the listed values, equally likely."""
+    """Return any of the listed values, equally likely.
+
+    Parameters
+    ----------
+    unit : array, shape (n,)
+        Draws from the unit interval.
+    setting : Setting
+        A parameter of any kind.
+    arguments : sequence
+        The values.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Raises
+    ------
+    NotAllowedError
+        If the parameter does not allow a value, or a value is listed twice.
+    """
     values = setting.column(arguments)
     if len(set(values.tolist())) < len(values):
         raise NotAllowedError("lists a value twice")
@@ -126,7 +222,7 @@ DISTRIBUTIONS: dict[str, Distribution] = {
         kind="listed",
     ),
 }
-"""By their names in specs."""
+"""Distributions by their names in specs."""
 
 
 def _pair(arguments: Sequence[Any], meaning: str) -> tuple[float, float]:

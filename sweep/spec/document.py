@@ -1,4 +1,4 @@
-"""Values that know in which line of a spec they stand, and errors that say so."""
+"""Values of a spec with their line, and errors that name it."""
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,50 +16,59 @@ Place = tuple[str | int, ...]
 NONE_GONE: Mapping[str, str] = MappingProxyType({})
 
 FOR_EDITORS = "# yaml-language-server:"
-"""How a line begins that tells the YAML server of an editor where a schema is."""
+"""Start of a line that gives the schema to the YAML server of an editor."""
 
 MAPPING = "spec (mapping)"
-"""What errors call a spec that is no file."""
+"""Name in errors for a spec that is not a file."""
 
 INTEGER_BOUND = 2**63
-"""Whole numbers of a spec are smaller than this, so that they fit into int64."""
+"""Upper bound of the integers of a spec, not included: they fit into int64."""
 
 
 def keys_in_words(place: Place) -> str:
-    """Keys and indices as `sweep.noise[2]`."""
-    parts = (f"[{one}]" if isinstance(one, int) else f".{one}" for one in place)
+    """Return keys and indices as text, such as `sweep.noise[2]`."""
+    parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
     return "".join(parts).removeprefix(".")
 
 
 @dataclass(frozen=True)
 class Document:
-    """A YAML text, and the line of every value in it. A value is found by its place:
-    the keys and indices that lead to it.
+    """A YAML text, and the line of every value in it.
+
+    The place of a value is the keys and indices that lead to it.
     """
 
     path: Path
     text: str
     lines: dict[Place, int] = field(default_factory=dict, repr=False)
     of_mapping: bool = False
-    """Whether it was made of a mapping of Python, whose user has seen no line of it."""
+    """The text was made from a Python mapping, so that no user has seen its lines."""
 
     @property
     def for_readers(self) -> list[str]:
-        """The lines of the text without those for editors."""
+        """The lines of the text, except those for editors."""
         lines = self.text.splitlines()
         return [line for line in lines if not line.startswith(FOR_EDITORS)]
 
     @property
     def comment(self) -> str:
-        """The comment with which the text begins for readers, in one line. An empty
-        line ends it.
-        """
+        """The comment at the start of the text, in one line. An empty line ends it."""
         lines = takewhile(lambda line: line.startswith("#"), self.for_readers)
         return " ".join(line.removeprefix("#").strip() for line in lines)
 
     def error(self, place: Place, message: str) -> SpecError:
-        """The SpecError that says `message` with the line of `place`, or of the nearest
-        part above it.
+        """Return an error with the line of a value.
+
+        Parameters
+        ----------
+        place : Place
+            Keys and indices that lead to the value. If the text does not have it, the
+            error names the line of the nearest part above.
+        message : str
+
+        Returns
+        -------
+        SpecError
         """
         known = place
         while known and known not in self.lines:
@@ -69,8 +78,19 @@ class Document:
         return error
 
     def error_in_line(self, line: int, message: str, place: Place = ()) -> SpecError:
-        """The SpecError that says `message` with this line; of a mapping with the keys
-        that lead to `place`.
+        """Return an error with a line, or with keys if a mapping was the spec.
+
+        Parameters
+        ----------
+        line : int
+            Number of the line, from 1.
+        message : str
+        place : Place, default ()
+            Keys and indices that lead to the value, named if the spec is a mapping.
+
+        Returns
+        -------
+        SpecError
         """
         where = f"{self.path.name}:{line}"
         if self.of_mapping:
@@ -80,8 +100,9 @@ class Document:
 
 @dataclass(frozen=True)
 class Entry:
-    """One value of a document and its place. The methods that read it raise SpecError
-    where it is something else.
+    """One value of a document and its place.
+
+    The methods that read the value raise SpecError if it has another type.
     """
 
     document: Document
@@ -90,32 +111,31 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key that leads to this value. The whole document has the name of its
-        file.
-        """
+        """The last key that leads to this value; of the whole document, its file."""
         return next(
             (part for part in reversed(self.place) if isinstance(part, str)),
             self.document.path.name,
         )
 
     def error(self, message: str) -> SpecError:
-        """The SpecError that says `message` with the line of this value."""
+        """Return an error with the line of this value."""
         return self.document.error(self.place, message)
 
-    def expected(self, what: str) -> SpecError:
-        """The SpecError for a value that is not `what`."""
-        return self.error(f'"{self.name}" must be {what}, not {in_words(self.value)}')
+    def expected(self, allowed: str) -> SpecError:
+        """Return the error for a value that is not `allowed`, such as "a list"."""
+        value = in_words(self.value)
+        return self.error(f'"{self.name}" must be {allowed}, not {value}')
 
     def child(self, key: str | int) -> "Entry":
-        """The value below this one at `key`, which must be there."""
+        """Return the value below this one at `key`, which must exist."""
         return Entry(self.document, (*self.place, key), self.value[key])
 
     def get(self, key: str) -> "Entry | None":
-        """The value below this mapping at `key`, or None."""
+        """Return the value below this mapping at `key`; None if it does not exist."""
         return self.child(key) if key in self.value else None
 
     def mapping(self) -> Iterator[tuple[str, "Entry"]]:
-        """Keys and values of this mapping, which may not be empty."""
+        """Return the keys and values of this mapping, which must not be empty."""
         if not isinstance(self.value, dict) or not self.value:
             raise self.expected("a mapping with at least one entry")
         return ((key, self.child(key)) for key in self.value)
@@ -126,11 +146,24 @@ class Entry:
         required: Iterable[str] = (),
         gone: Mapping[str, str] = NONE_GONE,
     ) -> None:
-        """Raise SpecError unless this is a mapping with these keys only, and with the
-        required ones; `gone` says of keys of earlier versions why there are none.
+        """Check the keys of this mapping.
+
+        Parameters
+        ----------
+        allowed : iterable of str
+        required : iterable of str, optional
+            Keys that must be present.
+        gone : mapping, optional
+            Keys of earlier versions, each with the reason why it was removed.
+
+        Raises
+        ------
+        SpecError
+            With all mistakes, if this is not a mapping with such keys.
         """
         self.mapping()
-        mistakes, where = Mistakes(), f' in "{self.name}"' if self.place else ""
+        mistakes = Mistakes()
+        where = f' in "{self.name}"' if self.place else ""
         for key in self.value:
             with mistakes.noted():
                 if key in gone:
@@ -146,39 +179,55 @@ class Entry:
         mistakes.check()
 
     def entries(self) -> list["Entry"]:
-        """The values of this list, which may not be empty."""
+        """Return the values of this list, which must not be empty."""
         if not isinstance(self.value, list) or not self.value:
             raise self.expected("a list with at least one value")
         return self.items()
 
     def items(self) -> list["Entry"]:
-        """The values of this list, of which there may be none."""
+        """Return the values of this list, which may be empty."""
         if not isinstance(self.value, list):
             raise self.expected("a list")
         return [self.child(index) for index in range(len(self.value))]
 
     def text(self) -> str:
-        """This text."""
+        """Return this string."""
         if not isinstance(self.value, str):
             raise self.expected("a text")
         return self.value
 
     def truth(self) -> bool:
-        """This truth value."""
+        """Return this truth value."""
         if not isinstance(self.value, bool):
             raise self.expected("true or false")
         return self.value
 
     def number(self) -> float:
-        """This finite number."""
+        """Return this finite number."""
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
             raise self.expected("a number")
-        if not abs(self.value) <= sys.float_info.max:  # a whole one may be longer
+        if not abs(self.value) <= sys.float_info.max:  # an integer may be larger
             raise self.expected("a finite number")
         return float(self.value)
 
     def whole(self, low: int, high: int = INTEGER_BOUND - 1) -> int:
-        """This whole number, at least `low` and at most `high`."""
+        """Return this integer.
+
+        Parameters
+        ----------
+        low : int
+        high : int, default 2**63 - 1
+            Both bounds are allowed.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        SpecError
+            If the value is not an integer between the bounds.
+        """
         if (
             isinstance(self.value, bool)
             or not isinstance(self.value, int)
@@ -189,7 +238,23 @@ class Entry:
         return self.value
 
     def one_of(self, kind: str, allowed: Iterable[str]) -> str:
-        """This name of a `kind` of thing, one of those allowed."""
+        """Return this name, one of several that are allowed.
+
+        Parameters
+        ----------
+        kind : str
+            Word of the error for the names, such as "sampler".
+        allowed : iterable of str
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SpecError
+            If the value is not one of the names.
+        """
         name = self.text()
         if name not in allowed:
             raise self.error(unknown(kind, name, allowed))
@@ -197,7 +262,7 @@ class Entry:
 
 
 def in_words(value: Any) -> str:
-    """What was given, for an error: a text in quotes, and the kind of a container."""
+    """Return a value for an error: a string in quotes, the kind of a container."""
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Computing a checked expression for whole columns of points."""
+"""Evaluation of a checked expression for whole columns of points."""
 
 import ast
 import math
@@ -14,8 +14,9 @@ from sweep.spec.settings import Values
 Rows = NDArray[np.intp]
 
 BLOCK = 2**16
-"""Points that are computed at once, as each level of an expression holds a few columns
-in memory.
+"""Number of points that are computed at once.
+
+Each level of an expression needs memory for a few columns of so many points.
 """
 
 CONSTANTS: dict[str, float | bool] = {"pi": math.pi, "true": True, "false": False}
@@ -50,9 +51,17 @@ def _greatest(*values: Values) -> Values:
 
 
 class Function(NamedTuple):
-    """What computes a function, how many arguments it takes at least and at most, and
-    the unit of its value: that of all its arguments, its square root, or none, for
-    arguments without one.
+    """A function of expressions.
+
+    Attributes
+    ----------
+    compute : callable
+        Takes and returns columns of numbers.
+    least, most : int, default 1
+        Least and greatest number of arguments.
+    unit : {"same", "root", "none"}, default "same"
+        Unit of the value: that of all arguments, its square root, or none. With "none"
+        the arguments have no unit either.
     """
 
     compute: Callable[..., Values]
@@ -75,8 +84,9 @@ FUNCTIONS: dict[str, Function] = {
 
 
 class ExpressionError(ValueError):
-    """What is wrong with an expression; `point` is the first point where it is, if it
-    has been computed.
+    """A mistake in an expression.
+
+    `point` is the index of the first point with the mistake, if values were computed.
     """
 
     def __init__(self, message: str, point: int = 0) -> None:
@@ -85,16 +95,36 @@ class ExpressionError(ValueError):
 
 
 Undefined = Callable[[ast.expr, Values, NDArray[np.bool_], Rows], Values]
-"""`undefined(node, values, wrong, rows)` is what becomes of `values` (rows,), of which
-those that are `wrong` are no numbers; `node` computed them at the points `rows`.
+"""Replacement of undefined values: `undefined(node, values, wrong, rows)`.
+
+`node` computed `values`, (rows,), at the points `rows`. They are undefined where
+`wrong`.
 """
 
 
 def refused(
     node: ast.expr, values: Values, wrong: NDArray[np.bool_], rows: Rows
 ) -> Values:
-    """`values`, where all are numbers. Raises ExpressionError for the first that is
-    none.
+    """Return values that are all defined.
+
+    Parameters
+    ----------
+    node : ast.expr
+        Part of an expression that computed the values.
+    values : array, shape (k,)
+    wrong : array of bool, shape (k,)
+        True for undefined values.
+    rows : array of int, shape (k,)
+        Indices of the points.
+
+    Returns
+    -------
+    array, shape (k,)
+
+    Raises
+    ------
+    ExpressionError
+        If a value is undefined. `point` is the first such point.
     """
     if wrong.any():
         raise ExpressionError(
@@ -106,7 +136,18 @@ def refused(
 def left_open(
     _node: ast.expr, values: Values, wrong: NDArray[np.bool_], _rows: Rows
 ) -> Values:
-    """`values`, with NaN for each that is no number."""
+    """Return values with NaN for those that are undefined.
+
+    Parameters
+    ----------
+    values : array, shape (k,)
+    wrong : array of bool, shape (k,)
+        True for undefined values.
+
+    Returns
+    -------
+    array, shape (k,)
+    """
     return np.where(wrong, np.nan, values)
 
 
@@ -116,20 +157,38 @@ def evaluate(
     n_points: int,
     undefined: Undefined = refused,
 ) -> Values:
-    """The value of a checked expression at every point, shape (n_points,): float64,
-    bool, or object of texts.
+    """Return the value of a checked expression at every point.
 
-    `columns` has an array of that shape for each name. Numbers are float64 throughout,
-    so that no power can grow without bound. What an `if`, `and`, `or` or chained
-    comparison does not need at a point is not computed there, and nothing is computed
-    twice. `undefined` says what becomes of a part that has no finite value at a point.
-    By default ExpressionError is raised.
+    Numbers are float64 throughout, so that no power can grow without bound. A part that
+    an `if`, `and`, `or` or chained comparison does not need at a point is not computed
+    there. No part is computed twice.
+
+    Parameters
+    ----------
+    tree : ast.expr
+        The checked expression.
+    columns : mapping of arrays, shape (n_points,)
+        Values by name.
+    n_points : int
+    undefined : Undefined, default `refused`
+        Replaces values that are not finite, or raises ExpressionError.
+
+    Returns
+    -------
+    array, shape (n_points,)
+        float64, bool, or object for strings.
+
+    Raises
+    ------
+    ExpressionError
+        By default, if a part has no finite value at a point.
     """
     firsts = range(0, max(n_points, 1), BLOCK)
-    blocks = (
-        _block(tree, columns, n, min(n + BLOCK, n_points), undefined) for n in firsts
-    )
-    return np.concatenate(list(blocks))
+    blocks = [
+        _block(tree, columns, n, min(n + BLOCK, n_points), undefined=undefined)
+        for n in firsts
+    ]
+    return np.concatenate(blocks)
 
 
 def _block(
@@ -139,7 +198,7 @@ def _block(
     last: int,
     undefined: Undefined,
 ) -> Values:
-    """The value at the points from `first` up to `last`."""
+    """Return the values at the points from `first` up to `last`, not included."""
     among = {name: column[first:last] for name, column in columns.items()}
     try:
         with np.errstate(all="ignore"):
@@ -150,13 +209,24 @@ def _block(
 
 @dataclass(frozen=True)
 class _Evaluation:
-    """Computes parts of an expression at some rows of the columns."""
+    """Evaluation of the parts of an expression at some rows of the columns."""
 
     columns: Mapping[str, Values]
     undefined: Undefined
 
     def value(self, node: ast.expr, rows: Rows) -> Values:
-        """The value of a part, shape (rows,)."""
+        """Return the value of a part at some points.
+
+        Parameters
+        ----------
+        node : ast.expr
+        rows : array of int, shape (k,)
+            Distinct indices of points, ascending.
+
+        Returns
+        -------
+        array, shape (k,)
+        """
         match node:
             case ast.Constant(value=constant):
                 return _constant(constant, len(rows))
@@ -186,7 +256,8 @@ class _Evaluation:
                 yes = self.value(body, rows[chosen])
                 no = self.value(orelse, rows[~chosen])
                 result = np.empty(len(rows), dtype=yes.dtype)
-                result[chosen], result[~chosen] = yes, no
+                result[chosen] = yes
+                result[~chosen] = no
                 return result
         raise AssertionError(f"unchecked expression {ast.dump(node)}")
 
@@ -197,20 +268,22 @@ class _Evaluation:
         arguments: list[ast.expr],
         rows: Rows,
     ) -> Values:
-        """What `function` makes of the arguments; infinity is accepted only where it
-        was given.
+        """Return the value of a function of numbers.
+
+        Infinity is a value only at points where an argument is infinite.
         """
         operands = [self.value(argument, rows) for argument in arguments]
         result = function(*operands)
         if np.isfinite(result).all():
             return result
-        given = np.any([np.isinf(operand) for operand in operands], axis=0)
-        wrong = np.isnan(result) | (np.isinf(result) & ~given)
+        infinite = np.any([np.isinf(operand) for operand in operands], axis=0)
+        wrong = np.isnan(result) | (np.isinf(result) & ~infinite)
         return self.undefined(node, result, wrong, rows)
 
     def _comparison(self, node: ast.Compare, rows: Rows) -> Values:
-        """`a < b < c`: each term is computed once, and only where the earlier ones
-        hold.
+        """Return the value of `a < b < c`.
+
+        Each term is computed once, and only where the comparisons before it hold.
         """
         result = np.full(len(rows), True)
         left = self.value(node.left, rows)
@@ -222,8 +295,9 @@ class _Evaluation:
         return result
 
     def _junction(self, every: bool, conditions: list[ast.expr], rows: Rows) -> Values:
-        """`and` (every) or `or`: each condition is computed only where the earlier ones
-        leave it open.
+        """Return the value of `and` (`every` is true) or `or`.
+
+        Each condition is computed only where the earlier ones do not decide.
         """
         result = np.full(len(rows), every)
         for condition in conditions:
@@ -241,7 +315,6 @@ def _constant(constant: object, length: int) -> Values:
 
 
 def _named(column: Values, rows: Rows) -> Values:
-    # Rows are distinct and ascending. So if there are as many as points, they are all
-    # points.
+    # Rows are distinct and ascending: as many rows as points are all points.
     picked = column if len(rows) == len(column) else column[rows]
     return picked.astype(np.float64) if picked.dtype.kind == "i" else picked

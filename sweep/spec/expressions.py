@@ -1,8 +1,9 @@
-"""Expressions over the settings of a model, for `derive`, `when` and `require`; below
-`record` they are over its metrics too.
+"""Expressions over the parameters of a model, for `derive`, `when` and `require`.
 
-An expression is parsed and checked against the kinds of the settings; Python's eval
-never sees it. It may hold numbers, texts, names of settings, + - * / // % **,
+Expressions below `record` may have metrics too.
+
+An expression is parsed and checked against the kinds of the parameters. Python's eval
+never gets it. It may have numbers, strings, names of parameters, + - * / // % **,
 comparisons, `and`, `or`, `not`, `a if condition else b`, functions and pi.
 """
 
@@ -28,7 +29,9 @@ from sweep.spec.evaluation import (
 from sweep.spec.settings import NotAllowedError, Setting, Value, Values
 from sweep.text import unknown
 
-NUMBER, CONDITION, TEXT = "a number", "a condition", "a text"
+NUMBER = "a number"
+CONDITION = "a condition"
+TEXT = "a text"
 KINDS = {
     "float": NUMBER,
     "int": NUMBER,
@@ -42,10 +45,18 @@ MOST_LEVELS = 60
 
 @dataclass(frozen=True)
 class Expression:
-    """A checked expression: the kind of its value, and the settings that it needs.
+    """A checked expression.
 
-    Its value is a number, a condition or a text. `operations` is the number of its
-    parts. Each part is computed at most once at a point.
+    Attributes
+    ----------
+    text : str
+    kind : {"a number", "a condition", "a text"}
+        Kind of its value.
+    names : frozenset of str
+        Parameters that the expression needs.
+    operations : int
+        Number of its parts. Each is computed at most once per point.
+    tree : ast.expr
     """
 
     text: str
@@ -60,12 +71,27 @@ class Expression:
         n_points: int,
         undefined: Undefined = refused,
     ) -> Values:
-        """Its value at every point, shape (n_points,): float64, bool, or object holding
-        texts.
+        """Return the value of the expression at every point.
 
-        `columns` gives every setting it needs, as an array of that shape or as one
-        value for all points. Raises ExpressionError, with the first such point, where a
-        result is not a finite number, unless `undefined` makes something of it.
+        Parameters
+        ----------
+        columns : mapping
+            Values of each parameter: an array, (n_points,), or one value for all
+            points.
+        n_points : int
+        undefined : Undefined, default `refused`
+            Replaces values that are not finite, or raises ExpressionError.
+
+        Returns
+        -------
+        array, shape (n_points,)
+            float64, bool, or object for strings.
+
+        Raises
+        ------
+        ExpressionError
+            By default, if a part is not a finite number. `point` is the first such
+            point.
         """
         needed = {
             name: np.broadcast_to(_array(columns[name]), n_points)
@@ -79,19 +105,22 @@ def _array(values: Values | Value) -> Values:
 
 
 def parse(text: str, known: Mapping[str, Setting]) -> Expression:
-    """The expression that `text` writes over the settings in `known`.
+    """Return the checked expression of a text over the parameters `known`.
 
-    Raises ExpressionError where it is none.
+    Raises ExpressionError if the text is not an expression, or is not allowed.
     """
-    tree, checker = _tree(text), _Checker(known)
+    tree = _tree(text)
+    checker = _Checker(known)
     kind = checker.kind(tree)
-    return Expression(text.strip(), kind, frozenset(checker.names), checker.parts, tree)
+    names = frozenset(checker.names)
+    return Expression(text.strip(), kind, names, checker.parts, tree=tree)
 
 
 @lru_cache(maxsize=256)
 def _tree(text: str) -> ast.expr:
-    """The parts of an expression. Demands of a model are the same at every point that a
-    search asks for.
+    """Return the parts of an expression.
+
+    They are cached: a search checks the same requirements of a model at every point.
     """
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"an expression has at most {MOST_CHARACTERS} characters")
@@ -107,18 +136,18 @@ def _tree(text: str) -> ast.expr:
 
 
 def _depth(tree: ast.AST) -> int:
-    depth, nodes = 0, [tree]
+    depth = 0
+    nodes = [tree]
     while nodes:
-        depth, nodes = (
-            depth + 1,
-            [child for node in nodes for child in ast.iter_child_nodes(node)],
-        )
+        depth += 1
+        nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
     return depth
 
 
 class _Checker:
-    """Finds the kind of every part, and raises ExpressionError for whatever is not
-    allowed.
+    """Checker of the kind of every part of an expression.
+
+    The methods raise ExpressionError for anything that is not allowed.
     """
 
     def __init__(self, known: Mapping[str, Setting]) -> None:
@@ -154,8 +183,8 @@ class _Checker:
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 self._all(CONDITION, [test], "if")
                 return self._all(self.kind(body), [orelse], '"{}" before "if"', body)
-            case ast.Compare(left=left, ops=operators, comparators=others):
-                return self._comparison(operators, [left, *others])
+            case ast.Compare(left=left, ops=operators, comparators=terms):
+                return self._comparison(operators, [left, *terms])
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._call(name, arguments)
         raise ExpressionError(f'"{ast.unparse(node)}" is not allowed in an expression')
@@ -175,37 +204,40 @@ class _Checker:
 
     def _all(
         self,
-        wanted: str,
+        kind: str,
         nodes: list[ast.expr],
         where: str,
         first: ast.expr | None = None,
     ) -> str:
-        """The kind `wanted`, which all nodes must have. The text of `first` replaces
-        the {} in `where`.
+        """Return the kind, which all nodes must have.
+
+        An error has the text of `first` in place of the {} in `where`.
         """
         for node in nodes:
-            found = self.kind(node)
-            if found != wanted:
+            actual = self.kind(node)
+            if actual != kind:
                 # Only here a node becomes text again. To do it earlier would take a
                 # nested expression apart at each of its levels.
                 place = where.format(first and ast.unparse(first))
-                given = f'"{ast.unparse(node)}" is {found}'
-                raise ExpressionError(f"{place} needs {wanted}, but {given}")
-        return wanted
+                text = ast.unparse(node)
+                raise ExpressionError(f'{place} needs {kind}, but "{text}" is {actual}')
+        return kind
 
     def _comparison(self, operators: list[ast.cmpop], terms: list[ast.expr]) -> str:
-        wanted = self.kind(terms[0])
-        self._all(wanted, terms[1:], 'comparison with "{}"', terms[0])
-        allowed = EQUALITY | ORDER if wanted == NUMBER else EQUALITY
+        kind = self.kind(terms[0])
+        self._all(kind, terms[1:], 'comparison with "{}"', terms[0])
+        allowed = EQUALITY | ORDER if kind == NUMBER else EQUALITY
         if any(type(operator) not in allowed for operator in operators):
-            signs = "==, !=, <, <=, > and >=" if wanted == NUMBER else "== and !="
-            raise ExpressionError(f"{wanted} can only be compared by {signs}")
+            signs = "==, !=, <, <=, > and >=" if kind == NUMBER else "== and !="
+            raise ExpressionError(f"{kind} can only be compared by {signs}")
         self._choices(terms)
         return CONDITION
 
     def _choices(self, terms: list[ast.expr]) -> None:
-        """Raise ExpressionError where a setting is compared with a choice that it has
-        not, or places with a text that tables never have for them.
+        """Raise ExpressionError for a comparison with an impossible value.
+
+        Such a value is not a choice of the parameter, or not the text of positions that
+        tables have.
         """
         settings = [
             self.known[term.id]
@@ -227,7 +259,8 @@ class _Checker:
     def _call(self, name: str, arguments: list[ast.expr]) -> str:
         if name not in FUNCTIONS:
             raise ExpressionError(unknown("function", name, FUNCTIONS))
-        least, most = FUNCTIONS[name].least, FUNCTIONS[name].most
+        least = FUNCTIONS[name].least
+        most = FUNCTIONS[name].most
         if not least <= len(arguments) <= most:
             takes = f"{least} to {most} arguments" if most > least else "1 argument"
             raise ExpressionError(f"{name} takes {takes}, not {len(arguments)}")
@@ -235,7 +268,7 @@ class _Checker:
 
 
 def _check_places(setting: Setting, text: str) -> None:
-    """Raise ExpressionError where a setting of places never has this value."""
+    """Raise ExpressionError if a parameter of positions never has this value."""
     try:
         value = setting.coerce(text)
     except NotAllowedError as error:

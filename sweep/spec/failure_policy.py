@@ -1,6 +1,4 @@
-"""What a spec says about trials that fail: whether they are tried again, how many may,
-what memory a worker has.
-"""
+"""Policy of a spec for failed trials: retries, failure budget, memory of a worker."""
 
 import math
 import re
@@ -29,8 +27,9 @@ UNITS = {
     "GiB": 2**30,
 }
 LEAST_MEMORY = 400 * 2**20
-"""What a worker may always hold: the interpreter, its libraries and the compiled
-kernels take about half of it.
+"""Least memory limit of a worker, in bytes.
+
+The interpreter, its libraries and the compiled kernels take about half of it.
 """
 MOST_MEMORY = 2**50
 NUMBER = r"[0-9]{1,15}(?:\.[0-9]{1,9})?"
@@ -39,13 +38,15 @@ SIZE = re.compile(rf"({NUMBER}) ?([A-Za-z]+)")
 
 @dataclass(frozen=True)
 class FailureBudget(Content[int | Fraction]):
-    """A number of trials, or a share of all, read as a Fraction."""
+    """A number of trials, or a percentage of all, which is read as a Fraction."""
 
     @property
     def words(self) -> str:
+        """Both forms of a budget."""
         return "a number of trials from 0, or a share of them from 0% to 100%"
 
     def read(self, entry: Entry) -> int | Fraction:
+        """Return the number of trials, or the fraction of all."""
         if isinstance(entry.value, int) and not isinstance(entry.value, bool):
             return entry.whole(0)
         if (part := share(entry.value)) is not None:
@@ -57,10 +58,12 @@ class FailureBudget(Content[int | Fraction]):
         raise wrong
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of a number or a percentage."""
         part = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
         return {"anyOf": [Whole(0).schema(), part]}
 
     def write(self, value: int | Fraction) -> Any:
+        """Return the number, or the fraction as a percentage."""
         if not isinstance(value, Fraction):
             return value
         return f"{float(100 * value):.9f}".rstrip("0").rstrip(".") + "%"
@@ -68,17 +71,19 @@ class FailureBudget(Content[int | Fraction]):
 
 @dataclass(frozen=True)
 class MemorySize(Content[int]):
-    """A size with its unit, read as a number of bytes."""
+    """A size with its unit, which is read as a number of bytes."""
 
     @property
     def words(self) -> str:
+        """The form of a size, with examples."""
         return 'a size with its unit, as "2 GiB" or "1500 MB"'
 
     def read(self, entry: Entry) -> int:
-        found = SIZE.fullmatch(entry.value) if isinstance(entry.value, str) else None
-        if found is None:
+        """Return the size in bytes."""
+        match = SIZE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+        if match is None:
             raise entry.expected(self.words)
-        number, unit = found.groups()
+        number, unit = match.groups()
         if unit not in UNITS:
             raise entry.error(_unknown_unit(unit))
         size = math.floor(Fraction(number) * UNITS[unit])
@@ -95,20 +100,30 @@ class MemorySize(Content[int]):
         return size
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of a size."""
         return {"type": "string", "pattern": rf"^{NUMBER} ?({'|'.join(UNITS)})$"}
 
     def write(self, value: int) -> Any:
+        """Return the size in bytes, with the unit."""
         return f"{value} B"
 
 
 @dataclass(frozen=True)
 class Policy:
-    """What becomes of trials that fail, by an exception, a dead worker, too much time
-    or memory; not by divergence.
+    """Policy for failed trials: an exception, a dead worker, too much time or memory.
 
-    A failed trial is tried `retries` times more. The launch ends when more have failed
-    than `budget` says: that many trials, or a Fraction of all trials of the study; None
-    for no end. `memory` is what a worker may hold, in bytes.
+    A trial that diverges has not failed.
+
+    Attributes
+    ----------
+    on_error : {"record", "retry", "stop"}, default "record"
+    retries : int, default 0
+        Number of further attempts for a failed trial.
+    budget : int or Fraction, optional
+        Number of trials, or fraction of all trials of the study. The run ends when more
+        have failed. None for no end.
+    memory : int, optional
+        Memory limit of a worker, in bytes.
     """
 
     on_error: Annotated[
@@ -152,9 +167,7 @@ class Policy:
     ] = None
 
     def allowed(self, trials: int) -> int | None:
-        """How many of so many trials may fail before the launch ends; None for all of
-        them.
-        """
+        """Return how many of all trials may fail before the run ends; None for all."""
         if self.on_error == "stop":
             return 0
         return (
@@ -164,8 +177,9 @@ class Policy:
         )
 
     def in_words(self, trials: int) -> str:
-        """What holds for a study of so many trials, in words; nothing by default."""
-        allowed, words = self.allowed(trials), []
+        """Return the policy for a number of trials in words, "" for the default."""
+        allowed = self.allowed(trials)
+        words = []
         if self.retries:
             words.append(
                 f"tried again, at most {self.retries:,}"
@@ -187,12 +201,15 @@ class Policy:
 
 
 def read_policy(root: Entry) -> Policy:
-    """What the spec says about trials that fail. Raises SpecError."""
+    """Return the policy of a spec for failed trials, or raise SpecError."""
     mistakes = Mistakes()
     values = read_values(Policy, root, mistakes)
-    retries, budget = root.get("retries"), root.get("failure_budget")
-    named, on_error = root.get("on_error"), values["on_error"]
-    sure = named is None or named.value == on_error
+    retries = root.get("retries")
+    budget = root.get("failure_budget")
+    written = root.get("on_error")
+    on_error = values["on_error"]
+    # Otherwise `on_error` is wrong, and only this mistake is reported.
+    sure = written is None or written.value == on_error
     with mistakes.noted():
         if retries and sure and on_error != "retry":
             raise retries.error(
@@ -213,15 +230,16 @@ def read_policy(root: Entry) -> Policy:
 
 
 def policy_dependencies() -> Schema:
-    """What `read_policy` checks of several keys, as JSON Schema, by the key."""
+    """Return the checks of `read_policy` on several keys as JSON Schema, by key."""
     retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
     not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
     return {"retries": retried, "failure_budget": not_stopped}
 
 
 def _unknown_unit(unit: str) -> str:
-    """Upper and lower case are what is most often wrong, and what no comparison of
-    letters finds.
+    """Return the sentence that reports an unknown unit.
+
+    The most frequent mistake is upper or lower case, which `unknown` does not find.
     """
     close = next((known for known in UNITS if known.lower() == unit.lower()), None)
     if close is None:

@@ -1,7 +1,7 @@
-"""From images to rectangles: the occupied pixels of a file, as few rectangles.
+"""Images as obstacles: the occupied pixels of a file, as few rectangles.
 
-Files may come from anyone: only plain raster formats are decoded, and no image that is
-too large.
+Files may come from anyone. So only plain raster formats are decoded, and no image that
+is too large.
 """
 
 import io
@@ -18,29 +18,31 @@ if TYPE_CHECKING:
 MOST_SIDE = 4096
 MOST_BYTES = 100_000_000
 MOST_READS = 1_000_000
-"""How often a decoder may read: a file of tiny pieces, or of remarks, would keep it
-busy for minutes.
+"""Most reads of a decoder.
+
+A file of tiny pieces, or with many comments, would keep it busy for minutes.
 """
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
-"""The formats that drawings and ROS need, and no more. PPM stands for .pgm and .pbm
-too.
-"""
+"""The formats that drawings and ROS need, and no more. PPM includes .pgm and .pbm."""
 DECODERS = ("raw", "zip", "jpeg")
-"""Pillow's other decoders of these formats take seconds to minutes: plain PPM, shades
-of white other than 255 and 65535 in PPM, and packed BMP.
+"""Decoders of Pillow that are allowed.
+
+Its other decoders of these formats take seconds to minutes: plain PPM, PPM with a white
+other than 255 and 65535, and packed BMP.
 """
 SEAM = 1e-9
-"""A rectangle is larger on every side by this part of a pixel. Otherwise a point on the
-border of two rectangles would be in neither.
+"""Margin of a rectangle on every side, as a fraction of a pixel.
+
+Without it a point on the border of two rectangles would be in neither.
 """
 
 
 class ImageError(ValueError):
-    """Why a file gives no image."""
+    """The reason why a file cannot be used as an image."""
 
 
 class _Counted(io.BufferedReader):
-    """A file of which a limited number of reads is allowed."""
+    """A file with a limited number of reads."""
 
     reads = 0
 
@@ -52,11 +54,10 @@ class _Counted(io.BufferedReader):
 
 
 def brightness(path: Path) -> NDArray[np.float64]:
-    """How bright every pixel is, from 0 (black) to 255 (white, or transparent), shape
-    (rows, columns), top row first.
+    """Return the brightness of every pixel, shape (rows, columns), top row first.
 
-    Colours count by their luminance. Raises ImageError for a file that is missing, is
-    no image or is too large.
+    It is the luminance, from 0 (black) to 255 (white, or transparent). Raises
+    ImageError if the file is missing, not an image, too large or too slow to read.
     """
     from PIL import Image, UnidentifiedImageError
 
@@ -118,17 +119,18 @@ def _grey(image: "Image.Image") -> NDArray[np.float64]:
 
 
 def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Rectangles (M, 4) that cover the true pixels of `occupied` and no others, none
-    twice.
+    """Return rectangles (M, 4) that cover exactly the true pixels, each once.
 
-    Each is its first column, first row, and the column and row after its last. Runs of
-    pixels within a row are merged with equal runs in the rows below.
+    A rectangle is its first column, its first row, and the column and row after its
+    last. Runs of pixels within a row are merged with equal runs in the rows below.
     """
     change = np.diff(np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, start = np.nonzero(change == 1)
     stop = np.nonzero(change == -1)[1]
     order = np.lexsort((row, stop, start))
-    row, start, stop = row[order], start[order], stop[order]
+    row = row[order]
+    start = start[order]
+    stop = stop[order]
     new = np.ones(len(row), np.bool_)
     new[1:] = (np.diff(start) != 0) | (np.diff(stop) != 0) | (np.diff(row) != 1)
     first = np.flatnonzero(new)
@@ -137,14 +139,14 @@ def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def obstacles_of(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float64]:
-    """The occupied pixels as obstacles (M, 5), as kernels.worlds has them. A side of a
-    pixel is `resolution` long.
+    """Return the occupied pixels as obstacles (M, 5), in the form of kernels.worlds.
 
-    Row r of the image lies at y = r * resolution. So the top left corner of the image
-    is the origin, and images are not mirrored.
+    A side of a pixel is `resolution` long. Row r of the image is at y = r * resolution.
+    So the top left corner of the image is the origin, and images are not mirrored.
     """
     left, top, right, bottom = rectangles(occupied).T.astype(np.float64)
-    half_width, half_height = (right - left) / 2 + SEAM, (bottom - top) / 2 + SEAM
+    half_width = (right - left) / 2 + SEAM
+    half_height = (bottom - top) / 2 + SEAM
     sizes = (
         np.stack([(left + right) / 2, (top + bottom) / 2, half_width, half_height])
         * resolution

@@ -1,6 +1,6 @@
 """The table of all keys of a spec, docs/keys.md: `make documents` writes it.
 
-It is made of the descriptions that the reader reads by, so it lacks no key.
+It comes from the descriptions that the reader of specs uses. So no key is missing.
 """
 
 from collections.abc import Iterable, Iterator
@@ -35,19 +35,18 @@ first keys. An axis of several settings has a name of yours, and `zip`, `sample`
 
 
 def key_table() -> str:
-    """The page, in Markdown."""
+    """Return the page of all keys, in Markdown."""
     keys = _rows(described(*spec_parts()))
     return HEAD + keys + AXES + _rows((key.name, key) for key in axis_keys())
 
 
 def described(*parts: type | Key, path: str = "") -> Iterator[tuple[str, Key]]:
-    """Each key of these parts, and of what stands below it, with its whole path."""
+    """Yield each key of these parts, and the keys below it, with the full path."""
     for key in keys_of(*parts):
-        whole = path + key.name
-        yield whole, key
-        yield from described(
-            *key.content.sections, path=f"{whole}{key.content.inside}."
-        )
+        full_path = path + key.name
+        yield full_path, key
+        below = f"{full_path}{key.content.inside}."
+        yield from described(*key.content.sections, path=below)
 
 
 def _rows(keys: Iterable[tuple[str, Key]]) -> str:
