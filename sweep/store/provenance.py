@@ -12,7 +12,7 @@ from typing import Any
 from kernels.identity import Code, kernels_sha
 from sweep.design.code import study_code
 from sweep.own_code.catalogue import OwnCatalogue, of_packages
-from sweep.spec.study import Study
+from sweep.spec.study import Study, sections
 from sweep.store.processes import cpu_name
 from sweep.store.repository import built_from, git_state, study_state
 from sweep.store.stored_code import seal
@@ -79,7 +79,9 @@ def measured_provenance(
     added = _added_code(study, code)
     if "own" in origin and added["own"]["sha"] == origin["own"]["sha"]:
         added["own"] = origin["own"]  # else another user's code would become ours
-    earlier = {name: origin[name] for name in origin if name != "study_git"}
+    # The plan writes the records of its sections itself.
+    left_out = {"study_git", *sections()}
+    earlier = {name: origin[name] for name in origin if name not in left_out}
     here = {"git": git_state(HERE) or built_from(HERE), **machine()}
     return earlier | {"spec": spec, "code": code._asdict(), **added, "measured": here}
 

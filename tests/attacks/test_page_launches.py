@@ -97,7 +97,7 @@ def test_only_a_script_of_the_page_itself_is_heard(
     status: int,
     about: dict[str, str],
 ) -> None:
-    content = body(yaml=MORE, seen=launcher.proposed(MORE).seen)
+    content = body(yaml=MORE, seen=launcher.proposed(MORE).digest)
     assert sent(server, action, content, **about)[0] == status
     assert (folder / "spec.yaml").read_text() == SMALL
     assert launcher.started is None
@@ -164,7 +164,7 @@ def test_a_text_of_a_page_runs_no_code_that_lies_there(
         (place / "other.py").write_text(CODE)
     text = SMALL.replace("model: nguyen2024", f"model: {model}")
     with pytest.raises(SpecError, match="unknown model"):
-        launcher.launch(text, launcher.proposed(SMALL).seen)
+        launcher.launch(text, launcher.proposed(SMALL).digest)
     assert not list(folder.parent.glob("**/ran"))
     assert launcher.started is None
 

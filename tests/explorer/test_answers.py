@@ -140,7 +140,9 @@ def test_the_command_below_a_figure_draws_that_figure(
     """One figure, of the same kind and metric, that says the same of itself."""
     seen: list[tuple[str, str]] = []
 
-    def drawn(_: StoredStudy, plot: kinds.Plot, *__: object) -> list[Path]:
+    def drawn(
+        _: StoredStudy, plot: kinds.Plot, *__: object, below: object
+    ) -> list[Path]:
         seen.extend((kind, plotted.shown(one.draw())) for kind, one in plot.figures)
         return []
 
