@@ -1,10 +1,11 @@
-"""A table of a study as an xarray.Dataset whose dimensions are the axes of the study,
-`replicate`, and those of the table: `frame`, `boid`, `row` and `column`.
+"""A table of a study as an xarray.Dataset.
 
-An axis of one setting has the name of the setting. Where the points are no full product
-of the axes, as with `when`, there is one dimension `point` in place of them. Settings
-are coordinates: along the dimension that they belong to, and without one where they do
-not vary. What a trial that is not stored would have is NaN, and of texts "".
+The dimensions are the axes of the study, `replicate`, and the dimensions of the table:
+`frame`, `boid`, `row` and `column`. An axis of one parameter has the name of the
+parameter. If the points are no full product of the axes, such as with `when`, one
+dimension `point` replaces the axes. Parameters are coordinates along their dimension; a
+parameter that does not vary is a scalar coordinate. Values of trials that are not
+stored are NaN, and strings are "".
 """
 
 import math
@@ -22,12 +23,16 @@ from sweep.tables.stored_study import StoredStudy
 if TYPE_CHECKING:
     import xarray as xr
 
-TRIAL, POINT, REPLICATE = "trial", "point", "replicate"
+TRIAL = "trial"
+POINT = "point"
+REPLICATE = "replicate"
 
 
 class Dimension(NamedTuple):
-    """A dimension of the points: its name, the settings along it, and the place of each
-    point on it, (P,), from 0.
+    """A dimension of the P points.
+
+    `settings` are the parameters along the dimension; `places` has the index of each
+    point on the dimension, (P,), from 0.
     """
 
     name: str
@@ -36,14 +41,12 @@ class Dimension(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many places it has."""
+        """The number of indices along the dimension."""
         return int(self.places.max()) + 1
 
 
 class Layout(NamedTuple):
-    """Where T trials stand: the names of the dimensions, their sizes, and the places of
-    the trials along each.
-    """
+    """The names and sizes of dimensions, and the indices of T trials along each."""
 
     names: tuple[str, ...]
     sizes: tuple[int, ...]
@@ -51,35 +54,39 @@ class Layout(NamedTuple):
 
 
 def to_arrays(study: StoredStudy, table: str = "trials") -> "xr.Dataset":
-    """A table as arrays with units, see the module. Raises ChoiceError for an unknown
-    table, where none of its rows are stored, and where xarray is not installed.
+    """Return a table as arrays with units, see the module.
+
+    Raises ChoiceError for an unknown table, if none of its rows are stored, and if
+    xarray is not installed.
     """
     check_xarray()
     import xarray as xr
 
     by_trial = dataset(ordered_rows(study, table), study)
-    points, taken = study.points, [str(name) for name in by_trial.variables]
+    points = study.points
+    taken = [str(name) for name in by_trial.variables]
     dimensions = _dimensions(study, points, taken)
-    names = tuple(one.name for one in dimensions)
-    sizes = tuple(one.size for one in dimensions)
-    of_points = Layout(names, sizes, tuple(one.places for one in dimensions))
+    names = tuple(dimension.name for dimension in dimensions)
+    sizes = tuple(dimension.size for dimension in dimensions)
+    indices = tuple(dimension.places for dimension in dimensions)
+    of_points = Layout(names, sizes, indices)
     place = points.index.get_indexer(pd.Index(by_trial[POINT].values))
     replicate, numbers = pd.factorize(by_trial[REPLICATE].values, sort=True)
     of_trials = Layout(
         (*names, REPLICATE),
         (*sizes, len(numbers)),
-        (*(one.places[place] for one in dimensions), replicate),
+        (*(index[place] for index in indices), replicate),
     )
     coordinates: dict[str, Any] = {
         REPLICATE: (REPLICATE, numbers, by_trial[REPLICATE].attrs)
     }
     for name, column in points.assign(**{POINT: points.index}).items():
         values = _coordinate(str(name), column, dimensions, of_points)
-        coordinates[str(name)] = (*values, _about(by_trial, str(name)))
+        coordinates[str(name)] = (*values, _attributes(by_trial, str(name)))
     for name in study.settings:
         if name in by_trial.variables and name not in coordinates:
-            same = by_trial[name].values[0]
-            coordinates[name] = ((), same, _about(by_trial, name))
+            fixed = by_trial[name].values[0]
+            coordinates[name] = ((), fixed, _attributes(by_trial, name))
     variables = _placed(by_trial, of_trials, set(coordinates))
     return xr.Dataset(variables, coordinates, by_trial.attrs)
 
@@ -87,24 +94,30 @@ def to_arrays(study: StoredStudy, table: str = "trials") -> "xr.Dataset":
 def _dimensions(
     study: StoredStudy, points: pd.DataFrame, taken: list[str]
 ) -> list[Dimension]:
-    """One dimension an axis that varies, where the points are their full product; else
-    one of all points.
+    """Return one dimension per axis that varies, or one of all points.
+
+    The axes serve if the points are their full product. `taken` are names that an axis
+    of several parameters may not have.
     """
-    found: list[Dimension] = []
+    dimensions: list[Dimension] = []
     for name, axis in (study.about.axes or {}).items():
-        settings = [one for one in axis.settings if one in points]
-        settings = [one for one in settings if points[one].nunique(dropna=False) > 1]
+        settings = [
+            setting
+            for setting in axis.settings
+            if setting in points and points[setting].nunique(dropna=False) > 1
+        ]
         if settings:
             places = points.groupby(settings, sort=False, dropna=False).ngroup()
             own = settings[0] if len(settings) == 1 else name
             free = own if own in settings or own not in taken else f"{own}_axis"
-            found.append(Dimension(free, settings, places.to_numpy()))
+            dimensions.append(Dimension(free, settings, places.to_numpy()))
     order = [str(name) for name in points.columns]
-    found.sort(key=lambda one: order.index(one.settings[0]))
-    apart = {tuple(place) for place in zip(*(one.places for one in found), strict=True)}
-    sizes = math.prod(one.size for one in found)
-    if sizes == len(points) and len(apart or {()}) == len(points):
-        return found
+    dimensions.sort(key=lambda dimension: order.index(dimension.settings[0]))
+    indices = [dimension.places for dimension in dimensions]
+    distinct = {tuple(place) for place in zip(*indices, strict=True)}
+    size = math.prod(dimension.size for dimension in dimensions)
+    if size == len(points) and len(distinct or {()}) == len(points):
+        return dimensions
     every = np.arange(len(points))
     return [Dimension(POINT, [POINT, *map(str, points.columns)], every)]
 
@@ -112,8 +125,9 @@ def _dimensions(
 def _placed(
     by_trial: "xr.Dataset", layout: Layout, coordinates: set[str]
 ) -> dict[str, Any]:
-    """All variables but the coordinates, those of trials at their places; the id of a
-    trial is `trial_id`.
+    """Return all variables but the coordinates; the id of a trial is `trial_id`.
+
+    Variables by trial become arrays over the dimensions of the layout.
     """
     variables: dict[str, Any] = {}
     for name, column in by_trial.variables.items():
@@ -122,8 +136,8 @@ def _placed(
         elif name not in coordinates:
             dims = (*layout.names, *column.dims[1:])
             values = _at_places(column.values, layout)
-            called = "trial_id" if name == TRIAL else str(name)
-            variables[called] = (dims, values, column.attrs)
+            written = "trial_id" if name == TRIAL else str(name)
+            variables[written] = (dims, values, column.attrs)
     return variables
 
 
@@ -133,22 +147,23 @@ def _coordinate(
     dimensions: list[Dimension],
     of_points: Layout,
 ) -> tuple[tuple[str, ...], NDArray[Any]]:
-    """The dimensions and values of a setting of all points: along the one dimension
-    that it belongs to, else along all.
+    """Return the dimensions and values of a parameter of all points.
+
+    The values run along the dimension of the parameter if it has one, else along all.
     """
     kind = object if pd.api.types.is_string_dtype(column) else None
     values = column.to_numpy(kind)
-    for one in dimensions:
-        if name in one.settings:
-            first = np.unique(one.places, return_index=True)[1]
-            return (one.name,), values[first]
+    for dimension in dimensions:
+        if name in dimension.settings:
+            first = np.unique(dimension.places, return_index=True)[1]
+            return (dimension.name,), values[first]
     return of_points.names, _at_places(values, of_points)
 
 
 def _at_places(values: NDArray[Any], layout: Layout) -> NDArray[Any]:
-    """An array whose first dimensions are those of a layout, of one whose first is that
-    of what stands there. Whole numbers and truth values become float64 where a place is
-    empty.
+    """Return values by trial or point, (T, ...), as an array over a layout.
+
+    Integers and booleans become float64 if an element of the layout is empty.
     """
     full = math.prod(layout.sizes) == len(values)
     missing = "" if values.dtype == object else np.nan
@@ -159,5 +174,5 @@ def _at_places(values: NDArray[Any], layout: Layout) -> NDArray[Any]:
     return placed
 
 
-def _about(by_trial: "xr.Dataset", name: str) -> Mapping[Any, Any]:
+def _attributes(by_trial: "xr.Dataset", name: str) -> Mapping[Any, Any]:
     return by_trial[name].attrs if name in by_trial.variables else {}

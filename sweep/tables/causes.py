@@ -8,8 +8,9 @@ from sweep.workers.failures import in_a_line
 
 
 class Cause(NamedTuple):
-    """Why trials are not done: how many have this status and this line as their error,
-    and the id of the first.
+    """The number of trials with this status and this error, and the id of the first.
+
+    `cause` is the error as one line.
     """
 
     status: str
@@ -19,7 +20,7 @@ class Cause(NamedTuple):
 
 
 def causes_of(trials: pd.DataFrame) -> list[Cause]:
-    """Each cause once, the one of the first of these trials first."""
+    """Return each cause once, in the order of its first trial."""
     troubled = trials[trials["status"] != "done"]
     causes = troubled["error"].fillna("").astype(str).map(in_a_line)
     groups = troubled.groupby([troubled["status"], causes], sort=False)["trial_id"]

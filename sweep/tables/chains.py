@@ -1,5 +1,6 @@
-"""Chains of stored trials, as the plan of a study has them: each link begins where the
-one before has ended.
+"""Chains of stored trials, as the plan of a study has them.
+
+Each link begins at the end of the link before it.
 """
 
 from collections import Counter
@@ -9,18 +10,20 @@ from sweep.tables.stored_study import StoredStudy
 
 
 def cut_off(study: StoredStudy) -> Counter[str]:
-    """How many links of the spec can not run, since one before them did not come to its
-    end, by the status of that one.
+    """Return how many links cannot run, by the status of the link that blocks them.
+
+    A link before them in their chain did not come to its end.
     """
-    found = Counter[str]()
+    blocked = Counter[str]()
     if PARENT not in study.plan.column_names:
-        return found
+        return blocked
     listed = study.plan.select(["trial_id", PARENT]).to_pydict()
     after = dict(zip(listed[PARENT], listed["trial_id"], strict=True))
     stored = study.store.trial_ids()
     for trial in listed["trial_id"]:
-        status, link = stored.get(trial, "done"), after.get(trial)
+        status = stored.get(trial, "done")
+        link = after.get(trial)
         while status != "done" and link and link not in stored:
-            found[status] += 1
+            blocked[status] += 1
             link = after.get(link)
-    return found
+    return blocked

@@ -1,8 +1,8 @@
-"""The one chooser of points by their settings: `n=50,map=empty`, or by a condition,
-`separation_weight >= 1`.
+"""Choice of points by their parameters or by a condition.
 
-Commands, figures, claims and `study.where` choose here. Texts are read, values are
-compared, and what cannot be chosen is refused, in one way for all of them.
+Parameters are written `n=50,map=empty`, a condition `separation_weight >= 1`. Commands,
+figures, claims and `study.where` all choose here, so that all of them read strings,
+compare values and reject mistakes in the same way.
 """
 
 import re
@@ -24,26 +24,28 @@ from sweep.text import SHORT_LIST, similar, unknown
 
 FORM = "SETTING=VALUE[,SETTING=VALUE]"
 SETTINGS = re.compile(r"\s*\w*\s*=(?!=)")
-"""How a text of settings begins."""
+"""The beginning of a string of parameters."""
 SIGNS = re.compile(r"[<>]|[=!]=|\b(?:and|or|not)\b")
-"""What a condition has, and settings alone have not."""
+"""Operators that a condition has and a string of parameters has not."""
 CLOSEST = 3
 BOOLEANS = {"true": True, "yes": True, "false": False, "no": False}
 
 Choice = float | bool | str | tuple[float | bool | str, ...]
-"""The value of a setting that points are to have, or several, of which one."""
+"""The required value of a parameter, or several values of which any will do."""
 
 
 class Restriction(NamedTuple):
-    """What points are to have: settings, and conditions over settings."""
+    """Requirements of points: values of parameters, and conditions over parameters."""
 
     settings: dict[str, Choice]
     conditions: tuple[str, ...]
 
 
 class Refusals:
-    """Gathers the ChoiceErrors of one command, so that all are said at once:
+    """The ChoiceErrors of one command, collected so that all are reported at once.
 
+    Examples
+    --------
     refusals = Refusals()
     with refusals.noted():
         metric = study_has(name)
@@ -51,31 +53,38 @@ class Refusals:
     """
 
     def __init__(self) -> None:
-        self._found: list[ChoiceError] = []
+        self._errors: list[ChoiceError] = []
 
     @contextmanager
     def noted(self) -> Iterator[None]:
-        """A ChoiceError that ends this block is noted, and what follows goes on."""
+        """Store a ChoiceError that ends the block, and continue after the block."""
         try:
             yield
         except ChoiceError as error:
-            self._found.append(error)
+            self._errors.append(error)
 
     def check(self) -> None:
-        """Raise one ChoiceError with all that was noted, each in a line of its own."""
-        if len(self._found) == 1:
-            raise self._found[0]
-        if self._found:
-            raise ChoiceError("\n".join(dict.fromkeys(map(str, self._found))))
+        """Raise one ChoiceError with all stored ones, each on its own line."""
+        if len(self._errors) == 1:
+            raise self._errors[0]
+        if self._errors:
+            raise ChoiceError("\n".join(dict.fromkeys(map(str, self._errors))))
 
 
 @dataclass(frozen=True, eq=False)
 class Chooser:
-    """Chooses among points by their settings.
+    """A choice among points by their parameters.
 
-    `columns` has the values of each setting, shape (points,), or the one value that all
-    have. `study` is the name that errors say. `metrics` are the columns of what was
-    measured: by those nothing is chosen, and errors say so.
+    Attributes
+    ----------
+    columns
+        The values of each parameter, (points,), or the one value of all points.
+    points
+        The number of points.
+    study
+        The name of the study, for errors.
+    metrics
+        The columns of metrics. No point is chosen by them, and errors report that.
     """
 
     columns: Mapping[str, Any]
@@ -84,8 +93,9 @@ class Chooser:
     metrics: Collection[str] = ()
 
     def values(self, name: str) -> NDArray[Any]:
-        """The value of a setting at each point. Raises ChoiceError for an unknown
-        setting.
+        """Return the value of a parameter at each point, (points,).
+
+        Raises ChoiceError for an unknown parameter.
         """
         if name not in self.columns:
             no_setting = (
@@ -97,24 +107,33 @@ class Chooser:
         return np.broadcast_to(np.asarray(self.columns[name]), self.points)
 
     def read(self, texts: Iterable[str]) -> dict[str, Choice]:
-        """What `having` wants, from texts such as `n=50` and `map=empty,fov=90`.
+        """Return the parameters for `having` from strings such as `map=empty,fov=90`.
 
-        A number is written as in a spec, and a truth value as true or false, yes or no.
-        Raises ChoiceError for another form, an unknown setting, and one that stands
-        twice.
+        A number is written as in a spec, and a boolean as true or false, yes or no.
+        Raises ChoiceError for another form, an unknown parameter, and a parameter that
+        appears twice.
         """
-        found: dict[str, Choice] = {}
+        choices: dict[str, Choice] = {}
         for name, text in self.split(texts).items():
             if text is None:
                 raise self._malformed(name)
-            found[name] = self.value(name, text)
-        return found
+            choices[name] = self.value(name, text)
+        return choices
 
-    def wanted(self, text: str, before: Restriction) -> Restriction:
-        """What was wanted before, and what a text wants: settings, as
-        `n=50,map=empty`, or a condition, as `n >= 50 and map != "empty"`.
+    def restriction(self, text: str, before: Restriction) -> Restriction:
+        """Return a restriction extended by the parameters or condition in a string.
 
-        Raises ChoiceError as `read`, and for a setting that was wanted before.
+        Parameters
+        ----------
+        text : str
+            For example `n=50,map=empty` or `n >= 50 and map != "empty"`.
+        before : Restriction
+            The restriction to extend.
+
+        Raises
+        ------
+        ChoiceError
+            As `read`, and for a parameter that `before` has.
         """
         if SIGNS.search(text) and not SETTINGS.match(text):
             return before._replace(conditions=(*before.conditions, text))
@@ -124,76 +143,78 @@ class Chooser:
         return before._replace(settings=before.settings | more)
 
     def names(self, condition: str) -> frozenset[str]:
-        """The settings in a condition that `holding` has accepted."""
+        """Return the parameters in a condition that `holding` has accepted."""
         return parse(condition, self._settings).names
 
     def split(self, texts: Iterable[str]) -> dict[str, str | None]:
-        """The names in such texts, with the text of each value; None where no "="
-        follows. Raises ChoiceError for a name that is missing or stands twice.
+        """Return the names in strings such as `n=50`, with the string of each value.
+
+        The value is None if no "=" follows the name. Raises ChoiceError for a name that
+        is missing or appears twice.
         """
-        found: dict[str, str | None] = {}
+        values: dict[str, str | None] = {}
         for item in (item for text in texts for item in text.split(",")):
             name, equals, value = (part.strip() for part in item.partition("="))
             if not name:
                 raise self._malformed(item)
-            if name in found:
+            if name in values:
                 raise self._twice(name)
-            found[name] = value if equals else None
-        return found
+            values[name] = value if equals else None
+        return values
 
     def having(self, settings: Mapping[str, object]) -> NDArray[np.bool_]:
-        """Whether each point has all these settings, shape (points,). A list of values
-        means one of them.
+        """Return whether each point has all given parameter values, (points,).
 
-        Numbers are equal if they agree in nine digits, so that 0.3 finds 3 * 0.1.
-        Raises ChoiceError for an unknown setting, and for a value that no point has, or
-        none of the points that have the settings before it.
+        A list of values means any of them. Numbers are equal if they agree in nine
+        digits, so that 0.3 finds 3 * 0.1. Raises ChoiceError for an unknown parameter,
+        and for a value that no point has, or none of the points that have the
+        parameters before it.
         """
-        found = np.ones(self.points, np.bool_)
+        selected = np.ones(self.points, np.bool_)
         before: list[str] = []
         for name, choice in as_choices(settings).items():
-            values = self.values(name)
-            wanted = choice if isinstance(choice, tuple) else (choice,)
-            if not wanted:
+            column = self.values(name)
+            allowed = choice if isinstance(choice, tuple) else (choice,)
+            if not allowed:
                 raise self._error(f"{name} is to have one of no values; name one")
-            matching = [found & agrees(values, value) for value in wanted]
-            for value, each in zip(wanted, matching, strict=True):
+            matching = [selected & agrees(column, value) for value in allowed]
+            for value, each in zip(allowed, matching, strict=True):
                 if not each.any():
-                    raise self._error(_lacking(name, value, values[found], before))
-            found = np.logical_or.reduce(matching)
+                    raise self._error(_lacking(name, value, column[selected], before))
+            selected = np.logical_or.reduce(matching)
             before.append(f"{name} = {_shown(choice)}")
-        return found
+        return selected
 
     def holding(self, condition: str) -> NDArray[np.bool_]:
-        """Whether a condition holds at each point, shape (points,): an expression as in
-        a spec, over settings, `n >= 50 and map != "empty"`.
+        """Return whether a condition holds at each point, (points,).
 
-        Raises ChoiceError for what is no condition, for an unknown setting, and where
-        it holds at no point.
+        The condition is an expression over parameters, as in a spec, for example
+        `n >= 50 and map != "empty"`. Raises ChoiceError for an expression that is no
+        condition, for an unknown parameter, and if it holds at no point.
         """
         try:
             expression = parse(condition, self._settings)
             if expression.kind != CONDITION:
                 raise ExpressionError(f"it is {expression.kind}, and no condition")
-            found = expression.evaluate(self.columns, self.points)
+            holds = expression.evaluate(self.columns, self.points)
         except ExpressionError as error:
             metrics = self._metrics_in(condition)
-            said = f"{_is_metric(metrics[0])} ({self._varying})" if metrics else error
-            raise self._error(f'"{condition}": {said}') from None
-        if not found.any():
-            there = [listed(one, self.values(one)) for one in sorted(expression.names)]
-            raise self._error("; ".join([f'"{condition}" holds at no point', *there]))
-        return np.asarray(found, np.bool_)
+            reason = f"{_is_metric(metrics[0])} ({self._varying})" if metrics else error
+            raise self._error(f'"{condition}": {reason}') from None
+        if not holds.any():
+            names = sorted(expression.names)
+            available = [listed(name, self.values(name)) for name in names]
+            nowhere = f'"{condition}" holds at no point'
+            raise self._error("; ".join([nowhere, *available]))
+        return np.asarray(holds, np.bool_)
 
     @cached_property
     def _settings(self) -> dict[str, Setting]:
-        """The settings as expressions know them; the choices of a text are the values
-        that points have.
-        """
+        """The parameters for expressions; strings may have the values of the points."""
         return {name: _as_setting(name, self.values(name)) for name in self.columns}
 
     def _metrics_in(self, condition: str) -> list[str]:
-        """The metrics in what would be a condition if metrics were settings."""
+        """Return the metrics in a string that would be a condition over parameters."""
         measured = {name: Setting(name, "float", "", "") for name in self.metrics}
         with suppress(ExpressionError):
             names = parse(condition, measured | self._settings).names
@@ -207,7 +228,7 @@ class Chooser:
 
     @property
     def example(self) -> str:
-        """A choice that some point has, of a setting that varies if one does."""
+        """A choice that some point has, of a parameter that varies if any does."""
         name = max(self.columns, key=self._varies, default="")
         return f"{name}={spelled(self.values(name)[0])}" if name else "n=50"
 
@@ -215,8 +236,19 @@ class Chooser:
         return np.ndim(self.columns[name]) > 0
 
     def value(self, name: str, text: str) -> Choice:
-        """The value that `text` writes, as a number or a truth value where the setting
-        is one and `text` too. Raises ChoiceError for an unknown setting.
+        """Return the value that a string stands for.
+
+        Parameters
+        ----------
+        name : str
+            The parameter, whose type the value has.
+        text : str
+            The string. It is the value if it is no number or boolean of that type.
+
+        Raises
+        ------
+        ChoiceError
+            If the parameter is unknown.
         """
         kind = self.values(name).dtype.kind
         if kind == "b":
@@ -238,19 +270,20 @@ class Chooser:
         return ChoiceError(reason, self.study)
 
 
-def as_names(given: str | Iterable[str]) -> list[str]:
-    """Names as a caller gives them. One text is one name, and not its letters."""
-    return [given] if isinstance(given, str) else list(given)
+def as_names(names: str | Iterable[str]) -> list[str]:
+    """Return names as a list. One string is one name, not its letters."""
+    return [names] if isinstance(names, str) else list(names)
 
 
 def as_choices(settings: Mapping[str, object]) -> dict[str, Choice]:
-    """The same settings with plain values, tuples of them for lists and arrays."""
+    """Return parameters with plain values; lists and arrays become tuples."""
     return {name: _as_choice(value) for name, value in settings.items()}
 
 
 def spelled(value: object) -> str:
-    """The value of a setting as a text that `Chooser.read` finds again; several with
-    "or" between them.
+    """Return the value of a parameter as a string that `Chooser.read` finds again.
+
+    Several values have "or" between them.
     """
     if isinstance(value, tuple):
         return " or ".join(map(spelled, value))
@@ -263,8 +296,21 @@ def spelled(value: object) -> str:
 
 
 def listed(name: str, column: NDArray[Any], near: object = None) -> str:
-    """The values of a setting in words: all where they are few, else some, of numbers
-    those closest to `near`.
+    """Return the values of a parameter in words.
+
+    Parameters
+    ----------
+    name : str
+        The parameter.
+    column : array
+        Its values, (points,).
+    near : object, optional
+        If it is a number, and the many values too, only the closest ones are listed.
+
+    Returns
+    -------
+    str
+        All different values if they are few, else some of them.
     """
     values = list(dict.fromkeys(column.tolist()))
     if len(values) <= SHORT_LIST:
@@ -295,17 +341,17 @@ def _as_choice(value: Any) -> Any:
 
 
 def _lacking(name: str, value: object, column: NDArray[Any], before: list[str]) -> str:
-    """That no point has a value of a setting, and which values there are."""
+    """Return the error that no point has a value, with the values that points have."""
     of = f" with {', '.join(before)}" if before else ""
-    texts = [str(one) for one in dict.fromkeys(column.tolist()) if isinstance(one, str)]
+    texts = [text for text in dict.fromkeys(column.tolist()) if isinstance(text, str)]
     close = similar(str(value), texts)
-    there = listed(name, column, value)
-    there = f" {there[:1].upper()}{there[1:]}" if close else f"; {there}"
-    return f"no point{of} has {name} = {_shown(value)}{close}{there}"
+    values = listed(name, column, value)
+    values = f" {values[:1].upper()}{values[1:]}" if close else f"; {values}"
+    return f"no point{of} has {name} = {_shown(value)}{close}{values}"
 
 
 def _shown(value: object) -> str:
-    """A value in a list; a text that is empty needs quotes to be seen."""
+    """Return a value for a list; only quotes make an empty string visible."""
     return spelled(value) or '""'
 
 

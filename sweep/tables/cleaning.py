@@ -1,9 +1,9 @@
-"""Giving room back: trials that nobody asks for any more, checkpoints, code of the
-user's own that computed nothing that stays, and many small parts.
+"""Removal of unused trials, checkpoints and custom code, and merging of small parts.
 
-A part that loses some of its trials is replaced by a merged one, which names it; a part
-that loses all of them is deleted whole. So being killed at any moment loses no trial
-that stays. Code goes after the trials that it computed, so none is ever without it.
+A part that loses some of its trials is replaced by a merged part, which names it. A
+part that loses all of its trials is deleted. So a process that is killed at any moment
+loses no trial that stays. Code is removed after the trials that it computed, so no
+stored trial is ever without its code.
 """
 
 from collections import Counter
@@ -29,21 +29,35 @@ from sweep.workers.checkpoint_folder import Checkpoints
 
 @dataclass
 class Waste:
-    """What could go: by part of the store the ids of the trials whose rows go (`rows`),
-    and how many stay (`kept`).
+    """Stored data that could be removed.
 
-    `trials` counts trials by what else computed them, in words, "" for the code of the
-    plan, and `size_bytes` the bytes that their files hold of them: `exact` where parts
-    go whole, else in proportion to their trials. `repeated` counts rows of trials that
-    a later part has too. `unlisted` trials stay although the plan lacks them: they were
-    stored under its very spec and code, as those of a run that has not come to its end.
-    `checkpoints` are the trials whose checkpoints nobody will ask for. `code` has the
-    bytes of each file of the user's own code by which no trial that stays was computed,
-    by its sha256.
+    Attributes
+    ----------
+    rows
+        Ids of the trials whose rows could go, by part of the store.
+    remaining
+        Number of trials that stay in each of these parts.
+    trials
+        Number of trials by the other code that computed them, in words; "" for the code
+        of the plan.
+    size_bytes
+        Bytes of the files of these trials, by the same keys.
+    exact
+        Whether `size_bytes` is exact. If a part keeps some trials, the bytes are in
+        proportion to its trials.
+    repeated
+        Number of rows of trials that a later part has too.
+    unlisted
+        Number of trials that stay although the plan lacks them. They have its spec and
+        code, such as trials of a run that has not come to its end.
+    checkpoints
+        Trials whose checkpoints no run will need.
+    code
+        Bytes of each file of custom code that computed no trial that stays, by sha256.
     """
 
     rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
-    kept: dict[Location, int] = field(default_factory=dict)
+    remaining: dict[Location, int] = field(default_factory=dict)
     trials: Counter[str] = field(default_factory=Counter)
     size_bytes: Counter[str] = field(default_factory=Counter)
     exact: bool = True
@@ -54,12 +68,12 @@ class Waste:
 
     @property
     def lasting(self) -> bool:
-        """Whether something could go that no launch would bring back."""
+        """True if trials or code could go, which no launch would bring back."""
         return bool(self.rows or self.code)
 
     def as_text(self, study: StoredStudy) -> str:
-        """What would go, for a reader who is asked whether it may."""
-        about = "" if self.exact else "about "
+        """Return a description for a user who has to confirm the removal."""
+        roughly = "" if self.exact else "about "
         lines = [
             f"study      {study.name}",
             (
@@ -71,7 +85,7 @@ class Waste:
             why = f"were computed by {other}" if other else "have left the spec"
             lines.append(
                 f"go         {so_many(count, 'trial')} that {why}:"
-                f" {about}{size(self.size_bytes[other])}"
+                f" {roughly}{size(self.size_bytes[other])}"
             )
         if self.repeated:
             lines.append(
@@ -105,13 +119,14 @@ class Waste:
 
 
 def _grows(study: StoredStudy) -> bool:
-    """Whether the study decides as it runs which trials it has."""
+    """Return whether the study decides as it runs which trials it has."""
     return study.looks is not None or study.store.read_asked() is not None
 
 
 def find_waste(study: StoredStudy) -> Waste:
-    """What could go from the store of `study`; changes nothing. Raises StoreError for a
-    damaged part.
+    """Return the data that could go from the store of `study`; change nothing.
+
+    Raises StoreError for a damaged part.
     """
     waste = study.store.steadily(lambda parts: _waste(study, parts))
     waste.checkpoints = _idle(study)
@@ -120,79 +135,83 @@ def find_waste(study: StoredStudy) -> Waste:
 
 
 def _idle(study: StoredStudy) -> set[str]:
-    """Trials with a checkpoint that are stored, or not asked for by the plan."""
-    there = Checkpoints.of(study.store.folder).trials()
-    if not there:
-        return there
-    listed, grows = set(study.plan["trial_id"].to_pylist()), _grows(study)
-    left = set() if grows else there - listed
-    return left | (there & study.store.trial_ids().keys())
+    """Return the trials with a checkpoint that are stored, or not listed by the plan.
+
+    A plan that grows may still list any trial.
+    """
+    saved = Checkpoints.of(study.store.folder).trials()
+    if not saved:
+        return saved
+    listed = set(study.plan["trial_id"].to_pylist())
+    left = set() if _grows(study) else saved - listed
+    return left | (saved & study.store.trial_ids().keys())
 
 
 def _unused(study: StoredStudy, parts: list[Location], waste: Waste) -> dict[str, int]:
-    """The bytes of each file of code by which neither the trials of the plan are
-    computed nor any of `parts` that stay, by its sha256.
+    """Return the bytes of each file of code that computes no trial, by its sha256.
+
+    Trials are those of the plan, and those of `parts` that stay.
     """
-    if not (there := kept_code(study.store)):
-        return there
+    if not (stored := kept_code(study.store)):
+        return stored
     origins = [
         part_provenance(stored_schema(part / "trials.parquet"), part / "trials.parquet")
         for part in parts
-        if waste.kept.get(part, True)
+        if waste.remaining.get(part, True)
     ]
     used = codes_of([study.provenance, *origins])
-    return {sha: there[sha] for sha in there.keys() - used}
+    return {sha: stored[sha] for sha in stored.keys() - used}
 
 
 def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
-    waste, superseded = Waste(), superseded_rows(parts)
+    waste = Waste()
+    superseded = superseded_rows(parts)
     listed = study.plan["trial_id"].combine_chunks()
-    if (asked := study.store.read_asked()) is not None:
+    if (requests := study.store.read_asked()) is not None:
         # Up to version 0.18 it was another file, which may name other trials.
-        listed = pa.concat_arrays([listed, asked["trial_id"].combine_chunks()])
+        listed = pa.concat_arrays([listed, requests["trial_id"].combine_chunks()])
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, trials in zip(parts, tables, strict=True):
-        ids, about = (
-            trials["trial_id"],
-            part_provenance(trials.schema, part / "trials.parquet"),
-        )
+        ids = trials["trial_id"]
+        provenance = part_provenance(trials.schema, part / "trials.parquet")
         stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
         left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
-        other = _other_code(about, study.provenance)
-        if about["spec"] == study.spec and not other:
+        other = _other_code(provenance, study.provenance)
+        if provenance["spec"] == study.spec and not other:
             waste.unlisted += _count(left)
             left = pc.and_(left, False)
         going = pc.or_(left, stale)
         if _count(going):
-            waste.rows[part], waste.kept[part] = (
-                ids.filter(going),
-                len(ids) - _count(going),
-            )
+            waste.rows[part] = ids.filter(going)
+            waste.remaining[part] = len(ids) - _count(going)
             waste.repeated += _count(stale)
             waste.trials[other] += _count(left)
             waste.size_bytes[other] += round(_bytes(part) * _count(left) / len(ids))
-            waste.exact &= waste.kept[part] == 0
+            waste.exact &= waste.remaining[part] == 0
     waste.trials = +waste.trials
     return waste
 
 
 def _other_code(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """What else than the code of `now` computed the trials of an origin, in words."""
+    """Return the code other than that of `now` that computed trials, in words.
+
+    It is "" if the code is the same.
+    """
     if same_code(then, now):
         return ""
-    before, after = stamps(then), stamps(now)
+    before = stamps(then)
+    after = stamps(now)
     if before and after and then["kernels_sha"] == now["kernels_sha"]:
         return f"other code: {', '.join(before.changes(after))}"
     return f"other kernels, {then['kernels_sha'][:16]}"
 
 
 def clean(study: StoredStudy, waste: Waste) -> int:
-    """Remove `waste`, merge small parts, and return by how many bytes the store has
-    become smaller.
+    """Remove `waste`, merge small parts, and return how many bytes that saved.
 
-    Raises StoreError where the study is being launched, or was since the waste was
-    found, and where the store cannot be read or written; whatever is raised, and if the
-    process is killed, no trial that stays is lost.
+    Raises StoreError if the study is being launched or was launched since
+    `find_waste`, and if the store cannot be read or written. No trial that stays is
+    lost by an error, nor if the process is killed.
     """
     store = study.store
     checkpoints = Checkpoints.of(store.folder)
@@ -210,7 +229,7 @@ def clean(study: StoredStudy, waste: Waste) -> int:
                 raise StoreError(
                     f"study {study.name}: its store was changed meanwhile; look again"
                 )
-            if waste.kept[part]:
+            if waste.remaining[part]:
                 store.merge([part], {part: trial_ids.combine_chunks()})
             else:
                 store.discard(part)
@@ -223,8 +242,9 @@ def clean(study: StoredStudy, waste: Waste) -> int:
 
 
 def _size(study: StoredStudy, checkpoints: Checkpoints) -> int:
-    """The bytes of the parts that count, of checkpoints, and of code."""
-    parts, code = study.store.current_parts(), kept_code(study.store)
+    """Return the bytes of the parts that count, of checkpoints, and of code."""
+    parts = study.store.current_parts()
+    code = kept_code(study.store)
     return sum(map(_bytes, parts)) + checkpoints.size() + sum(code.values())
 
 

@@ -1,5 +1,6 @@
-"""One table of a study as one file for other programs, with its units, where it comes
-from, and a checksum.
+"""One table of a study as a file for other programs.
+
+The file comes with units, provenance and a checksum.
 """
 
 import json
@@ -27,18 +28,16 @@ from sweep.text import unknown
 
 ROWS_AT_A_TIME = 1000
 BESIDE = ".json"
-"""What is added to the name of a CSV file for that with its units and provenance."""
+"""Suffix of the name of a CSV file for the file with its units and provenance."""
 
 
 KEYS = ("trial_id", "frame", "rows", "columns")
-"""Columns that say what a row is of: a file has those of its table, whatever is asked
-for.
-"""
+"""Columns that identify a row. A file has those of its table, whatever is chosen."""
 
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: rows of the file, its sha256, and all files."""
+    """The result of an export: number of rows, sha256, and paths of all files."""
 
     rows: int
     sha256: str
@@ -56,46 +55,46 @@ def export(
 ) -> Exported:
     """Write a table of `study`, the trials of its spec in their order, to a file.
 
-    Parquet and Arrow files have the table as it is stored; CSV files have one row a
-    boid or pixel where a stored row has many; netCDF files have arrays by trial, see
-    sweep.tables.netcdf. Values come back with the same bits from all. The checksum is
-    in `<path>.sha256`.
+    Parquet and Arrow files have the table as it is stored. CSV files have one row per
+    boid or pixel if a stored row has many. NetCDF files have arrays by trial, see
+    sweep.tables.netcdf. Values read from any of them are bitwise identical. The
+    checksum is in `<path>.sha256`.
 
     Parameters
     ----------
     study : StoredStudy
-        The study; after `where`, the trials that it has chosen.
+        A study restricted by `where` has only the chosen trials.
     path : Path
-        The file, in the format that its name ends in: .parquet, .csv, .nc or .arrow.
-    table : str
-        The table: trials, series, heatmaps or trajectories.
-    trials : str or sequence of str
-        Ids of trials, or their beginnings; all of the study where none is named.
-    columns : str or sequence of str
-        Columns, all where none is named. `varied` are the settings that differ between
-        points, `metrics` the values of recorded metrics. The file has beside them
-        which trial a row is of, and which frame and boid.
-    force : bool
-        Whether a file that exists is replaced.
+        The file. Its name ends in its format: .parquet, .csv, .nc or .arrow.
+    table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
+    trials : str or sequence of str, optional
+        Ids of trials, or their beginnings; by default all trials of the study.
+    columns : str or sequence of str, optional
+        Columns; by default all. "varied" stands for the parameters that differ between
+        points, "metrics" for the values of recorded metrics. The file also has the
+        columns that identify a row, see `KEYS`.
+    force : bool, default False
+        Replace a file that exists.
 
     Returns
     -------
     Exported
-        The rows of the file, its sha256, and all files that were written.
 
     Raises
     ------
     ChoiceError
-        Before any work where it can be known, for an unknown table, trial, column or
-        ending, for a file that exists without `force`, and where there is nothing to
-        export.
+        If the table, a trial or a column is unknown, if there is nothing to export, or
+        if the packages that write netCDF are missing.
+    OutputError
+        If the ending is unknown, a file exists and `force` is not set, or a file
+        cannot be written.
     """
     _check_table(study, table)
     check_output(path, WRITERS, force=force)
-    beside = [about_of(path)] if path.suffix == ".csv" else []
-    beside.append(path.with_name(path.name + ".sha256"))
-    for other in beside:
-        check_output(other, [other.suffix], force=force)
+    companions = [about_of(path)] if path.suffix == ".csv" else []
+    companions.append(path.with_name(path.name + ".sha256"))
+    for companion in companions:
+        check_output(companion, [companion.suffix], force=force)
     if path.suffix == ".nc":
         check_netcdf()
     rows = ordered_rows(study, table, as_names(trials))
@@ -105,25 +104,34 @@ def export(
         count = WRITERS[path.suffix](rows, file, study)
         if path.suffix == ".csv":
             write_about(path, rows.schema)
-    return Exported(count, write_checksum(path), (path, *beside))
+    return Exported(count, write_checksum(path), (path, *companions))
 
 
 def write_rows(study: StoredStudy, table: str, ending: str, file: Any) -> None:
-    """Write a table of `study` to an open file, in the format of this ending."""
+    """Write a table of a study to an open file.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    table : {"trials", "series", "heatmaps", "trajectories"}
+    ending : {".parquet", ".csv", ".nc", ".arrow"}
+        The format.
+    file : binary file
+    """
     WRITERS[ending](ordered_rows(study, table), file, study)
 
 
 def about_of(path: Path) -> Path:
-    """The file beside a CSV file with the units and provenance of its columns."""
+    """Return the path for the units and provenance of the columns of a CSV file."""
     return path.with_name(path.name + BESIDE)
 
 
 def write_about(path: Path, schema: pa.Schema) -> Path:
-    """Write that file, and return it."""
-    place = about_of(path)
-    with unfinished(place) as file:
+    """Write the units and provenance of a CSV file, and return the path of both."""
+    companion = about_of(path)
+    with unfinished(companion) as file:
         file.write(json.dumps(_about(schema), indent=2).encode())
-    return place
+    return companion
 
 
 def _check_table(study: StoredStudy, name: str) -> None:
@@ -131,88 +139,109 @@ def _check_table(study: StoredStudy, name: str) -> None:
         raise ChoiceError(unknown("table", name, TABLES), study.name)
 
 
-def _columns(study: StoredStudy, there: list[str], wanted: list[str]) -> list[str]:
-    """The columns that a file gets of those that are there. Raises ChoiceError."""
+def _columns(
+    study: StoredStudy, available: list[str], requested: list[str]
+) -> list[str]:
+    """Return the columns of a file: keys and requested ones. Raises ChoiceError."""
     groups = {"varied": study.varied, "metrics": columns_of(study.metrics)}
-    found = [name for name in KEYS if name in there]
-    for name in wanted:
-        chosen = [name] if name in there else groups.get(name)
+    columns = [name for name in KEYS if name in available]
+    for name in requested:
+        chosen = [name] if name in available else groups.get(name)
         if chosen is None:
-            raise ChoiceError(unknown("column", name, [*there, *groups]), study.name)
-        if lost := [one for one in chosen if one not in there]:
-            said = f"{name} are columns of trials; this table has no {lost[0]}"
-            raise ChoiceError(said, study.name)
-        found += chosen
-    return list(dict.fromkeys(found))
+            wrong = unknown("column", name, [*available, *groups])
+            raise ChoiceError(wrong, study.name)
+        if lost := [column for column in chosen if column not in available]:
+            wrong = f"{name} are columns of trials; this table has no {lost[0]}"
+            raise ChoiceError(wrong, study.name)
+        columns += chosen
+    return list(dict.fromkeys(columns))
 
 
 def _listed(study: StoredStudy, trials: Sequence[str]) -> pa.Array:
-    """The ids of the trials of a study in their order, or of some of them. Raises
-    ChoiceError for what is none of them.
+    """Return the ids of all or some trials of a study, in the order of the plan.
+
+    Raises ChoiceError for a trial that the plan does not have.
     """
     listed = study.plan["trial_id"].combine_chunks()
     if not trials:
         return listed
-    wanted = pa.array([study.trial_id(one) for one in trials], pa.string())
-    found = listed.filter(pc.is_in(listed, value_set=wanted))
-    for given, trial in zip(trials, wanted, strict=True):
-        if not pc.is_in(trial, value_set=found).as_py():
+    ids = pa.array([study.trial_id(beginning) for beginning in trials], pa.string())
+    chosen = listed.filter(pc.is_in(listed, value_set=ids))
+    for beginning, trial in zip(trials, ids, strict=True):
+        if not pc.is_in(trial, value_set=chosen).as_py():
             where = "at the points that were chosen" if study.restricted else "now"
-            said = f"trial {given} is stored, and the spec does not ask for it {where}"
-            raise ChoiceError(said, study.name)
-    return found
+            raise ChoiceError(
+                f"trial {beginning} is stored, and the spec does not ask for it"
+                f" {where}",
+                study.name,
+            )
+    return chosen
 
 
 def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> pa.Table:
-    """A table of the spec's trials in the order of the plan, or of some of them, with
-    the provenance of the study and of its parts. Raises ChoiceError for an unknown
-    table or trial, and where it has no rows.
+    """Return a table of trials of the spec in the order of the plan.
+
+    The table has the provenance of the study and of its parts.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    name : {"trials", "series", "heatmaps", "trajectories"}
+        The table.
+    trials : sequence of str, optional
+        Ids of trials, or their beginnings; by default all trials of the study.
+
+    Raises
+    ------
+    ChoiceError
+        If the table or a trial is unknown, or the table has no rows.
     """
     _check_table(study, name)
     listed = _listed(study, trials)
     table = study.read(name, listed)
     if table.num_rows == 0:
-        asked = (
+        remedy = (
             ""
             if name == "trials"
             else f"; record: {{{name}: ...}} in the spec keeps some"
         )
-        raise ChoiceError(f"no {name} of it are stored{asked}", study.name)
+        raise ChoiceError(f"no {name} of it are stored{remedy}", study.name)
     order = np.argsort(
         pc.index_in(table["trial_id"], value_set=listed).to_numpy(), kind="stable"
     )
-    about = study.provenance | {
+    provenance = study.provenance | {
         "table": name,
         "origins": origins_of(study, listed.to_pylist()),
     }
     return table.take(pa.array(order)).replace_schema_metadata(
-        {PROVENANCE: json.dumps(about, sort_keys=True)}
+        {PROVENANCE: json.dumps(provenance, sort_keys=True)}
     )
 
 
 def origins_of(study: StoredStudy, trial_ids: list[str]) -> list[dict[str, Any]]:
-    """What the trials come from, launch by launch; of a changed working tree only that
-    it was changed.
+    """Return the code and machines that computed trials, launch by launch.
+
+    Of a changed working tree only the fact is included, not the changes.
     """
     return list(_origins(study, trial_ids))
 
 
 def _origins(study: StoredStudy, trial_ids: list[str]) -> Iterator[dict[str, Any]]:
-    for about, count in origins(study.store, trial_ids):
+    for origin, count in origins(study.store, trial_ids):
         machine: dict[str, Any] = {
-            name: about[name]
+            name: origin[name]
             for name in ("kernels_sha", "versions", "platform", "cpu", "device")
-            if name in about
+            if name in origin
         }
         git = {
-            "commit": about["git"].get("commit", ""),
-            "modified": bool(about["git"].get("diff")),
+            "commit": origin["git"].get("commit", ""),
+            "modified": bool(origin["git"].get("diff")),
         }
         yield {"trials": count, "git": git, **machine}
 
 
 def _about(schema: pa.Schema) -> dict[str, Any]:
-    """The units and the provenance of a table, ready for JSON."""
+    """Return the units and the provenance of a table, ready for JSON."""
     columns = {
         field.name: {
             _decoded(key): _decoded(text)
@@ -255,8 +284,9 @@ def _write_csv(table: pa.Table, file: BinaryIO, _study: StoredStudy) -> int:
 
 
 class CsvWriter:
-    """Writes tables as CSV, one row a boid or pixel where a row of a table has many;
-    `rows` counts them.
+    """Writer of tables as CSV, which counts the rows of the file in `rows`.
+
+    If a row of a table has many boids or pixels, the file has one row per each.
     """
 
     def __init__(self, writer: Any) -> None:
@@ -272,7 +302,7 @@ class CsvWriter:
 
 @contextmanager
 def csv_writer(file: BinaryIO, schema: pa.Schema) -> Iterator[CsvWriter]:
-    """What writes tables of this schema into a CSV file."""
+    """Open a writer of tables of one schema into a CSV file."""
     from pyarrow import csv
 
     flat = _flat(schema.empty_table().combine_chunks()).schema
@@ -285,7 +315,7 @@ def _flat(table: pa.Table) -> pa.Table:
 
 
 def _long(table: pa.Table) -> pa.Table:
-    """The table without lists: a row a boid of trajectories, a pixel of heatmaps."""
+    """Return a table without lists: one row per boid or per pixel."""
     lists = [field.name for field in table.schema if pa.types.is_list(field.type)]
     if not lists:
         return table
@@ -323,4 +353,4 @@ WRITERS: dict[str, Callable[[pa.Table, BinaryIO, StoredStudy], int]] = {
     ".nc": _write_netcdf,
     ".arrow": _write_arrow,
 }
-"""What writes a table in each format, and counts the rows of the file."""
+"""Functions that write a table by format and return the number of rows."""

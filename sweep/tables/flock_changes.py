@@ -1,4 +1,4 @@
-"""Who left which flock and joined which, frame by frame of stored trajectories."""
+"""Changes of boids from flock to flock, frame by frame of stored trajectories."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,9 +19,7 @@ ENDINGS = (".csv", ".parquet")
 
 
 class Changes(NamedTuple):
-    """How many rows a table has, of how many trials; and how often flocks have parted
-    and joined in them.
-    """
+    """The size of a table of changes: its rows and trials, and all events in them."""
 
     rows: int
     trials: int
@@ -32,12 +30,30 @@ class Changes(NamedTuple):
 def write_flock_changes(
     study: StoredStudy, path: Path, *, force: bool = False
 ) -> Changes:
-    """Write a row for each boid that is in another flock than in the recorded frame
-    before, see sweep.trial.followed: its trial, the frame and its time, the boid, and
-    the numbers of both flocks.
+    """Write one row per boid and recorded frame in which the boid changes its flock.
 
-    Raises OutputError for another ending than .csv and .parquet, and for a file that
-    exists without `force`; ChoiceError where no trajectories are stored.
+    A flock is compared with the one of the recorded frame before, see
+    sweep.trial.followed. Columns: `trial_id`, `frame`, `time`, `boid`, and the numbers
+    of both flocks, `from_flock` and `to_flock`.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    path : Path
+        The file, .csv or .parquet.
+    force : bool, default False
+        Replace a file that exists.
+
+    Returns
+    -------
+    Changes
+
+    Raises
+    ------
+    OutputError
+        If the file has another ending, or exists and `force` is not set.
+    ChoiceError
+        If no trajectories are stored.
     """
     check_output(path, ENDINGS, force=force)
     if study.read("trajectories", study.plan["trial_id"].combine_chunks()).num_rows < 1:
@@ -46,10 +62,13 @@ def write_flock_changes(
             " keeps them",
             study.name,
         )
-    parts, fissions, fusions = [], 0, 0
+    parts = []
+    fissions = 0
+    fusions = 0
     for part, parted, joined in _of_trials(study):
         parts.append(part)
-        fissions, fusions = fissions + parted, fusions + joined
+        fissions += parted
+        fusions += joined
     table = pd.concat(parts, ignore_index=True)
     with unfinished(path) as file:
         if path.suffix == ".csv":
@@ -62,9 +81,7 @@ def write_flock_changes(
 
 
 def _of_trials(study: StoredStudy) -> Iterator[tuple[pd.DataFrame, int, int]]:
-    """Of each trial that is done, in the order of the spec, its rows, and how often
-    flocks have parted and joined.
-    """
+    """Yield the rows, fissions and fusions of each done trial, in the spec's order."""
     trials = study.trials
     done = trials.loc[trials["status"] == "done", ["trial_id", "flock_range", "dt"]]
     for trial, reach, dt in done.to_numpy().tolist():

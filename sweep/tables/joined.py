@@ -1,5 +1,6 @@
-"""Several studies as one, in which `study` is a setting that varies: for figures that
-show them together, told apart by it.
+"""Several studies as one, in which `study` is a parameter that varies.
+
+Figures show the studies together and distinguish them by it.
 """
 
 from collections.abc import Sequence
@@ -19,51 +20,55 @@ from sweep.tables.stored_study import Looks, StoredStudy
 STUDY = "study"
 IDS = ("trial_id", "point")
 ABOUT = ("model", "preset")
-"""What studies may differ in beside settings."""
+"""Properties besides parameters in which studies may differ."""
 
 
 class JoinedStudies(StoredStudy):
     """The trials of several studies, which share metrics.
 
-    `metrics` are those that all have recorded, in one unit and with one distribution
-    and range; `left_out` says why others are not. A setting of one study that another
-    one does not vary has there the one value of all its trials. Raises ChoiceError for
-    a study that is named twice or has no stored trial, where no metric is shared, and
-    for a setting that a study varies and another one has not at all.
+    `metrics` are those that all studies have recorded, in one unit and with one
+    distribution and range; `left_out` has the reason for each other metric. A parameter
+    that a study does not vary has there the one value of all its trials.
+
+    Raises ChoiceError if a study is named twice or has no stored trial, if no metric is
+    shared, and if a study lacks a parameter that another study varies.
     """
 
     def __init__(self, studies: Sequence[StoredStudy]) -> None:
         self._studies = tuple(studies)
-        names = [one.name for one in studies]
+        names = [study.name for study in studies]
         self.name = " and ".join(names)
         if twice := [name for name in names if names.count(name) > 1]:
             raise ChoiceError(f'study "{twice[0]}" is named twice')
-        for one in studies:
-            if one.trials.empty:
-                raise ChoiceError("no trial of it is stored yet", one.name)
+        for study in studies:
+            if study.trials.empty:
+                raise ChoiceError("no trial of it is stored yet", study.name)
         first = studies[0]
-        self.store, self.provenance = first.store, first.provenance
-        of_all = [set(_restrictions(one)) for one in studies]
+        self.store = first.store
+        self.provenance = first.provenance
+        restrictions = [set(_restrictions(study)) for study in studies]
         self.conditions = tuple(
-            text for text in _restrictions(first) if all(text in one for one in of_all)
+            text
+            for text in _restrictions(first)
+            if all(text in texts for texts in restrictions)
         )
         self.whole = self
-        recorded = dict.fromkeys(name for one in studies for name in one.metrics)
+        recorded = dict.fromkeys(name for study in studies for name in study.metrics)
         why = {name: self._differing(name) for name in recorded}
         self._left_out = {name: reason for name, reason in why.items() if reason}
         self._shared = [name for name, reason in why.items() if not reason]
         if not self._shared:
-            reasons = "; ".join(f"{name} {one}" for name, one in self._left_out.items())
+            reasons = "; ".join(f"{name} {why[name]}" for name in self._left_out)
             raise ChoiceError(
                 f"no metric is the same in all of them: {reasons}", self.name
             )
-        tables = [self._with_ids(one.plan.select(IDS), one.name) for one in studies]
-        self.plan = pa.concat_tables(tables)
+        plans = [self._with_ids(study.plan, study.name) for study in studies]
+        self.plan = pa.concat_tables(plans)
 
     @property
     def kept_apart(self) -> list[str]:
-        """The study, and what its parts keep apart."""
-        names = (name for one in self.parts for name in one.kept_apart)
+        """`study`, and the parameters over which its parts are never averaged."""
+        names = (name for study in self.parts for name in study.kept_apart)
         return [STUDY, *dict.fromkeys(names)]
 
     @property
@@ -78,11 +83,12 @@ class JoinedStudies(StoredStudy):
 
     @cached_property
     def differ(self) -> dict[str, list[Any]]:
-        """The fixed settings in which the studies differ, model and preset before them,
-        each with its value in every study.
+        """The model, preset and fixed parameters that differ, by value in each study.
+
+        The model and the preset come first.
         """
-        first = [one.trials.iloc[0] for one in self.parts]
-        varied = {name for one in self.parts for name in one.varied}
+        first = [study.trials.iloc[0] for study in self.parts]
+        varied = {name for study in self.parts for name in study.varied}
         names = (*ABOUT, *self.parts[0].settings)
         fixed = {
             name: [trial[name] for trial in first]
@@ -102,124 +108,137 @@ class JoinedStudies(StoredStudy):
 
     @property
     def varied(self) -> list[str]:
-        """`study`, and the settings that differ within one of the studies."""
-        names = (name for one in self.parts for name in one.headings)
+        """`study`, and the parameters that differ within one of the studies.
+
+        `detail` replaces the parameters that an axis ablates.
+        """
+        names = (name for study in self.parts for name in study.headings)
         return [STUDY, *dict.fromkeys(names)]
 
     @property
     def headings(self) -> list[str]:
-        """The same: `detail` is in place of the settings that an axis ablates."""
+        """The same names as `varied`."""
         return self.varied
 
     @cached_property
     def points(self) -> pd.DataFrame:
-        """One row a point, by its id with the name of its study before it."""
+        """One row per point, by the name of its study and its id, `study:point`."""
         tables = []
-        for one in self.parts:
-            table = one.points.reindex(columns=self.varied[1:])
+        for study in self.parts:
+            table = study.points.reindex(columns=self.varied[1:])
             for name in table.columns[table.isna().all()]:
-                table[name] = self._same(one, str(name))
-            table.insert(0, STUDY, self._labels[one.name])
-            table.index = pd.Index(self._ids(table.index, one.name), name="point")
+                table[name] = self._fixed_value(study, str(name))
+            table.insert(0, STUDY, self._labels[study.name])
+            table.index = pd.Index(self._ids(table.index, study.name), name="point")
             tables.append(table)
         return pd.concat(tables)
 
     @cached_property
     def trials(self) -> pd.DataFrame:
-        """The stored trials of all studies, ids with the name of their study."""
+        """The stored trials of all studies; ids have the name of their study first."""
         tables = []
-        for one in self.parts:
-            ids = {name: self._ids(one.trials[name], one.name) for name in IDS}
-            tables.append(one.trials.assign(study=self._labels[one.name], **ids))
+        for study in self.parts:
+            ids = {name: self._ids(study.trials[name], study.name) for name in IDS}
+            tables.append(study.trials.assign(study=self._labels[study.name], **ids))
         return pd.concat(tables, ignore_index=True)
 
     @cached_property
     def series(self) -> pd.DataFrame:
         """The recorded frames of all studies."""
         tables = [
-            one.series.assign(trial_id=self._ids(one.series["trial_id"], one.name))
-            for one in self.parts
+            study.series.assign(
+                trial_id=self._ids(study.series["trial_id"], study.name)
+            )
+            for study in self.parts
         ]
         return pd.concat(tables, ignore_index=True)
 
     @property
     def series_metrics(self) -> list[str]:
         """The shared metrics of which all studies have series."""
-        within = [set(one.series_metrics) for one in self.parts]
-        return [name for name in self._shared if all(name in one for one in within)]
+        recorded = [set(study.series_metrics) for study in self.parts]
+        return [
+            name for name in self._shared if all(name in names for names in recorded)
+        ]
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
-        """`study`, and the axes of all studies; one is sampled if it is so in any."""
-        found = {STUDY: AxisAbout([STUDY], None)}
-        for one in self.parts:
-            for axis in one.axes.values():
-                before = found.get(axis.settings[0])
+        """`study`, and the axes of all studies by their first parameter.
+
+        An axis that is sampled in any study is sampled here.
+        """
+        axes = {STUDY: AxisAbout([STUDY], None)}
+        for study in self.parts:
+            for axis in study.axes.values():
+                before = axes.get(axis.settings[0])
                 if before is None or axis.sampler:
-                    found[axis.settings[0]] = axis
-        return found
+                    axes[axis.settings[0]] = axis
+        return axes
 
     @cached_property
     def units(self) -> dict[str, str]:
         """The units of all columns; a metric has one in all studies."""
-        return {name: unit for one in self.parts for name, unit in one.units.items()}
+        return {
+            name: unit for study in self.parts for name, unit in study.units.items()
+        }
 
     @cached_property
     def distributions(self) -> dict[str, Declaration]:
-        """How the values of the metrics are distributed, and what they lie in."""
+        """The declared distribution and range of the values of each metric column."""
         return {
-            name: of for one in self.parts for name, of in one.distributions.items()
+            name: declaration
+            for study in self.parts
+            for name, declaration in study.distributions.items()
         }
 
     @property
     def repeated(self) -> dict[str, float]:
-        """The metrics that decided how many trials there are in some study, each with
-        the highest confidence of them.
+        """The metrics that decided how many trials any study has.
+
+        Each has the highest confidence in these studies.
         """
-        found: dict[str, float] = {}
-        for one in self.parts:
-            for name, confidence in one.repeated.items():
-                found[name] = max(confidence, found.get(name, 0.0))
-        return found
+        highest: dict[str, float] = {}
+        for study in self.parts:
+            for name, confidence in study.repeated.items():
+                highest[name] = max(confidence, highest.get(name, 0.0))
+        return highest
 
     @property
     def looks(self) -> Looks | None:
-        """Those of the first study with any."""
-        return next((one.looks for one in self.parts if one.looks), None)
+        """The looks of the first study that has any."""
+        return next((study.looks for study in self.parts if study.looks), None)
 
     @cached_property
     def _labels(self) -> dict[str, str]:
-        """Each study as a legend has it."""
+        """The text for each study in a legend."""
         return {
-            one.name: f"{one.name} ({self._own(one)}{_done(one):,} trials)"
-            for one in self.parts
+            study.name: f"{study.name} ({self._own(study)}{_done(study):,} trials)"
+            for study in self.parts
         }
 
     def _own(self, study: StoredStudy) -> str:
-        """What `where` has chosen in this study and not in all, before a number."""
-        own = [one for one in _restrictions(study) if one not in self.conditions]
+        """Return the restrictions of this study that not all have, before a number."""
+        own = [text for text in _restrictions(study) if text not in self.conditions]
         return "".join(f"{text}; " for text in own)
 
     def _differing(self, metric: str) -> str:
-        """Why a metric is not the same in all studies; "" where it is."""
-        if lacking := [one.name for one in self.parts if metric not in one.metrics]:
+        """Return why a metric is not the same in all studies; "" if it is."""
+        lacking = [study.name for study in self.parts if metric not in study.metrics]
+        if lacking:
             return f"is not recorded in {', '.join(lacking)}"
         column = str(Column(metric))
-        for what, of in (
-            ("in", [one.units.get(column, "no unit") for one in self.parts]),
-            ("declared", [_said(one.distributions[column]) for one in self.parts]),
-        ):
-            if len(set(of)) > 1:
-                pairs = zip(self.parts, of, strict=True)
-                said = ", ".join(
-                    f"{what} {about} in {one.name}" for one, about in pairs
-                )
-                return f"is {said}"
+        units = [study.units.get(column, "no unit") for study in self.parts]
+        declared = [_in_words(study.distributions[column]) for study in self.parts]
+        for verb, texts in (("in", units), ("declared", declared)):
+            if len(set(texts)) > 1:
+                pairs = zip(self.parts, texts, strict=True)
+                listed = [f"{verb} {text} in {study.name}" for study, text in pairs]
+                return f"is {', '.join(listed)}"
         return ""
 
     @staticmethod
-    def _same(study: StoredStudy, setting: str) -> Any:
-        """The one value of a setting that a study does not vary."""
+    def _fixed_value(study: StoredStudy, setting: str) -> Any:
+        """Return the one value of a parameter that a study does not vary."""
         if setting not in study.chooser.columns:
             raise ChoiceError(
                 f"it has no {setting}, which another study varies; choose one value"
@@ -230,7 +249,7 @@ class JoinedStudies(StoredStudy):
 
     @staticmethod
     def _ids(ids: Any, study: str) -> list[str]:
-        return [f"{study}:{one}" for one in ids]
+        return [f"{study}:{trial_or_point}" for trial_or_point in ids]
 
     def _with_ids(self, table: pa.Table, study: str) -> pa.Table:
         columns = {name: self._ids(table[name].to_pylist(), study) for name in IDS}
@@ -240,13 +259,12 @@ class JoinedStudies(StoredStudy):
 
 
 def _restrictions(study: StoredStudy) -> list[str]:
-    """What `where` has chosen in a study, each in words."""
+    """Return the restrictions of a study by `where`, each in words."""
     settings = [f"{name} = {spelled(value)}" for name, value in study.chosen.items()]
     return [*settings, *study.conditions]
 
 
-def _said(values: Declaration) -> str:
-    """What is declared of values, in words."""
+def _in_words(values: Declaration) -> str:
     return f"{values.distribution} ({values.support.words})"
 
 

@@ -11,8 +11,9 @@ import pandas as pd
 
 
 def json_rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """A mapping a row, without the index. A value that is missing or not finite is
-    None.
+    """Return a mapping per row, without the index.
+
+    A value that is missing or not finite is None.
     """
     if not len(frame.columns):
         return [{} for _ in range(len(frame))]
@@ -22,7 +23,7 @@ def json_rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def rows_as_json(frame: pd.DataFrame) -> str:
-    """The rows as a JSON text: a float that is read from it is the one of the table."""
+    """Return the rows as JSON. Floats read from it equal the floats of the table."""
     return json.dumps(json_rows(frame), indent=2, allow_nan=False)
 
 

@@ -1,5 +1,6 @@
-"""The flocks with which the trials of a point have ended, as a table of places from
-which the replicates of another study start (`start_draws: ./FILE.csv`).
+"""The last flocks of the trials of a point, as a table of positions.
+
+The replicates of another study start from them with `start_draws: ./FILE.csv`.
 """
 
 from pathlib import Path
@@ -22,7 +23,7 @@ REPLICATE = "replicate"
 
 
 class Written(NamedTuple):
-    """How many replicates a table has, and how many boids each of them."""
+    """The number of replicates in a table, and of boids in each of them."""
 
     replicates: int
     boids: int
@@ -31,18 +32,38 @@ class Written(NamedTuple):
 def write_last_flocks(
     study: StoredStudy, path: Path, *, force: bool = False
 ) -> Written:
-    """Write where the boids of each replicate of the one point of `study` are at the
-    end: its number, counted from 0, x, y, vx and vy, with all digits.
+    """Write the last positions and velocities of the boids of each replicate.
 
-    Raises OutputError for another ending than .csv, and for a file that exists without
-    `force`; ChoiceError, with all reasons, where the study has several points, where
-    trials are not done, keep no last flocks, or have boids with a state, which such a
-    table does not hold. Raises StoreError for what no launch writes.
+    Columns: `replicate`, counted from 0, x, y, vx and vy, with all digits.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        A study of one point, such as one restricted by `where`.
+    path : Path
+        The file, .csv.
+    force : bool, default False
+        Replace a file that exists.
+
+    Returns
+    -------
+    Written
+
+    Raises
+    ------
+    OutputError
+        If the file has another ending, or exists and `force` is not set.
+    ChoiceError
+        If the study has several points, trials are not done, or boids have a state,
+        which such a table does not hold: with all these reasons. Also if trials have
+        no stored last flock.
+    StoreError
+        If stored data are not what a launch writes.
     """
     check_output(path, [ENDING], force=force)
     trials = _trials(study)
     flocks = last_flocks(study.store, trials["trial_id"], [])
-    if without := [one for one in trials["trial_id"] if one not in flocks]:
+    if without := [trial for trial in trials["trial_id"] if trial not in flocks]:
         raise ChoiceError(
             f"{so_many(len(without), 'trial')} of it left no {LAST_FLOCKS}; with"
             f" record: {{{LAST_FLOCKS}: true}} in the spec a launch keeps them",
@@ -50,15 +71,16 @@ def write_last_flocks(
         )
     with unfinished(path) as file:
         file.write(f"{','.join((REPLICATE, *FLIGHT))}\n".encode())
-        for number, one in enumerate(trials["trial_id"]):
-            file.write(_rows(number, flocks[one]).encode())
+        for number, trial in enumerate(trials["trial_id"]):
+            file.write(_rows(number, flocks[trial]).encode())
     boids = flocks[trials["trial_id"].iloc[0]].bodies.shape[1]
     return Written(len(trials), boids)
 
 
 def _trials(study: StoredStudy) -> pd.DataFrame:
-    """The trials of the one point, replicate by replicate. Raises ChoiceError."""
-    refusals, trials = Refusals(), study.trials.sort_values(REPLICATE)
+    """Return the trials of the one point by replicate. Raises ChoiceError."""
+    refusals = Refusals()
+    trials = study.trials.sort_values(REPLICATE)
     with refusals.noted():
         _check_point(study)
     undone = trials[trials["status"] != "done"]
@@ -98,4 +120,4 @@ def _check_point(study: StoredStudy) -> None:
 
 def _rows(replicate: int, flock: LastFlock) -> str:
     bodies = flock.bodies.T.tolist()
-    return "".join(f"{replicate},{','.join(map(repr, one))}\n" for one in bodies)
+    return "".join(f"{replicate},{','.join(map(repr, body))}\n" for body in bodies)

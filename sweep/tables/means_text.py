@@ -1,6 +1,4 @@
-"""A table of means in words, as `sweep table` prints it: each cell, and what is said
-below the table.
-"""
+"""A table of means in words, as `sweep table` prints it: its cells and its caption."""
 
 import math
 from typing import Any
@@ -42,11 +40,12 @@ POOLED = (
 
 
 def means_report(study: StoredStudy, table: PointMeans) -> Report:
-    """Return a table of means; a half width is shown where the interval is Student's.
+    """Return a table of means; Student's intervals are shown as half-widths.
 
-    A row has the number of its trials, or, where it pools points, of the replicates.
+    A row has the number of its trials, or of its replicates if it pools points.
     """
-    rows, units = point_rows(study, table), study.units
+    rows = point_rows(study, table)
+    units = study.units
     settings = [*table.headings, *(["points"] if table.pooled else [])]
     metrics = [
         f"{name}\n({units[name]})" if name in units else name for name in table.metrics
@@ -80,9 +79,11 @@ def _count(row: "pd.Series[Any]", names: list[str]) -> str:
 
 
 def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
-    """The rows of a table for programs: `METRIC_declared`, which is false, of a metric
-    that declares no distribution, and in the last column, `view`, the command that
-    shows a trial of the row.
+    """Return the rows of a table for programs.
+
+    `METRIC_declared` is false for a metric that declares no distribution, and absent
+    for other metrics. The last column, `view`, is the command that shows a trial of the
+    row.
     """
     names = undeclared(study, table.metrics)
     declared = {f"{name}_declared": False for name in names}
@@ -93,8 +94,23 @@ def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
 def cell_text(
     study: StoredStudy, row: "pd.Series[Any]", name: str, table: PointMeans
 ) -> str:
-    """A mean with its interval, and the share of trials without a value. Where several
-    values have no interval, as equal ones without a range, so much is said.
+    """Return a mean with its confidence interval, for a cell.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    row : Series
+        The row of `table.rows`.
+    name : str
+        The column of the metric.
+    table : PointMeans
+
+    Returns
+    -------
+    str
+        With the fraction of trials without a value in a second line, if there are any.
+        Several values may have no interval, such as equal ones without a range; the
+        cell states that.
     """
     mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
     repeated = name in study.repeated and not table.pooled
@@ -112,11 +128,13 @@ def cell_text(
 
 
 def caption(study: StoredStudy, table: PointMeans) -> str:
-    """Which intervals a table shows, how rows pool points, which of them rest on few
-    values, which are not known, and what is not stored.
+    """Return the notes below a table.
+
+    They name the kind of the intervals, how rows pool points, intervals of few values,
+    unknown intervals, and trials that are not stored.
     """
     counts = {name: table.rows[f"{name}_n"] for name in table.metrics}
-    said = [
+    notes = [
         _intervals(study, table),
         phases_said(study),
         few_skewed(study, counts),
@@ -124,11 +142,11 @@ def caption(study: StoredStudy, table: PointMeans) -> str:
         _undeclared(study, table),
         _missing(study),
     ]
-    return "\n".join(filter(None, said))
+    return "\n".join(filter(None, notes))
 
 
 def _undeclared(study: StoredStudy, table: PointMeans) -> str:
-    """Which metrics declare no distribution, in words; "" for none."""
+    """Return the metrics that declare no distribution, in words; "" for none."""
     names = undeclared(study, table.metrics)
     if not names:
         return ""
@@ -140,7 +158,7 @@ def _undeclared(study: StoredStudy, table: PointMeans) -> str:
 
 
 def _missing(study: StoredStudy) -> str:
-    """How many trials are not stored, and how many points have none; "" for none."""
+    """Return the numbers of missing trials and of points without any; "" for none."""
     if not study.missing:
         return ""
     number = f"{study.missing:,} of {so_many(study.plan.num_rows, 'trial')} missing"
@@ -148,13 +166,14 @@ def _missing(study: StoredStudy) -> str:
 
 
 def _intervals(study: StoredStudy, table: PointMeans) -> str:
-    """Which intervals a table shows, and how rows pool points. Where a metric
-    decided how many trials a point has, only this metric has an interval that takes
-    that into account.
+    """Return the kind of the intervals of a table, and how rows pool points.
+
+    If a metric decided how many trials a point has, only the interval of this metric
+    accounts for that.
     """
     if table.pooled:
-        given = ", which takes the numbers of trials as given" if study.repeated else ""
-        return f"{INTERVALS[table.interval]}{given}\n{POOLED}"
+        fixed = ", which takes the numbers of trials as given" if study.repeated else ""
+        return f"{INTERVALS[table.interval]}{fixed}\n{POOLED}"
     looks = study.looks
     if not looks:
         return INTERVALS[table.interval]
@@ -170,5 +189,5 @@ def _intervals(study: StoredStudy, table: PointMeans) -> str:
 
 
 def brief(value: Any) -> str:
-    """A setting in few characters."""
+    """Return the value of a parameter in few characters."""
     return f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) or "-"

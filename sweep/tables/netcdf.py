@@ -1,5 +1,4 @@
-"""Tables as netCDF: arrays by trial, frame, boid or pixel, with units, for xarray and
-whatever reads netCDF 4.
+"""Tables as netCDF 4: arrays by trial, frame, boid or pixel, with units.
 
     trials        every column by `trial`
     series        every metric by `trial` and `frame`; NaN where a trial has no such
@@ -9,8 +8,8 @@ whatever reads netCDF 4.
     heatmaps      visits by `trial`, `row` and `column`; -1 in obstacles, -2 outside of
                   a smaller map
 
-`trial` is the trial's id; its replicate, its seed and the settings that vary stand
-beside as coordinates.
+`trial` is the id of the trial. Its point, its replicate, its seed and the parameters
+that vary are coordinates along it.
 """
 
 import math
@@ -33,12 +32,12 @@ if TYPE_CHECKING:
 
 OUTSIDE = -2
 MOST_PLACES = 2**31
-"""Of an array, which is held in memory."""
+"""Maximum number of elements of an array, which is held in memory."""
 Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]
 
 
 def check_netcdf() -> None:
-    """Raise ChoiceError where the packages that write netCDF are not installed."""
+    """Raise ChoiceError unless the packages that write netCDF are installed."""
     if not (find_spec("xarray") and find_spec("netCDF4")):
         raise ChoiceError(
             "netCDF files are written by xarray and netCDF4,"
@@ -47,7 +46,7 @@ def check_netcdf() -> None:
 
 
 def check_xarray() -> None:
-    """Raise ChoiceError where xarray is not installed."""
+    """Raise ChoiceError unless xarray is installed."""
     if not find_spec("xarray"):
         raise ChoiceError(
             f"arrays need xarray, which is not installed: {installing('netcdf')}"
@@ -55,15 +54,26 @@ def check_xarray() -> None:
 
 
 def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:
-    """Write a table with its provenance (a text in the variable `provenance`); holds
-    the arrays in memory.
+    """Write a table with its provenance as netCDF; hold the arrays in memory.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        Rows of one table, with provenance in the metadata of the schema.
+    file : binary file
+    study : StoredStudy
+        The study of the table.
+
+    Notes
+    -----
+    The provenance is JSON in the variable `provenance`.
     """
     arrays = dataset(table, study)
     by_path(lambda path: arrays.to_netcdf(path, engine="netcdf4"), file)
 
 
 def dataset(table: pa.Table, study: StoredStudy) -> "xr.Dataset":
-    """The table as an xarray.Dataset, in the order of its trials."""
+    """Return a table as an xarray.Dataset, in the order of its trials."""
     import xarray as xr
 
     ids = pc.unique(table["trial_id"])
@@ -111,8 +121,9 @@ def _coordinates(study: StoredStudy, ids: pa.Array) -> Variables:
 
 
 def _frames(table: pa.Table, ids: pa.Array) -> Variables:
-    """Columns with one row a frame, put in their place by trial and frame; columns of
-    lists by boid too.
+    """Return the columns of a table of frames as arrays by trial and frame.
+
+    Columns of lists become arrays by trial, frame and boid.
     """
     steps = table["frame"].to_numpy()
     place = (
@@ -122,17 +133,18 @@ def _frames(table: pa.Table, ids: pa.Array) -> Variables:
     shape = len(ids), len(np.unique(steps))
     variables: Variables = {}
     for name in table.column_names:
-        column, about = table[name].combine_chunks(), _attributes(table, name)
+        column = table[name].combine_chunks()
+        attributes = _attributes(table, name)
         if pa.types.is_list(column.type):
             variables[name] = (
                 ("trial", "frame", "boid"),
                 _by_boid(column, place, shape),
-                about,
+                attributes,
             )
         elif name not in ("trial_id", "frame"):
             values = room(shape, np.nan, np.float64)
             values[place] = column.to_numpy(zero_copy_only=False)
-            variables[name] = (("trial", "frame"), values, about)
+            variables[name] = (("trial", "frame"), values, attributes)
     return variables
 
 
@@ -157,14 +169,26 @@ def _maps(table: pa.Table) -> Variables:
     for index, flat in enumerate(table["visits"]):
         size = int(rows[index]), int(columns[index])
         visits[index, : size[0], : size[1]] = flat.values.to_numpy().reshape(size)
-    about = _attributes(table, "visits") | {
+    attributes = _attributes(table, "visits") | {
         "text": "visits a pixel, -1 in obstacles, -2 outside of the map"
     }
-    return {"visits": (("trial", "row", "column"), visits, about)}
+    return {"visits": (("trial", "row", "column"), visits, attributes)}
 
 
 def room(shape: tuple[int, ...], value: float | str, kind: Any) -> NDArray[Any]:
-    """An array full of `value`. Raises ChoiceError for too many places."""
+    """Return an array full of `value`.
+
+    Parameters
+    ----------
+    shape : tuple of int
+    value : float or str
+    kind : dtype
+
+    Raises
+    ------
+    ChoiceError
+        If the array would have more than `MOST_PLACES` elements.
+    """
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
         raise ChoiceError(
@@ -187,7 +211,7 @@ def _texts(column: pa.ChunkedArray | pa.Array) -> NDArray[Any]:
 
 
 def _attributes(table: pa.Table, name: str) -> dict[str, str]:
-    """The unit and the text of a column, by the names of the CF conventions."""
-    about = table.schema.field(name).metadata or {}
-    named = {"units": about.get(b"unit", b""), "long_name": about.get(b"text", b"")}
+    """Return the unit and the text of a column, by the names of the CF conventions."""
+    stored = table.schema.field(name).metadata or {}
+    named = {"units": stored.get(b"unit", b""), "long_name": stored.get(b"text", b"")}
     return {key: text.decode(errors="replace") for key, text in named.items() if text}

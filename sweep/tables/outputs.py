@@ -1,6 +1,4 @@
-"""Files for the user: refused before any work where they cannot be, and whole or absent
-afterwards.
-"""
+"""Files for the user: checked before any work, and complete or absent afterwards."""
 
 import hashlib
 import os
@@ -19,8 +17,16 @@ from sweep.text import unknown
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
-    """Raise OutputError unless `path` ends in one of `endings`, lies in a folder, and
-    is free or may be replaced.
+    """Raise OutputError unless a file can be written.
+
+    Parameters
+    ----------
+    path : Path
+        The file, in a folder that exists.
+    endings : iterable of str
+        Allowed endings, such as ".csv".
+    force : bool, default False
+        Allow a file that exists, which will be replaced.
     """
     in_unicode(path)
     if path.suffix not in endings:
@@ -35,9 +41,9 @@ def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> 
 
 @contextmanager
 def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
-    """A file to write to, which becomes `path` in one step at the end: see `replacing`.
+    """Open a file that becomes `path` in one step at the end, see `replacing`.
 
-    Raises OutputError where it cannot be written.
+    Raises OutputError if it cannot be written.
     """
     try:
         with replacing(path, below) as file:
@@ -49,12 +55,12 @@ def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
 
 
 def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
-    """Put what `write` writes to a path into `file`, for programs that know paths only.
+    """Call `write`, which can write to a path only, with a path that leads to `file`.
 
-    On Linux the path is an entry of /proc that leads to the open file itself, for the
-    programs that `write` starts too. So nothing is copied, and no name in the folder of
+    On Linux the path is an entry of /proc for the open file itself. It is also valid in
+    processes that `write` starts. So nothing is copied, and no name in the folder of
     the file is followed. Other systems have no such path that can be opened more than
-    once: there `write` fills a file in a new folder that nobody else may enter, and its
+    once. There `write` fills a file in a new folder that nobody else may enter, and the
     content is copied.
     """
     if sys.platform == "linux":
@@ -68,7 +74,7 @@ def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
 
 
 def sha256(path: Path) -> str:
-    """The sha256 of a file in hexadecimal."""
+    """Return the sha256 of a file in hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

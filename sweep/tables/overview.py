@@ -1,5 +1,7 @@
-"""The studies in a folder of results, and how far each is; what to know of the means of
-one: how many points are without a trial, and which have few and skewed values.
+"""The studies in a folder of results with their progress, and notes about means.
+
+The notes concern points without a trial, and metrics with few skewed, constant or
+undeclared values.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,9 +21,11 @@ COUNTS = ("trials", "done", "not_done", "missing")
 
 
 def studies(results: Path) -> pd.DataFrame:
-    """A row a study: `study`, `model`, `preset`, `trials`, `done`, `not_done`,
-    `missing`, and `error`, which says why it cannot be read, if it cannot. Raises
-    StoreError where there is no such folder.
+    """Return one row per study in a folder of results.
+
+    Columns: `study`, `model`, `preset`; the numbers `trials`, `done`, `not_done` and
+    `missing`; and `error`, the reason if the study cannot be read. Raises StoreError if
+    the folder does not exist.
     """
     check_folder(results)
     rows = [_study(name, results) for name in launched_studies(results)]
@@ -30,7 +34,7 @@ def studies(results: Path) -> pd.DataFrame:
 
 
 def untried(study: StoredStudy) -> str:
-    """How many of the points have no stored trial, in words; "" where all have one."""
+    """Return how many points have no stored trial, in words; "" if all have one."""
     if not study.untried:
         return ""
     number = f"{study.untried:,} of {so_many(len(study.points), 'point')}"
@@ -38,8 +42,9 @@ def untried(study: StoredStudy) -> str:
 
 
 def few_skewed(study: StoredStudy, counts: Mapping[str, Iterable[int]]) -> str:
-    """A sentence about the intervals of skewed metrics of which a point has 2 to FEW
-    values; "" where there are none. `counts` has the numbers of values by column.
+    """Return a warning about intervals of skewed metrics from 2 to FEW values.
+
+    It is "" if no point has so few. `counts` has the numbers of values by column.
     """
     few = [
         name
@@ -56,8 +61,9 @@ def few_skewed(study: StoredStudy, counts: Mapping[str, Iterable[int]]) -> str:
 
 
 def constant(rows: pd.DataFrame, metrics: Iterable[str]) -> str:
-    """A sentence about the metrics without an interval in some `rows`, as of
-    `by_point`, which have several values; "" where there are none.
+    """Return a note about metrics that have several values but no interval.
+
+    It is "" if there are none. `rows` has the columns of `by_point`.
     """
     unknown = {
         name: int(((rows[f"{name}_n"] > 1) & rows[f"{name}_low"].isna()).sum())
@@ -73,7 +79,10 @@ def constant(rows: pd.DataFrame, metrics: Iterable[str]) -> str:
 
 
 def undeclared(study: StoredStudy, columns: Iterable[str]) -> list[str]:
-    """The columns of metrics that declare no distribution, as own ones may."""
+    """Return the columns of metrics without a declared distribution.
+
+    Only custom metrics may lack one.
+    """
     known = study.known.metrics
     named = {column: Column.read(column).metric for column in columns}
     return [
@@ -86,14 +95,16 @@ def undeclared(study: StoredStudy, columns: Iterable[str]) -> list[str]:
 def _study(name: str, results: Path) -> dict[str, object]:
     try:
         study = StoredStudy(name, results)
-        statuses, about = study.statuses(), study.provenance
+        statuses = study.statuses()
+        origin = study.provenance
     except UserError as error:
         return {"study": name, "error": error.reason}
-    done, missing = statuses["done"], statuses["missing"]
+    done = statuses["done"]
+    missing = statuses["missing"]
     return {
         "study": name,
-        "model": about["model"],
-        "preset": about["preset"],
+        "model": origin["model"],
+        "preset": origin["preset"],
         "trials": statuses.total(),
         "done": done,
         "not_done": statuses.total() - done - missing,

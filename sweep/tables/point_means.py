@@ -1,5 +1,6 @@
-"""The table of a study: means of its metrics with intervals, a row a point, or a row
-for all points that agree in some settings; chosen, sorted and counted.
+"""The table of a study: means of its metrics with confidence intervals.
+
+It has one row per point, or one per group of points that agree in some parameters.
 """
 
 from collections.abc import Collection, Sequence
@@ -16,18 +17,28 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
 DIRECTIONS = {"": True, "asc": True, "desc": False}
-"""Whether values ascend, by what follows the name of a column to sort by."""
+"""True if values ascend, by the text after the name of a column to sort by."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointMeans:
     """A table of means.
 
-    `rows` has the columns of `headings`, which tell the rows apart; where rows pool
-    several points `points`, how many; what `by_point` has of each of `metrics`;
-    `not_done`; and `trial_id`, a trial of the row to look at, one that is done if there
-    is one. `pooled` says whether a row has several points, whose values are means over
-    them, one a replicate. `interval` is the kind that was asked for.
+    Attributes
+    ----------
+    rows
+        One row per point or group of points. Columns: `headings`; `points`, the number
+        of points, if rows pool them; the columns of `by_point` for each metric;
+        `not_done`; and `trial_id`, an example, which is done if any trial is.
+    headings
+        The parameters that distinguish the rows.
+    metrics
+        The columns of means.
+    pooled
+        Whether a row has several points. Its values are then means over the points,
+        one per replicate.
+    interval
+        The requested kind of interval; None for that of the distribution.
     """
 
     rows: pd.DataFrame
@@ -46,34 +57,48 @@ def point_means(
     half: bool = False,
     interval: MeanKind | None = None,
 ) -> PointMeans:
-    """The means of metrics with 95 % intervals.
+    """Return the means of metrics with 95 % confidence intervals.
 
-        study     the stored study; `where` chooses among its points
-        metrics   names of metrics; () for all that are recorded
-        by        settings: one row for all points that agree in them, see `pooled`;
-                  None for a row a point
-        sort      columns to sort by, each a setting or a metric, with `:desc` after it
-                  where the largest come first
-        half      means over the last half of a trial, or the last frame
-        interval  which interval of a mean; None for that of its distribution
+    The parameters of an axis that ablates a preset are one column, `detail`. A search
+    has a row for each `phase` of a candidate.
 
-    A list of one name may be this name. The settings of an axis that ablates a preset
-    are one column, `detail`, which says what is changed. A search has a row for each
-    `phase` of a candidate. Raises ChoiceError for a metric that the study has not
-    recorded, a setting that does not vary, and a column that the table has not: all
-    together.
+    Parameters
+    ----------
+    study : StoredStudy
+        `where` restricts its points.
+    metrics : str or sequence of str, optional
+        By default all recorded metrics.
+    by : str or sequence of str, optional
+        Parameters. One row pools all points that agree in them, see
+        `sweep.analysis.pooled`. By default one row per point.
+    sort : str or sequence of str, optional
+        Parameters or metrics to sort by; `:desc` after a name puts large values first.
+    half : bool, default False
+        Means over the second half of each trial instead of the last frame.
+    interval : {"t", "bootstrap", "bootstrap_t"}, optional
+        By default the interval of the distribution of the metric.
+
+    Returns
+    -------
+    PointMeans
+
+    Raises
+    ------
+    ChoiceError
+        If a metric is not recorded, a parameter does not vary, or a column to sort by
+        is unknown. All mistakes are reported together.
     """
     study = by_phase(study)
     refusals = Refusals()
-    wanted = as_names(metrics) or study.metrics
-    chosen = _known("metric", wanted, study.metrics, study, refusals)
+    requested = as_names(metrics) or study.metrics
+    chosen = _known("metric", requested, study.metrics, study, refusals=refusals)
     names = [str(Column(name, half)) for name in chosen]
     varied = list(dict.fromkeys([*study.headings, *study.varied]))
     settings = study.headings if by is None else as_names(by)
-    headings = _known("varied setting", settings, varied, study, refusals)
-    kept = [name for name in study.kept_apart if name in varied]
-    headings = list(dict.fromkeys([*kept, *headings]))
-    order = _order(study, as_names(sort), headings, names, refusals)
+    headings = _known("varied setting", settings, varied, study, refusals=refusals)
+    separate = [name for name in study.kept_apart if name in varied]
+    headings = list(dict.fromkeys([*separate, *headings]))
+    order = _order(study, as_names(sort), headings, names, refusals=refusals)
     refusals.check()
     details = {
         name: study.trials["point"].map(study.points[name])
@@ -97,26 +122,26 @@ def point_means(
         rows = rows.sort_values(
             list(order), ascending=list(order.values()), kind="stable"
         ).reset_index(drop=True)
-    return PointMeans(rows, headings, names, together, interval)
+    return PointMeans(rows, headings, names, pooled=together, interval=interval)
 
 
 def _known(
-    what: str,
+    noun: str,
     names: Sequence[str],
     allowed: Collection[str],
     study: StoredStudy,
     refusals: Refusals,
 ) -> list[str]:
-    """Each of `names` once; all that are `allowed` where one is unknown, which is
-    noted, so that nothing else is refused for it.
+    """Return each of `names` once, or all `allowed` ones if one is unknown.
+
+    An unknown name is stored in `refusals`; it causes no further errors.
     """
     wrong = [name for name in dict.fromkeys(names) if name not in allowed]
     for name in wrong:
         with refusals.noted():
-            if what == "metric":
+            if noun == "metric":
                 study.check_metric(name)
-            listed = [one for one in allowed if one]
-            raise ChoiceError(unknown(what, name, listed), study.name)
+            raise ChoiceError(unknown(noun, name, filter(None, allowed)), study.name)
     return list(allowed if wrong else dict.fromkeys(names))
 
 
@@ -127,26 +152,26 @@ def _order(
     metrics: Sequence[str],
     refusals: Refusals,
 ) -> dict[str, bool]:
-    """The columns to sort by, each with whether it ascends."""
+    """Return the columns to sort by, with True for those that ascend."""
     plain = {Column.read(name).metric: name for name in metrics}
     columns = {name: name for name in (*headings, *metrics)} | plain
     order: dict[str, bool] = {}
     for text in sort:
         name, _, direction = text.partition(":")
-        _known("direction", [direction], DIRECTIONS, study, refusals)
-        _known("column of this table", [name], columns, study, refusals)
+        _known("direction", [direction], DIRECTIONS, study, refusals=refusals)
+        _known("column of this table", [name], columns, study, refusals=refusals)
         order[columns.get(name, name)] = DIRECTIONS.get(direction, True)
     return order
 
 
 def _several(trials: pd.DataFrame, by: Sequence[str]) -> bool:
-    """Whether several points agree in the settings `by`."""
+    """Return whether several points agree in the parameters `by`."""
     points = trials.drop_duplicates("point")
     return bool(points.duplicated(list(by)).any() if by else len(points) > 1)
 
 
 def _first_done(trials: pd.DataFrame) -> list[str]:
-    """The trial to look at, for each point, in the order of `by_point`."""
+    """Return an example trial of each point, in the order of `by_point`."""
     done_first = trials.assign(later=trials["status"] != "done").sort_values(
         "later", kind="stable"
     )

@@ -1,8 +1,7 @@
 """A report: the answer to one question about a study, for a reader and for a program.
 
-A report is made once. Its CSV, JSON and LaTeX follow from it here, its text in a
-terminal in `sweep.cli.reporting`, and the explorer shows its tables: so all of them say
-the same.
+A report is made once, so all its forms agree. CSV, JSON and LaTeX are made here, text
+for a terminal in `sweep.cli.reporting`. The explorer shows the tables.
 """
 
 import json
@@ -16,7 +15,7 @@ import pandas as pd
 from sweep.tables.safe_csv import as_csv
 
 MAX_ROWS = 200
-"""No reader wants more rows than these; CSV and JSON have all."""
+"""Maximum number of rows for a reader; CSV and JSON have all."""
 LATEX_SIGNS = {
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",
@@ -24,33 +23,33 @@ LATEX_SIGNS = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
 } | {sign: f"\\{sign}" for sign in "&%$#_{}"}
-"""ASCII characters that LaTeX would obey, or print as others."""
+"""ASCII characters that LaTeX would interpret, or print as other characters."""
 
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table of texts, as a reader sees it.
+    """A table of strings for a reader.
 
     Attributes
     ----------
     columns
-        The headings. A line break in a heading is kept in a terminal.
+        The headings. A line break in a heading is preserved in a terminal.
     rows
-        The cells: of each row a text for each column.
+        The cells: for each row one string per column.
     title
-        What stands above the table.
+        Text above the table.
     caption
-        How to read the table: lines that stand below it.
+        Lines below the table, which explain it.
     right
         Headings of the columns that are set flush right.
     sections
         Numbers of the rows that begin a new section.
     ruled
-        Whether lines stand between columns. A table without them is narrower.
+        Whether columns are separated by lines. A table without lines is narrower.
     hidden
-        How many more rows there are.
+        Number of further rows.
     row_name
-        What a row is, as the line about hidden rows calls it.
+        Noun for a row in the line about hidden rows.
     """
 
     columns: Sequence[str]
@@ -65,7 +64,7 @@ class TextTable:
 
     @property
     def about_hidden(self) -> str:
-        """Where the hidden rows are, or "" where all are shown."""
+        """The line about hidden rows; "" if all are shown."""
         if not self.hidden:
             return ""
         return f"{self.hidden:,} more {self.row_name}s: --csv and --json give all"
@@ -78,11 +77,11 @@ class Report:
     Attributes
     ----------
     rows
-        One row a finding, with all digits: the CSV.
+        One row per finding, with all digits: the CSV.
     facts
-        All that is known, as values that JSON has.
+        All results, as values that JSON has.
     parts
-        What a reader sees: tables, and lines of text between them.
+        The form for a reader: tables, and lines of text between them.
     """
 
     rows: pd.DataFrame
@@ -90,7 +89,7 @@ class Report:
     parts: Sequence[TextTable | str]
 
     def to_csv(self) -> str:
-        """Return the rows as CSV, of which no spreadsheet computes a text."""
+        """Return the rows as CSV. Spreadsheets take no string in it for a formula."""
         return as_csv(self.rows)
 
     def to_json(self) -> str:
@@ -98,8 +97,9 @@ class Report:
         return json.dumps(self.facts, indent=2, allow_nan=False) + "\n"
 
     def to_latex(self) -> str:
-        """Return the tables as LaTeX, which needs the package booktabs. Lines of text
-        and captions are comments.
+        """Return the tables as LaTeX, which needs the package booktabs.
+
+        Lines of text and captions are comments.
         """
         lines = list[str]()
         for part in self.parts:
@@ -137,6 +137,6 @@ def _latex_comment(text: str) -> list[str]:
 
 
 def _latex(text: str) -> str:
-    """Return a text whose signs LaTeX prints and does not obey."""
+    """Return a string whose special characters LaTeX prints."""
     shown = " ".join(text.split())
     return re.sub(r"[\\~^<>&%$#_{}]", lambda sign: LATEX_SIGNS[sign[0]], shown)

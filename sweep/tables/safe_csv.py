@@ -1,9 +1,9 @@
-"""CSV files that a spreadsheet opens: a text in them never becomes a formula.
+"""CSV files for spreadsheets: no string in them becomes a formula.
 
-A spreadsheet takes a cell that begins with = + - or @ for a formula, whether it is
-quoted or not (OWASP, CSV injection). So such a text gets an apostrophe before it, and
-so does a text that has one there already: whoever takes one leading apostrophe away has
-every text as it was. Numbers are written as they are.
+A spreadsheet takes a cell that begins with = + - or @ for a formula, quoted or not
+(OWASP, CSV injection). Such a string gets an apostrophe before it, and so does a string
+that begins with an apostrophe. A reader who removes one leading apostrophe has every
+original string. Numbers do not change.
 """
 
 import re
@@ -13,17 +13,20 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 FORMULA = "^(['\" \\t\\r\\n]*[=+\\-@\uff1d\uff0b\uff0d\uff20]|['\\t\\r\\n])"
-"""How a text begins that needs an apostrophe; some languages read wide signs so."""
+"""Beginning of a string that needs an apostrophe; some languages use wide signs."""
 
 
 def without_formulas(table: pa.Table) -> pa.Table:
-    """`table` with texts, those of its heading too, that no spreadsheet computes."""
+    """Return `table` with strings, also in its heading, that are never formulas."""
     columns = [_defused(column) for column in table.columns]
     return pa.table(columns, names=[_text(name) for name in table.column_names])
 
 
 def as_csv(frame: pd.DataFrame) -> str:
-    """The CSV of a table without its index, of which no spreadsheet computes a text."""
+    """Return a table as CSV, without its index and with strings that are no formulas.
+
+    Numbers do not change.
+    """
     cells = frame.select_dtypes(exclude="number").map(_text)
     return frame.assign(**cells).rename(columns=_text).to_csv(index=False)
 

@@ -1,5 +1,7 @@
-"""A stored search with `phase` as a setting that varies: the trials that chose among
-candidates, and the held-out ones that judge the chosen, are never averaged together.
+"""A stored search with `phase` as a parameter that varies.
+
+Trials that chose among candidates, and held-out trials that judge the chosen ones, are
+never averaged together.
 """
 
 from functools import cached_property
@@ -30,9 +32,13 @@ class PhasedSearch(StoredStudy):
     """
 
     def __init__(self, study: StoredStudy, phases: "pd.Series[str]") -> None:
-        self.name, self.trust, self.store = study.name, study.trust, study.store
-        self.provenance, self._study = study.provenance, study
-        self.chosen, self.conditions = study.chosen, study.conditions
+        self._study = study
+        self.name = study.name
+        self.trust = study.trust
+        self.store = study.store
+        self.provenance = study.provenance
+        self.chosen = study.chosen
+        self.conditions = study.conditions
         if study.restricted:
             self.whole = PhasedSearch(study.whole, phases)
         planned = study.plan.select(["trial_id", "point"]).to_pandas()
@@ -48,16 +54,16 @@ class PhasedSearch(StoredStudy):
 
     @property
     def kept_apart(self) -> list[str]:
-        """The phase."""
+        """The phase, over which nothing is averaged."""
         return [PHASE]
 
     def candidate(self, point: str) -> str:
-        """The id of the candidate that a point is in one phase."""
+        """Return the id of the candidate that a point is in one phase."""
         return self._candidate[point]
 
     @cached_property
     def points(self) -> pd.DataFrame:
-        """One row a point, by its id with its phase before it."""
+        """One row per point, by its phase and its id, `phase:point`."""
         points = super().points
         points.insert(0, PHASE, [self._phase[point] for point in points.index])
         return points
@@ -72,34 +78,35 @@ class PhasedSearch(StoredStudy):
 
     @property
     def varied(self) -> list[str]:
-        """The phase, where there are several, and the settings that differ."""
+        """The phase, if there are several, and the parameters that differ."""
         several = self.points[PHASE].nunique() > 1
         return [*([PHASE] if several else []), *super().varied]
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
-        """The axes, and the phase as one that lists its values."""
+        """The axes, with the phase as an axis that lists its values."""
         return {PHASE: AxisAbout([PHASE], None), **super().axes}
 
 
 def by_phase(study: StoredStudy) -> StoredStudy:
-    """A search with its phases apart; any other study as it is. Raises StoreError for
-    what no search has asked for.
+    """Return a search with separate phases; return any other study unchanged.
+
+    Raises StoreError if the stored requests of the search lack a column.
     """
-    if study.kept_apart or (asked := study.store.read_asked()) is None:
+    if study.kept_apart or (requests := study.store.read_asked()) is None:
         return study
-    if lacking := {"trial_id", PHASE} - set(asked.column_names):
+    if lacking := {"trial_id", PHASE} - set(requests.column_names):
         raise StoreError(
             f"{study.store.folder / PLAN}: it has no column {min(lacking)};"
             f" {SEARCH_AGAIN}"
         )
-    rows = asked.select(["trial_id", PHASE]).to_pandas().drop_duplicates("trial_id")
+    rows = requests.select(["trial_id", PHASE]).to_pandas().drop_duplicates("trial_id")
     return PhasedSearch(study, rows.set_index("trial_id")[PHASE])
 
 
 def phases_said(study: StoredStudy) -> str:
-    """What the trials of a search are, in a sentence; "" where it is none."""
+    """Return a sentence about the phases of a search; "" for any other study."""
     if PHASE not in study.kept_apart or PHASE not in study.points:
         return ""
     phases = set(study.points[PHASE])
-    return "; ".join(said for name, said in MEANINGS.items() if name in phases)
+    return "; ".join(text for name, text in MEANINGS.items() if name in phases)

@@ -1,5 +1,6 @@
-"""What a change of a spec does: points and trials that it adds, keeps and drops,
-exactly, without running any.
+"""The effects of a change of a spec: points and trials that it adds, keeps and drops.
+
+The counts are exact, and no trial runs.
 """
 
 import json
@@ -30,10 +31,10 @@ MOST_SHOWN = 60
 
 
 class SpecVersion(NamedTuple):
-    """One of the two that are compared: its spec as plain values, its code, its
-    trials and points.
+    """One of the two compared versions: its spec as plain values, code, trials, points.
 
-    `counted` says which of its trials they are, where they follow from results.
+    If the trials of a study follow from results, `counted` is a note on the trials that
+    are counted here.
     """
 
     label: str
@@ -47,8 +48,9 @@ class SpecVersion(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """A key of the spec, as `fixed.steps`, with its value before and after; None where
-    it has none.
+    """A changed key of the spec, such as `fixed.steps`, with both values.
+
+    The value is None where the key is absent.
     """
 
     key: str
@@ -58,17 +60,22 @@ class Change:
 
 @dataclass(frozen=True)
 class Overlap:
-    """How many are in the second only, in both, in the first only."""
+    """The numbers of points or trials in the second only, in both, in the first."""
 
     added: int
-    kept: int
+    common: int
     dropped: int
+
+    def as_dict(self) -> dict[str, int]:
+        """Return the numbers by their keys in JSON."""
+        return {"added": self.added, "kept": self.common, "dropped": self.dropped}
 
 
 @dataclass(frozen=True)
 class SpecDifference:
-    """What turns `first` into `second`; `stored` counts the trials of the second that
-    are stored already.
+    """The changes from `first` to `second`.
+
+    `stored` is the number of trials of the second that are stored already.
     """
 
     first: str
@@ -81,91 +88,104 @@ class SpecDifference:
     notes: tuple[str, ...]
 
     def as_json(self) -> str:
-        """The comparison as a JSON object."""
-        return json.dumps(asdict(self), indent=2)
+        """Return the comparison as a JSON object."""
+        overlaps = {"points": self.points.as_dict(), "trials": self.trials.as_dict()}
+        return json.dumps(asdict(self) | overlaps, indent=2)
 
     def as_text(self) -> str:
-        """The comparison for a reader."""
+        """Return the comparison for a reader."""
         lines = [f"from       {self.first}", f"to         {self.second}"]
-        for what, overlap in (("points", self.points), ("trials", self.trials)):
+        for noun, overlap in (("points", self.points), ("trials", self.trials)):
             lines.append(
-                f"{what:10} {overlap.added:,} added, {overlap.kept:,} kept,"
+                f"{noun:10} {overlap.added:,} added, {overlap.common:,} kept,"
                 f" {overlap.dropped:,} dropped"
             )
         lines.append(
             f"stored     {self.stored:,} of the trials it would have,"
             f" {self.to_run:,} to run"
         )
-        lines += [
-            f"changed    {one.key}: {_brief(one.before)} -> {_brief(one.after)}"
-            for one in self.changes
-        ]
+        for change in self.changes:
+            values = f"{_brief(change.before)} -> {_brief(change.after)}"
+            lines.append(f"changed    {change.key}: {values}")
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
 
 def compare(
     first: Study | StoredStudy, second: Study, results: Location
 ) -> SpecDifference:
-    """What a launch of `second` into `results` would change, where `first` is another
-    spec or a stored study.
+    """Compare a study with a spec: the points and trials that a launch would change.
 
-    Raises SpecError for a design that cannot be, and StoreError for a damaged store.
+    Parameters
+    ----------
+    first : Study or StoredStudy
+        Another spec, or a stored study.
+    second : Study
+        The spec that would be launched.
+    results : Location
+        The folder that it would be launched into.
+
+    Returns
+    -------
+    SpecDifference
+
+    Raises
+    ------
+    SpecError
+        If a design cannot be built, or a spec is a search.
+    StoreError
+        If the store is damaged.
     """
     store = Store(results / second.name, results)
     statuses = store.trial_ids()
-    before, after = (_side(one, store, statuses) for one in (first, second))
-    there = _among(after.trials, pa.array(statuses, pa.string()))
+    before, after = (_version(study, store, statuses) for study in (first, second))
+    stored = _among(after.trials, pa.array(statuses, pa.string()))
     return SpecDifference(
         first=before.label,
         second=after.label,
         points=_overlap(pc.unique(before.points), pc.unique(after.points)),
         trials=_overlap(before.trials, after.trials),
-        stored=there,
-        to_run=len(after.trials) - there,
+        stored=stored,
+        to_run=len(after.trials) - stored,
         changes=tuple(_changes(before.spec, after.spec)),
         notes=tuple(_notes(before, after)),
     )
 
 
-def _side(
-    one: Study | StoredStudy, store: Store, statuses: Mapping[str, str]
+def _version(
+    study: Study | StoredStudy, store: Store, statuses: Mapping[str, str]
 ) -> SpecVersion:
-    if isinstance(one, StoredStudy):
-        spec = parse_document(one.spec, Path("stored spec")).value
-        trials, points = (
-            one.plan[name].combine_chunks() for name in ("trial_id", "point")
-        )
+    if isinstance(study, StoredStudy):
         return SpecVersion(
-            f"{one.name}, as last launched",
-            one.name,
-            "",
-            spec,
-            one.code,
-            trials,
-            points,
+            label=f"{study.name}, as last launched",
+            name=study.name,
+            counted="",
+            spec=parse_document(study.spec, Path("stored spec")).value,
+            code=study.code,
+            trials=study.plan["trial_id"].combine_chunks(),
+            points=study.plan["point"].combine_chunks(),
         )
-    if one.search:
+    if study.search:
         message = (
             "a search asks for its trials as it goes:"
             " what it would add is not known before"
         )
-        raise one.document.error(("search",), message)
-    design, first = expand(one), None
-    if one.rule and one.rule.adds_points:
-        first = np.full(design.n_points, one.rule.least)
-    jobs = Jobs(one, design, first)
+        raise study.document.error(("search",), message)
+    design = expand(study)
+    replicates = None
+    if study.rule and study.rule.adds_points:
+        replicates = np.full(design.n_points, study.rule.least)
+    jobs = Jobs(study, design, replicates)
     ids = jobs.ids()
-    ids = _served(one, jobs, ids, store, statuses).into(ids)
+    ids = _served(study, jobs, ids, store, statuses=statuses).into(ids)
     table = jobs.rows(np.arange(len(jobs)), ids)
-    trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
     return SpecVersion(
-        str(one.path),
-        one.name,
-        one.rule.counted if one.rule else "",
-        _values(one.document),
-        study_code(one),
-        trials,
-        points,
+        label=str(study.path),
+        name=study.name,
+        counted=study.rule.counted if study.rule else "",
+        spec=_values(study.document),
+        code=study_code(study),
+        trials=table["trial_id"].combine_chunks(),
+        points=table["point"].combine_chunks(),
     )
 
 
@@ -176,7 +196,7 @@ def _served(
     store: Store,
     statuses: Mapping[str, str],
 ) -> Served:
-    """Which trials a launch would take from those that record more."""
+    """Return the trials that a launch would take from trials that record more."""
     known = KnownIds.of_column(pa.chunked_array([[*statuses]], pa.string()))
     done = [status == "done" for status in statuses.values()]
     return served(
@@ -184,7 +204,7 @@ def _served(
         SomeJobs(jobs, np.flatnonzero(known.places(ids) < 0)),
         others_stored(store, study),
         known,
-        np.array(done, np.bool_),
+        done=np.array(done, np.bool_),
     )
 
 
@@ -194,16 +214,17 @@ def _values(document: Document) -> dict[str, Any]:
 
 
 def _overlap(before: pa.Array, after: pa.Array) -> Overlap:
-    kept = _among(after, before)
-    return Overlap(len(after) - kept, kept, len(before) - kept)
+    common = _among(after, before)
+    return Overlap(len(after) - common, common, len(before) - common)
 
 
-def _among(some: pa.Array, others: pa.Array) -> int:
-    return int(pc.sum(pc.is_in(some, value_set=others), min_count=0).as_py())
+def _among(ids: pa.Array, known: pa.Array) -> int:
+    """Return how many of `ids` are known."""
+    return int(pc.sum(pc.is_in(ids, value_set=known), min_count=0).as_py())
 
 
 def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
-    """Mappings are followed key by key; any other value counts as a whole."""
+    """Yield the changes of mappings key by key, and of any other value as a whole."""
     if isinstance(before, dict) and isinstance(after, dict):
         for name in dict.fromkeys([*before, *after]):
             place = f"{key}.{name}" if key else name
@@ -218,12 +239,12 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     else:
         changes = before.code.changes(after.code)
     if changes:
-        said = ", ".join(changes)
-        yield f"the code has changed ({said}): trials that it computes are other ones"
+        listed = ", ".join(changes)
+        yield f"the code has changed ({listed}): trials that it computes are other ones"
     names = list(_names(before, after))
     if names:
-        said = ", ".join(names)
-        yield f"own code has other names ({said}): trials with these are other ones"
+        listed = ", ".join(names)
+        yield f"own code has other names ({listed}): trials with these are other ones"
     if before.name != after.name:
         yield (
             f"these are two studies: {after.name} has a folder of its own and takes no"
@@ -246,43 +267,46 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
 
 
 def _names(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
-    """The entries that the code of one side has and the other lacks, in words, but for
-    ours and those that a spec calls by name: its changed keys say them. An entry that
-    differs in nothing but its name is `model vortex -> swirl`.
+    """Yield the entries of custom code that only one version has, in words.
+
+    Entries that a spec names are left out, since its changed keys show them. An entry
+    that differs only in its name is `model vortex -> swirl`.
     """
     if before.code is None or after.code is None:
         return
     for kind in Code._fields[1:]:
-        gone, new = (
-            _own_names(kind, one, other)
-            for one, other in ((before, after), (after, before))
-        )
+        gone = _own_names(kind, before, after)
+        new = _own_names(kind, after, before)
         entry = kind.removesuffix("s")
         for name, stamp in gone.items():
-            same = next((other for other in new if new[other] == stamp), None)
-            if same:
-                del new[same]
-            yield f"{entry} {name} -> {same}" if same else f"{entry} {name} is gone"
+            renamed = next((other for other in new if new[other] == stamp), None)
+            if renamed:
+                del new[renamed]
+                yield f"{entry} {name} -> {renamed}"
+            else:
+                yield f"{entry} {name} is gone"
         for name in new:
             yield f"{entry} {name} is new"
 
 
-def _own_names(kind: str, one: SpecVersion, other: SpecVersion) -> dict[str, str]:
-    """The stamps of the entries of a kind that only one side has."""
+def _own_names(kind: str, version: SpecVersion, other: SpecVersion) -> dict[str, str]:
+    """Return the code hashes of the entries of a kind that only one version has.
+
+    Built-in entries, and entries that its spec names, are left out.
+    """
+    known = {*_stamps(kind, other), *_texts(version.spec), *getattr(BUILT_IN, kind)}
+    own = _stamps(kind, version)
+    return {name: stamp for name, stamp in own.items() if name not in known}
+
+
+def _stamps(kind: str, version: SpecVersion) -> dict[str, str]:
     # Stamps of models are those of a name with a preset.
-    mine, theirs = (
-        {
-            key.partition(" ")[0]: stamp
-            for key, stamp in getattr(side.code, kind).items()
-        }
-        for side in (one, other)
-    )
-    known = {*theirs, *_texts(one.spec), *getattr(BUILT_IN, kind)}
-    return {name: stamp for name, stamp in mine.items() if name not in known}
+    stamps = getattr(version.code, kind).items()
+    return {key.partition(" ")[0]: stamp for key, stamp in stamps}
 
 
 def _texts(value: Any) -> Iterator[str]:
-    """The texts in a spec, wherever they stand."""
+    """Yield all strings in a spec, at any depth."""
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict | list):

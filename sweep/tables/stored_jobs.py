@@ -17,12 +17,26 @@ from sweep.tables.stored_trials import StoredTrial
 def stored_job(
     study: str, known: Catalogue, maps: Mapping[str, OwnMap], stored: StoredTrial
 ) -> Job:
-    """The job that runs a stored trial of `study` again; `maps` are those that its plan
-    brings, and `known` has what other names stand for.
+    """Return the job that runs a stored trial again.
 
-    Its point is that of the settings in the row. Raises as `stored_point`.
+    Its point is that of the parameters in the row.
+
+    Parameters
+    ----------
+    study : str
+        The study, for errors.
+    known : Catalogue
+        The models, metrics, maps and more that names stand for.
+    maps : mapping
+        The maps that the plan of the study brings, by name.
+    stored : StoredTrial
+
+    Raises
+    ------
+    StoreError
+        As `stored_point`.
     """
-    return stored_point(study, known, maps, stored, stored.record)[1]
+    return stored_point(study, known, maps, stored, record=stored.record)[1]
 
 
 def stored_point(
@@ -32,19 +46,40 @@ def stored_point(
     stored: StoredTrial,
     record: Mapping[str, Any],
 ) -> tuple[Study, Job]:
-    """The study of one point that launches a stored trial again, where it records what
-    `record` says as a spec does; and its job, which has the id of the stored one.
+    """Return a study that launches a stored trial again, and its job.
 
-    Raises StoreError where the row is none that a launch can have written, see
-    `accepted`, and where the spec as last launched has another map of that name.
+    The study has one point. The job has the id of the stored trial.
+
+    Parameters
+    ----------
+    study : str
+        The study of the trial, for errors.
+    known : Catalogue
+        The models, metrics, maps and more that names stand for.
+    maps : mapping
+        The maps that the plan of the study brings, by name.
+    stored : StoredTrial
+    record : mapping
+        The section `record` of the spec.
+
+    Returns
+    -------
+    tuple of Study and Job
+
+    Raises
+    ------
+    StoreError
+        If no launch can have written the row, see `accepted`, and if the spec as last
+        launched has no map of that name, or another one.
     """
-    row, name = stored.row, str(stored.row.get("map"))
+    row = stored.row
+    name = str(row.get("map"))
     is_known = row.get("model") in known.models
     if is_known and name not in known.maps and name not in maps:
         raise _without_map(study, name)
-    once, settings = accepted(study, known, stored, maps, record)
+    once, settings = accepted(study, known, stored, maps, record=record)
     direction, parent = _linked(study, row)
-    point = point_id(once.model, once.preset, settings, once.preset_settings, maps)
+    point = point_id(once.model, once.preset, settings, once.preset_settings, maps=maps)
     point = directed(point, direction)
     if name in maps and row["point"] != point:
         raise _without_map(study, name)
@@ -69,10 +104,13 @@ def stored_point(
 
 
 def _linked(study: str, row: Mapping[str, Any]) -> tuple[str, str]:
-    """The direction of a link, and the trial where it begins; "" where there is none.
-    Raises StoreError for what no launch writes.
+    """Return the direction of a link, and the trial at whose end it begins.
+
+    Both are "" for a trial that is no link. Raises StoreError for values that no launch
+    writes.
     """
-    direction, parent = row.get(DIRECTION) or "", row.get(PARENT) or ""
+    direction = row.get(DIRECTION) or ""
+    parent = row.get(PARENT) or ""
     if direction not in ("", UP, DOWN) or not (
         parent == "" or TRIAL_ID.fullmatch(parent)
     ):

@@ -1,6 +1,4 @@
-"""Whether the links of a stored plan are those that chains have: it may come from
-anyone, or be damaged.
-"""
+"""Check of the links of a stored plan, which may be untrusted or damaged."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,27 +13,38 @@ from sweep.errors import StoreError
 from sweep.spec.continuing import DIRECTION, PARENT
 
 
-def check_links(plan: pa.Table, about: Mapping[str, Any]) -> None:
-    """Raise ValueError where a link of a plan begins elsewhere than at the link before
-    it in its chain: at itself, in a circle, at a trial that there is not, or at one of
-    other settings. `about` is the provenance of the plan, which has been checked.
+def check_links(plan: pa.Table, provenance: Mapping[str, Any]) -> None:
+    """Raise ValueError unless each link begins at the link before it in its chain.
+
+    Wrong beginnings are the link itself, a circle, a trial that does not exist, and a
+    trial of other parameters. The provenance of the plan must have been checked.
     """
-    if "continued" in about:
-        _check(plan, about)
+    if "continued" in provenance:
+        _check(plan, provenance)
     elif PARENT in plan.column_names:
         raise ValueError("it has links of chains, and no axis that is continued")
 
 
 def check_stored_link(study: str, row: Mapping[str, Any], plan: pa.Table) -> None:
-    """Raise StoreError where the row of a stored trial says that it begins elsewhere
-    than its plan does. Trials that the plan does not have are left alone.
+    """Raise StoreError if a stored trial begins elsewhere than its plan has it.
+
+    Trials that the plan does not have pass.
+
+    Parameters
+    ----------
+    study : str
+        The study, for errors.
+    row : mapping
+        The row of the trial.
+    plan : pyarrow.Table
     """
     if PARENT not in plan.column_names:
         return
     place = pc.index(plan["trial_id"], row["trial_id"]).as_py()
     if place < 0:
         return
-    planned, stored = plan[PARENT][place].as_py(), row.get(PARENT)
+    planned = plan[PARENT][place].as_py()
+    stored = row.get(PARENT)
     if stored != planned:
         raise StoreError(
             f"trial {row['trial_id']} is stored as one that begins {_where(stored)},"
@@ -44,25 +53,27 @@ def check_stored_link(study: str, row: Mapping[str, Any], plan: pa.Table) -> Non
         )
 
 
-def _check(plan: pa.Table, about: Mapping[str, Any]) -> None:
+def _check(plan: pa.Table, provenance: Mapping[str, Any]) -> None:
     trials = _texts(plan, "trial_id")
     if len(pc.unique(trials)) < len(trials):
         raise ValueError("a trial stands twice")
     if PARENT not in plan.column_names:
         raise ValueError("its links do not say where they begin")
-    parents, wanted = _texts(plan, PARENT), _before(plan, about)
+    parents = _texts(plan, PARENT)
+    expected = _before(plan, provenance)
+    # Trials that do not exist have an index past the last one.
     known = pc.index_in(parents, value_set=trials).fill_null(len(trials))
-    found = np.where(parents.is_null(), FIRST, known)
-    wrong = np.flatnonzero(found != wanted)
+    planned = np.where(parents.is_null(), FIRST, known)
+    wrong = np.flatnonzero(planned != expected)
     if len(wrong):
         place = int(wrong[0])
         parent = parents[place].as_py()
-        whether = "" if found[place] < len(trials) else ", which it does not have"
-        before = int(wanted[place])
-        instead = None if before == FIRST else trials[before].as_py()
+        unknown = "" if planned[place] < len(trials) else ", which it does not have"
+        before = int(expected[place])
+        right = None if before == FIRST else trials[before].as_py()
         raise ValueError(
-            f"trial {trials[place]} begins {_where(parent)}{whether}; by its settings"
-            f" it begins {_where(instead)}"
+            f"trial {trials[place]} begins {_where(parent)}{unknown}; by its settings"
+            f" it begins {_where(right)}"
         )
 
 
@@ -70,13 +81,16 @@ def _where(parent: object) -> str:
     return "as its settings say" if parent is None else f"where trial {parent} ended"
 
 
-def _before(plan: pa.Table, about: Mapping[str, Any]) -> NDArray[np.int64]:
-    """The place of the link before each one of a plan in its chain, by the settings of
-    both.
-    """
-    rule, axes = about["continued"], about["axes"]
-    others = [one["fields"] for name, one in axes.items() if name != rule["axis"]]
-    columns = [*(name for fields in others for name in fields), "replicate"]
+def _before(plan: pa.Table, provenance: Mapping[str, Any]) -> NDArray[np.int64]:
+    """Return the row of the link before each link, by the parameters of both."""
+    rule = provenance["continued"]
+    columns = [
+        name
+        for axis, stored in provenance["axes"].items()
+        if axis != rule["axis"]
+        for name in stored["fields"]
+    ]
+    columns.append("replicate")
     chain = plan.select(columns).to_pandas().groupby(columns, dropna=False).ngroup()
     directions = np.array(rule["directions"], object)
     turn = np.zeros(plan.num_rows, np.int64)
@@ -87,14 +101,14 @@ def _before(plan: pa.Table, about: Mapping[str, Any]) -> NDArray[np.int64]:
 
 
 def _turns(plan: pa.Table, directions: NDArray[np.object_]) -> NDArray[np.int64]:
-    """Which of the directions each link has."""
+    """Return the index of the direction of each link."""
     if DIRECTION not in plan.column_names:
         raise ValueError("its links have no direction")
     ways = pa.array(directions, pa.string())
-    found = pc.index_in(_texts(plan, DIRECTION), value_set=ways)
-    if found.null_count:
+    indices = pc.index_in(_texts(plan, DIRECTION), value_set=ways)
+    if indices.null_count:
         raise ValueError("a link has another direction than its chain")
-    turns: NDArray[np.int64] = found.to_numpy().astype(np.int64)
+    turns: NDArray[np.int64] = indices.to_numpy().astype(np.int64)
     return turns
 
 

@@ -1,8 +1,7 @@
-"""What a stored plan says of its study is what a spec could have said: it may come from
-anyone.
+"""Check that a spec could have led to a stored plan, which may be untrusted.
 
-Its shape is checked where it is read, in `sweep/store/origin.py`. Here it is what the
-names mean, and which numbers go together.
+The shape of its provenance is checked in `sweep/store/origin.py`, as it is read. The
+names, and the numbers that must agree, are checked here.
 """
 
 from collections.abc import Collection
@@ -23,72 +22,79 @@ from sweep.text import shortened
 
 
 def check_plan(
-    study: str, plan: pa.Table, about: dict[str, Any], named: Catalogue
+    study: str, plan: pa.Table, provenance: dict[str, Any], named: Catalogue
 ) -> None:
-    """Raise StoreError where a plan or its provenance is not what a launch writes; its
-    names are those of the catalogue.
+    """Raise StoreError unless a launch can have written a plan and its provenance.
+
+    Parameters
+    ----------
+    study : str
+        The study, for errors.
+    plan : pyarrow.Table
+    provenance : dict
+        The provenance of the plan.
+    named : Catalogue
+        The models, metrics, maps and more that its names stand for.
     """
     try:
-        _check(about, named)
-        check_links(plan, about)
+        _check(provenance, named)
+        check_links(plan, provenance)
     except ValueError as error:
         raise StoreError(
             f"its plan is not what a launch writes: {error}", study
         ) from None
 
 
-def _check(about: dict[str, Any], named: Catalogue) -> None:
-    known = _settings(about, named)
-    chained = {DIRECTION} if "continued" in about else set[str]()
-    check_names("setting", about["varied"], known | chained)
-    check_names("metric", about["record"], set(about["record"]) - known)
-    if not about["record"]:
+def _check(provenance: dict[str, Any], named: Catalogue) -> None:
+    known = _settings(provenance, named)
+    chained = {DIRECTION} if "continued" in provenance else set[str]()
+    check_names("setting", provenance["varied"], known | chained)
+    check_names("metric", provenance["record"], set(provenance["record"]) - known)
+    if not provenance["record"]:
         raise ValueError("it records nothing")
-    ablated = about.get("ablated", {})
-    if "details" in about:
-        _check_details(about["details"], ablated, about.get("axes", {}))
+    ablated = provenance.get("ablated", {})
+    axes = provenance.get("axes", {})
+    if "details" in provenance:
+        _check_details(provenance["details"], ablated, axes)
     for preset, groups in ablated.items():
-        presets = named.models[about["model"]].presets
-        if "details" not in about and preset not in presets:
+        presets = named.models[provenance["model"]].presets
+        if "details" not in provenance and preset not in presets:
             raise ValueError(f'there is no preset "{preset}"')
         if not groups or not all(groups):
             raise ValueError(f'"{preset}" ablates nothing')
         names = [name for group in groups for name in group]
-        check_names("setting", names, about["varied"])
-    for name, axis in about.get("axes", {}).items():
+        check_names("setting", names, provenance["varied"])
+    for name, axis in axes.items():
         check_names("setting", axis["fields"], known)
         if not axis["fields"]:
             raise ValueError(f'axis "{name}" has no settings')
         if axis["sampler"] in in_blocks():
             _check_blocks(name, axis)
-    if "continued" in about:
-        _check_continued(about["continued"], about)
+    if "continued" in provenance:
+        _check_continued(provenance["continued"], axes)
     for name, section in sections().items():
-        if name in about:
-            section.check_recorded(about[name], about)
+        if name in provenance:
+            section.check_recorded(provenance[name], provenance)
 
 
-def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
-    """The names of the model's settings; of any model's if a plan names none."""
+def _settings(provenance: dict[str, Any], named: Catalogue) -> set[str]:
+    """Return the parameters of the model, or of all models if a plan names none."""
     models = named.models
-    if "model" not in about:
+    if "model" not in provenance:
         every = [settings_of(model, named) for model in models]
-        return {name for one in every for name in (*one, *one.spreads)}
-    if (
-        about["model"] not in models
-        or about["preset"] not in models[about["model"]].presets
-    ):
-        raise ValueError(
-            f'there is no preset "{about["preset"]}" of "{about["model"]}"'
-        )
-    settings = settings_of(about["model"], named)
+        return {name for settings in every for name in (*settings, *settings.spreads)}
+    model = provenance["model"]
+    preset = provenance["preset"]
+    if model not in models or preset not in models[model].presets:
+        raise ValueError(f'there is no preset "{preset}" of "{model}"')
+    settings = settings_of(model, named)
     return {*settings, *settings.spreads}
 
 
 def _check_details(
     names: list[str], ablated: dict[str, Any], axes: Collection[str]
 ) -> None:
-    """The details that a spec names are those of one of its axes."""
+    """Raise ValueError unless named details are those of exactly one axis."""
     if len(ablated) != 1:
         raise ValueError("one axis has details with names")
     ((axis, groups),) = ablated.items()
@@ -102,16 +108,20 @@ def _check_details(
 
 
 def _check_blocks(name: str, axis: dict[str, Any]) -> None:
-    """A sample whose points come in blocks is read so; `rows` places each point."""
+    """Raise ValueError unless an axis has the blocks that its sampler makes.
+
+    `rows` of the axis has the row of the sample for each point.
+    """
     rules = SAMPLERS[axis["sampler"]].blocks
     assert rules
-    count, size, levels = len(axis["fields"]), axis.get("size", 0), axis.get("levels")
-    sizes = [one.of(count) for one in rules.sizes]
+    size = axis.get("size", 0)
+    levels = axis.get("levels")
     rows = axis.get("rows", [])
-    whole = isinstance(rows, list) and all(
+    sizes = [block.of(len(axis["fields"])) for block in rules.sizes]
+    valid = isinstance(rows, list) and all(
         type(row) is int and row >= 0 for row in rows
     )
-    if size not in sizes or not whole or len(rows) % size:
+    if size not in sizes or not valid or len(rows) % size:
         raise ValueError(
             f'axis "{name}" has no blocks of the size of a {axis["sampler"]} sample'
         )
@@ -119,8 +129,8 @@ def _check_blocks(name: str, axis: dict[str, Any]) -> None:
         raise ValueError(f'axis "{name}" has no levels')
 
 
-def _check_continued(rule: dict[str, Any], about: dict[str, Any]) -> None:
-    """One axis is continued, in directions that a spec can have."""
-    check_names("axis", [rule["axis"]], about.get("axes", {}))
+def _check_continued(rule: dict[str, Any], axes: Collection[str]) -> None:
+    """Raise ValueError unless one axis is continued, in directions of a spec."""
+    check_names("axis", [rule["axis"]], axes)
     if tuple(rule["directions"]) not in WAYS.values():
         raise ValueError(f"chains have no directions {rule['directions']}")

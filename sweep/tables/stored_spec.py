@@ -1,5 +1,6 @@
-"""A stored trial, read as a spec: its row may come from anyone, so that it passes the
-same checks before a kernel meets it.
+"""A stored trial, read as a spec.
+
+Its row may be untrusted. So it passes the checks of a spec before any kernel runs it.
 """
 
 from collections.abc import Mapping
@@ -26,14 +27,23 @@ LATER = (
     *("start_distance", "obstacle_speed", "next_goals", "goals_repeat"),
     *Medium._fields,
 )
-"""Settings that trials of versions before 0.17 lack. They are those of the preset."""
+"""Parameters that trials before 0.17 lack; they have the values of the preset."""
 
 
 def check_recorded(
     study: str, known: Catalogue, stored: StoredTrial, record: Mapping[str, Any]
 ) -> None:
-    """Raise ChoiceError where trials of the model of a stored one cannot record what
-    `record` says as a spec does.
+    """Raise ChoiceError if the model of a stored trial cannot record something.
+
+    Parameters
+    ----------
+    study : str
+        The study of the trial, for errors.
+    known : Catalogue
+        The models, metrics, maps and more that names stand for.
+    stored : StoredTrial
+    record : mapping
+        The section `record` of a spec.
     """
     model = {name: stored.row[name] for name in ("model", "preset")}
     spec = model | {"study": "stored", "replicates": 1, "record": record}
@@ -45,7 +55,7 @@ def check_recorded(
 
 @dataclass(frozen=True)
 class _Row(Document):
-    """A row in the place of a YAML text: it has no lines that an error could name."""
+    """A row instead of a YAML document; it has no lines that an error could name."""
 
     def error_in_line(self, _line: int, message: str, _place: Place = ()) -> SpecError:
         return SpecError(message)
@@ -58,13 +68,32 @@ def accepted(
     maps: Mapping[str, OwnMap],
     record: Mapping[str, Any],
 ) -> tuple[Study, dict[str, Value]]:
-    """The study of one point that launches a stored trial of `study`, and all settings
-    of it. It records what `record` says.
+    """Return a study of one point that launches a stored trial, and its parameters.
 
-    `maps` are those that the plan brings, and `known` has what other names stand for.
-    Values are those of the row, to the last bit.
-    Raises StoreError, which names the trial, the column, its value and what is allowed,
-    for a row that no launch can have written.
+    Values are bitwise identical to those of the row.
+
+    Parameters
+    ----------
+    study : str
+        The study of the trial, for errors.
+    known : Catalogue
+        The models, metrics, maps and more that names stand for.
+    stored : StoredTrial
+    maps : mapping
+        The maps that the plan of the study brings, by name.
+    record : mapping
+        The section `record` of the spec.
+
+    Returns
+    -------
+    tuple of Study and dict
+        The study, and the values of all parameters by name.
+
+    Raises
+    ------
+    StoreError
+        If no launch can have written the row. The error has the trial, the column, its
+        value and the allowed values.
     """
     try:
         return _accepted(known, stored, maps, record)
@@ -80,7 +109,8 @@ def _accepted(
     maps: Mapping[str, OwnMap],
     record: Mapping[str, Any],
 ) -> tuple[Study, dict[str, Value]]:
-    row, document = stored.row, _Row(Path("trials.parquet"), "")
+    row = stored.row
+    document = _Row(Path("trials.parquet"), "")
 
     def cell(name: str) -> Entry:
         return Entry(document, (name,), row.get(name))
@@ -104,7 +134,7 @@ def _accepted(
 
 
 def _spec(cell: Any) -> dict[str, Any]:
-    """The spec of a row without its settings and maps, and without what it records."""
+    """Return the spec of a row without parameters, maps and the section `record`."""
     words = cell("streams").text().split()
     replicate = cell("replicate").whole(0, MOST_TRIALS - 1)
     spec = {

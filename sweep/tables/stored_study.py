@@ -69,21 +69,19 @@ if TYPE_CHECKING:
 DETAIL = "detail"
 TABLES = ("trials", "series", "heatmaps", "trajectories")
 ABOUT = (b"unit", b"text")
-"""What is stored of a column, beside its values."""
+"""Metadata of a stored column."""
 POINT_COLUMNS = (
     *("point", "model", "preset", "replicate", "seed", "seed_listed"),
     *("status", "error"),
 )
-"""What is read of trials, beside their ids, for the means of points, one by one or
-several together.
-"""
+"""Columns of trials, in addition to their ids, for means of points."""
 CONFIDENCES = ("confidence", "nominal_confidence")
 SHOWN_IDS = 3
-"""Of trials whose ids begin alike, in an error."""
+"""Maximum number of ids with the same beginning in an error."""
 
 
 class NarrowTrials(NamedTuple):
-    """Some columns of trials: where their rows lie, as a table and as a frame."""
+    """Some columns of trials: the location of their rows, a table, and a DataFrame."""
 
     placed: PlacedTrials
     table: pa.Table
@@ -91,8 +89,10 @@ class NarrowTrials(NamedTuple):
 
 
 class Looks(NamedTuple):
-    """The metrics that decided how many trials a point has; the confidence with which
-    the intervals of all looks at a point hold, and the nominal one of each of them.
+    """The metrics that decided how many trials a point has, and two confidences.
+
+    `confidence` is simultaneous for the confidence intervals of all looks at a point.
+    `nominal` is that of each interval.
     """
 
     metrics: tuple[str, ...]
@@ -101,16 +101,32 @@ class Looks(NamedTuple):
 
 
 class StoredStudy:
-    """The results of a study's spec as last launched; each table is read when first
-    asked for.
+    """The stored results of the spec of a study as last launched.
 
-    `name` is the study's and `results` the folder or object store that holds it. Raises
-    StoreError where there is none, and ChoiceError for what is no name.
+    Each table is read on first access. Custom code that computed it is not needed.
 
-    `chosen` are the settings by which `where` has restricted it, `conditions` the
-    conditions; there are none at first. Tables are read without the code of the user's
-    own that computed them; with `trust` it may run where trials are run again, also if
-    somebody else has launched the study.
+    Parameters
+    ----------
+    name : str
+        The name of the study.
+    results : Location or str, default "results"
+        The folder or object store of the results.
+    trust : bool, default False
+        Allow custom code of a study that somebody else launched, when trials run again.
+
+    Attributes
+    ----------
+    chosen
+        The parameters by which `where` has restricted the study.
+    conditions
+        The conditions by which `where` has restricted it.
+
+    Raises
+    ------
+    ChoiceError
+        If `name` cannot be the name of a study.
+    StoreError
+        If the study is not stored there.
     """
 
     chosen: Mapping[str, Choice] = MappingProxyType({})
@@ -124,7 +140,8 @@ class StoredStudy:
                 f"study {_quoted(name)} is not allowed:"
                 ' a name of folders below the results, joined by "/"'
             )
-        self.name, self.trust = name, trust
+        self.name = name
+        self.trust = trust
         place = location(results)
         self.store = Store(place / name, place)
         self.plan = self.store.read_plan()
@@ -133,39 +150,56 @@ class StoredStudy:
 
     def __repr__(self) -> str:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
-        wanted = ", ".join([*chosen, *self.conditions])
-        where = f" where {wanted}" if wanted else ""
-        about = f"{self.name}{where}: {so_many(self.plan.num_rows, 'trial')}"
-        return f"<StoredStudy {about}>"
+        requirements = ", ".join([*chosen, *self.conditions])
+        where = f" where {requirements}" if requirements else ""
+        trials = so_many(self.plan.num_rows, "trial")
+        return f"<StoredStudy {self.name}{where}: {trials}>"
 
     def where(self, *texts: str, **settings: object) -> Self:
-        """The same study, as if its spec had only the trials with these settings.
+        """Select the points that satisfy all requirements.
 
-        `study.where(n=50, map=["empty", "cafeteria"])` has the tables, units and all
-        else of those trials. A list means one of its values. `detail` is what an axis
-        that ablates has changed, as in `sweep table`. Numbers are equal if they agree
-        in nine digits. A text is a condition, `study.where("separation_weight >= 1")`,
-        or has settings as a command takes them, `"n=50,map=empty"`. Analyses and
-        figures take the result as any study, and `where` restricts it further. Raises
-        ChoiceError for an unknown setting, a value that no point has, and what holds at
-        no point: all such mistakes together.
+        Parameters
+        ----------
+        *texts : str
+            Conditions such as `"separation_weight >= 1"`, or parameters as a command
+            takes them, such as `"n=50,map=empty"`.
+        **settings
+            Parameter values; a list means any of its values. Numbers are equal if they
+            agree in nine digits. `detail` selects a change that an axis ablates, as in
+            `sweep table`.
+
+        Returns
+        -------
+        StoredStudy
+            The study, as if its spec had only these points. Analyses and figures accept
+            it as any study, and `where` restricts it further.
+
+        Raises
+        ------
+        ChoiceError
+            If a parameter is unknown, a value or condition fits no point, or no point
+            has all of them. All mistakes are reported together.
+
+        Examples
+        --------
+        >>> study.where("separation_weight >= 1", map=["empty", "cafeteria"])
         """
         if not texts and not settings:
             return self
-        found, asked = self._chosen_points(texts, settings)
-        wanted = self.points.index[found]
+        selected, restriction = self._chosen_points(texts, settings)
+        points = self.points.index[selected]
         part = copy.copy(self)
         for name in vars(self):
             # A table that was read is of more trials.
             if isinstance(getattr(type(self), name, None), cached_property):
                 delattr(part, name)
         part.whole = self.whole
-        part.chosen = {**self.chosen, **asked.settings}
-        part.conditions = (*self.conditions, *asked.conditions)
+        part.chosen = {**self.chosen, **restriction.settings}
+        part.conditions = (*self.conditions, *restriction.conditions)
         part.plan = self.plan.filter(
-            pc.is_in(self.plan["point"], value_set=pa.array(wanted, pa.string()))
+            pc.is_in(self.plan["point"], value_set=pa.array(points, pa.string()))
         )
-        part.trials = self.trials[self.trials["point"].isin(wanted)].reset_index(
+        part.trials = self.trials[self.trials["point"].isin(points)].reset_index(
             drop=True
         )
         return part
@@ -173,26 +207,28 @@ class StoredStudy:
     def _chosen_points(
         self, texts: Iterable[str], settings: Mapping[str, object]
     ) -> tuple[NDArray[np.bool_], Restriction]:
-        """Which points have all that is wanted, and what that is."""
-        refusals, chooser = Refusals(), self.chooser
-        asked = Restriction(as_choices(settings), ())
+        """Return whether each point satisfies all requirements, and these."""
+        refusals = Refusals()
+        chooser = self.chooser
+        restriction = Restriction(as_choices(settings), ())
         for text in texts:
             with refusals.noted():
-                asked = chooser.wanted(text, asked)
-        found = np.ones(chooser.points, np.bool_)
+                restriction = chooser.restriction(text, restriction)
+        selected = np.ones(chooser.points, np.bool_)
         with refusals.noted():
-            found &= chooser.having(asked.settings)
-        for condition in asked.conditions:
+            selected &= chooser.having(restriction.settings)
+        for condition in restriction.conditions:
             with refusals.noted():
-                found &= chooser.holding(condition)
+                selected &= chooser.holding(condition)
         refusals.check()
-        if not found.any():
-            what = [f"{name} = {spelled(one)}" for name, one in asked.settings.items()]
+        if not selected.any():
+            choices = restriction.settings.items()
+            listed = [f"{name} = {spelled(choice)}" for name, choice in choices]
             raise ChoiceError(
-                f"no point has all of: {', '.join([*what, *asked.conditions])}",
+                f"no point has all of: {', '.join([*listed, *restriction.conditions])}",
                 self.name,
             )
-        return found, asked
+        return selected, restriction
 
     @cached_property
     def whole(self) -> Self:
@@ -201,76 +237,82 @@ class StoredStudy:
 
     @cached_property
     def asked(self) -> pa.Table | None:
-        """What a search had asked for when this was first looked at; None where the
-        study is no search.
+        """The stored requests of a search at the time of the first access.
+
+        None if the study is no search.
         """
         return self.store.read_asked() if self.whole is self else self.whole.asked
 
     @property
     def restricted(self) -> bool:
-        """Whether `where` has chosen among its trials."""
+        """True if `where` has restricted the study."""
         return bool(self.chosen or self.conditions)
 
     def narrow(self, metrics: Sequence[str]) -> Self:
-        """The same study, whose `trials` have of all columns only `POINT_COLUMNS`, the
-        settings that differ and these metrics: of a million trials they are read in a
-        second, and further metrics in a tenth of it.
+        """Return the same study with few columns of trials.
+
+        `trials` has `POINT_COLUMNS`, the parameters that differ and these metrics. Of a
+        million trials they are read in a second, and further metrics in a tenth of it.
         """
         chosen = [name for name in metrics if name in self.metrics]
         try:
-            found = self._with_metrics(chosen)
+            narrow = self._with_metrics(chosen)
         except StoreError:  # parts may have been merged since
             vars(self).pop("_settled", None)
-            found = self._with_metrics(chosen)
+            narrow = self._with_metrics(chosen)
         part = copy.copy(self)
         vars(part).pop("tried", None)
-        part.trials = found.trials if len(found.trials) else self.trials
-        part.points = self.points  # made once for all that are narrow
-        part.distributions = self._declared(found.table.schema)
-        part.units = self._units(found.table.schema)
+        part.trials = narrow.trials if len(narrow.trials) else self.trials
+        part.points = self.points  # computed once for all narrow studies
+        part.distributions = self._declared(narrow.table.schema)
+        part.units = self._units(narrow.table.schema)
         return part
 
     @cached_property
     def _settled(self) -> NarrowTrials:
-        """What narrow studies always have of its trials, in the order of the spec."""
+        """The columns of trials that all narrow studies have, in the spec's order."""
         placed = self.store.placed(self.plan["trial_id"])
-        found = self.store.columns(placed, [*POINT_COLUMNS, *self.varied])
-        needed = self.varied if found.num_rows else ()
-        table = checked(self.name, "trials", found, self.known, needed)
+        table = self.store.columns(placed, [*POINT_COLUMNS, *self.varied])
+        needed = self.varied if table.num_rows else ()
+        table = checked(self.name, "trials", table, self.known, columns=needed)
         return NarrowTrials(placed, table, table.to_pandas())
 
     def _with_metrics(self, metrics: Sequence[str]) -> NarrowTrials:
-        """The same with metrics. Texts, which are most of it, are made only once."""
+        """Return these columns and metrics.
+
+        Strings, which take most of the time, are converted only once.
+        """
         placed, table, trials = self._settled
         if not metrics:
             return self._settled
-        found = self.store.columns(placed, columns_of(metrics))
-        new = [name for name in found.column_names if name not in table.column_names]
+        stored = self.store.columns(placed, columns_of(metrics))
+        new = [name for name in stored.column_names if name not in table.column_names]
         for name in new:
-            table = table.append_column(found.schema.field(name), found[name])
+            table = table.append_column(stored.schema.field(name), stored[name])
         needed = metrics if table.num_rows else ()
-        table = checked(self.name, "trials", table, self.known, needed)
+        table = checked(self.name, "trials", table, self.known, columns=needed)
         more = table.select(new).to_pandas()
         return NarrowTrials(placed, table, pd.concat([trials, more], axis=1))
 
     @cached_property
     def tried(self) -> NDArray[np.bool_]:
-        """Which of its `points` have a stored trial."""
-        there = pd.Index(self.trials["point"].unique())
-        found: NDArray[np.bool_] = there.get_indexer(self.points.index) >= 0
-        return found
+        """True for each of its `points` that has a stored trial, (points,)."""
+        stored = pd.Index(self.trials["point"].unique())
+        tried: NDArray[np.bool_] = stored.get_indexer(self.points.index) >= 0
+        return tried
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """Which of its `trials` are done."""
+        """True for each of its `trials` that is done, (trials,)."""
         return (self.trials["status"] == "done").to_numpy(np.bool_)
 
     @cached_property
     def points(self) -> pd.DataFrame:
-        """One row a point, by its id: every setting that differs between the points of
-        the spec, and `detail` where an axis ablates a preset.
+        """One row per point, by its id.
 
-        Where several presets are ablated it is `detail_<preset>` of each.
+        Columns: every parameter that differs between the points of the spec, and
+        `detail` if an axis ablates a preset, or `detail_<preset>` for each of several
+        ablated presets.
         """
         varied = list(self.about.varied)
         numbers = self.plan["point"].combine_chunks().dictionary_encode().indices
@@ -283,42 +325,55 @@ class StoredStudy:
 
     @property
     def headings(self) -> list[str]:
-        """What tells points apart, as tables and figures show it: the settings that
-        differ, with `detail` in place of those that an axis ablates.
+        """The columns that distinguish points in tables and figures.
+
+        They are the parameters that differ; `detail` replaces those that an axis
+        ablates.
         """
         ablated = self.about.ablated
         switched = {
-            name for groups in ablated.values() for one in groups for name in one
+            name for groups in ablated.values() for group in groups for name in group
         }
         varied = [name for name in self.varied if name not in switched]
         return [*varied, *(self.detail(preset) for preset in ablated)]
 
     @cached_property
     def chooser(self) -> Chooser:
-        """What `where` and commands choose points by: every setting, and `detail`."""
+        """The chooser of points by every parameter and `detail`, for `where`."""
         points = self.points
         columns: dict[str, Any] = {
             str(name): column.to_numpy() for name, column in points.items()
         }
         if len(self.trials) and "model" in self.trials:
-            same = self._first_row
+            fixed = self._first_row
             columns |= {
-                name: same[name]
+                name: fixed[name]
                 for name in self.settings
-                if name in same.index and name not in columns
+                if name in fixed.index and name not in columns
             }
         return Chooser(columns, len(points), self.name, columns_of(self.metrics))
 
     def details(self, preset: str) -> "pd.Series[str]":
-        """What the axis that ablates `preset` has changed in each trial, in the order
-        of `trials`, by trial_id.
+        """Return the details that an axis that ablates has changed in each trial.
 
-        It is "" where no setting of the axis differs from the study's preset, the name
-        of the setting where one detail does ("map" where the world does), "all" where
-        all do, "all but drag" where one of three or more does not, and else the names
-        of all that do, joined by " + ". Where the spec names the details, `preset` is
-        the name of the axis, and the names are its own. Raises ChoiceError where no
-        axis of the study ablates that preset.
+        Parameters
+        ----------
+        preset : str
+            The ablated preset, or the name of the axis if the spec names the details.
+
+        Returns
+        -------
+        Series of str
+            By trial_id, in the order of `trials`: "" if no parameter of the axis
+            differs from the preset of the study; the name of the parameter if one
+            detail differs ("map" if the world does); "all" if all do; "all but drag" if
+            one of three or more does not; else the names of all that differ, joined by
+            " + ". If the spec names the details, these names are used.
+
+        Raises
+        ------
+        ChoiceError
+            If no axis of the study ablates that preset.
         """
         ablated = self.about.ablated
         if preset not in ablated:
@@ -332,11 +387,11 @@ class StoredStudy:
         )
 
     def detail(self, preset: str) -> str:
-        """The name of the column of `points` that has the details of a preset."""
+        """Return the column of `points` that has the details of a preset."""
         return DETAIL if len(self.about.ablated) == 1 else f"{DETAIL}_{preset}"
 
     def _details(self, preset: str, points: pd.DataFrame) -> list[str]:
-        """What is changed at each of `points`, as `details` has it."""
+        """Return the changed details of each of `points`, as `details` has them."""
         origin = self.provenance
         before = fitted_preset(origin["model"], origin["preset"], self.known)
         groups = self.about.ablated[preset]
@@ -350,46 +405,50 @@ class StoredStudy:
         return [label(row.tolist(), names) for row in changed]
 
     def detail_names(self, preset: str) -> list[str]:
-        """The names of the details of a preset, or of an axis that names them."""
+        """Return the names of the details of a preset or of an axis with own names."""
         groups = self.about.ablated[preset]
         return self.about.details or [names[0] for names in groups]
 
     @cached_property
     def known(self) -> Catalogue:
-        """What its names of models, metrics, maps and starts stand for, without the
-        code of its own.
+        """The models, metrics, maps and starts that its names stand for.
+
+        Custom code is not loaded.
         """
         return known_without_code(self.store, self.provenance)
 
     def running(self, origin: Mapping[str, Any]) -> Catalogue:
-        """What names stand for when trials of an origin run again: by the code that
-        computed them. Raises CodeError where that may not run.
+        """Return the catalogue of names for trials of an origin that run again.
+
+        It has the custom code that computed them. Raises CodeError if that code may not
+        run.
         """
         return known_with_code(self.store, origin, self.trust)
 
     def other_now(self, stored: StoredTrial) -> list[Path]:
-        """The files beside the spec that are no longer the code that computed a stored
-        trial; running it again takes the code of then.
+        """Return the files of custom code that changed since a stored trial.
+
+        They are next to the spec. The trial runs again with its original code.
         """
         return other_now(self.store, stored.provenance)
 
     @property
     def own_code(self) -> dict[str, Mapping[str, str]]:
-        """The text of each file of the user's own, by the sha256 of all of them: those
-        that compute its trials first, then those that computed other stored ones.
+        """The text of each file of custom code, by the sha256 of the files together.
+
+        Files of the spec come first, then files that computed other stored trials.
         """
-        stored = (about for about, _ in origins(self.store, [*self.store.trial_ids()]))
+        stored = origins(self.store, [*self.store.trial_ids()])
         return {
-            about["own"]["sha"]: stored_sources(self.store, about)
-            for about in (self.provenance, *stored)
-            if "own" in about
+            origin["own"]["sha"]: stored_sources(self.store, origin)
+            for origin in (self.provenance, *(origin for origin, _ in stored))
+            if "own" in origin
         }
 
     @property
     def settings(self) -> dict[str, Setting]:
-        """Every setting that a study of its model may name. Up to 0.1 a plan does not
-        name the model.
-        """
+        """The parameters that a study of its model may name."""
+        # Up to 0.1 a plan does not name the model.
         model = self.provenance.get("model") or str(self.trials["model"].iloc[0])
         return settings_of(model, self.known).of_study(())
 
@@ -400,8 +459,9 @@ class StoredStudy:
 
     @cached_property
     def maps(self) -> dict[str, OwnMap]:
-        """The maps that the spec brings, by name. Raises StoreError for what is stored
-        and is none.
+        """The maps that the spec brings, by name.
+
+        Raises StoreError if a stored map is not valid.
         """
         try:
             return maps_from_json(self.about.maps, self.known.maps)
@@ -412,7 +472,7 @@ class StoredStudy:
 
     @property
     def varied(self) -> list[str]:
-        """The settings that differ between points."""
+        """The parameters that differ between points."""
         varied = list(self.about.varied)
         if not self.restricted:
             return varied
@@ -420,15 +480,18 @@ class StoredStudy:
         return [name for name in varied if differ[name]]
 
     def candidate(self, point: str) -> str:
-        """The id of the settings of a point: its own, where no phase tells points with
-        the same settings apart.
+        """Return the id of the parameter values of a point.
+
+        It is the id of the point, unless a phase distinguishes points of equal
+        parameters.
         """
         return point
 
     @property
     def kept_apart(self) -> list[str]:
-        """The settings whose values are never averaged together, nor shown as one: the
-        direction of chains.
+        """The columns over which nothing is averaged, nor shown as one.
+
+        It is the direction of chains, if the study has any.
         """
         return [DIRECTION] if DIRECTION in self.varied else []
 
@@ -444,7 +507,7 @@ class StoredStudy:
 
     @property
     def differ(self) -> dict[str, list[Any]]:
-        """The fixed settings in which its parts differ, with each value: none."""
+        """The fixed parameters in which its parts differ, with each value: none."""
         return {}
 
     @property
@@ -473,26 +536,25 @@ class StoredStudy:
 
     @property
     def _series_schema(self) -> pa.Schema:
-        """The columns of `series`, of which no row is read."""
+        """The columns of `series`; no row is read."""
         empty = self.store.schema("series").empty_table()
         return self._of_the_spec("series", empty).schema
 
     @property
     def about(self) -> PlanAbout:
-        """What the plan records of the study, beside its trials."""
+        """The properties of the study that its plan records besides trials."""
         return PlanAbout.read(self.provenance)
 
     @property
     def code(self) -> Code | None:
-        """The stamps of what computes its trials, as of its last launch; None for one
-        before 0.7.
-        """
+        """The hashes of the code of its last launch; None for one before 0.7."""
         return stamps(self.provenance)
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
-        """The axes by name. Raises StoreError for a plan that does not say: of before
-        0.2.
+        """The axes by name.
+
+        Raises StoreError for a plan before 0.2, which does not record them.
         """
         axes = self.about.axes
         if axes is None:
@@ -504,8 +566,9 @@ class StoredStudy:
 
     @property
     def looks(self) -> Looks | None:
-        """By which metrics it was decided how many trials a point has, None where that
-        number is fixed.
+        """The metrics that decided how many trials a point has.
+
+        None if that number is fixed.
         """
         for key, record in self.about.sections.items():
             if metrics := sections()[key].looks_at(record):
@@ -514,19 +577,20 @@ class StoredStudy:
 
     @property
     def repeated(self) -> dict[str, float]:
-        """The metrics that decided how many trials a point has, each with the
-        confidence of its interval at each look.
+        """The confidence of the interval at each look, by metric.
 
-        Empty where the number of trials is fixed. `means` uses it.
+        These metrics decided how many trials a point has. Empty if the number of trials
+        is fixed. `means` uses it.
         """
         looks = self.looks
         return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}
 
     @cached_property
     def trials(self) -> pd.DataFrame:
-        """One row a stored trial of the spec, in its order: what it is, every setting,
-        every metric. Before the first one is stored it has the columns of the plan,
-        `status`, `error` and the metrics.
+        """One row per stored trial of the spec, in the order of the plan.
+
+        It has every parameter and every metric. Before the first trial is stored it has
+        the columns of the plan, `status`, `error` and the metrics.
         """
         table = self._table("trials", (*self.varied, *self.metrics))
         if not table.num_rows:
@@ -540,13 +604,17 @@ class StoredStudy:
 
     @cached_property
     def series(self) -> pd.DataFrame:
-        """A row a recorded frame of a trial: trial_id, frame and the series metrics."""
+        """One row per recorded frame of a trial.
+
+        Columns: `trial_id`, `frame` and the metrics that are stored frame by frame.
+        """
         return self._in_order(self._table("series"))
 
     @cached_property
     def heatmaps(self) -> pd.DataFrame:
-        """One row a trial: trial_id and `visits`, an array (rows, columns) of counts,
-        -1 in obstacles.
+        """One row per trial: `trial_id` and `visits`.
+
+        `visits` is an array of counts, (rows, columns), with -1 in obstacles.
         """
         table = self._in_order(self._table("heatmaps"))
         if table.empty:
@@ -561,22 +629,41 @@ class StoredStudy:
 
     @cached_property
     def trajectories(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial: trial_id, frame, and x, y, vx, vy,
-        arrays (N,) each; so are the rows of the model's state, under their names, and
-        `kind`, where the model has any.
+        """One row per recorded frame of a trial.
+
+        Columns: `trial_id`, `frame`, and the arrays `x`, `y`, `vx` and `vy`, (N,). Rows
+        of the state of a model are arrays under their names, and kinds are `kind`.
         """
         return self._in_order(self._table("trajectories"))
 
     def trajectory(self, trial: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in
-        them, shape (F, 4, N).
+        """Return the recorded frames of a trial, and its boids in them.
 
-        Raises ChoiceError as `trial_id`, and if none are stored of the trial.
+        Parameters
+        ----------
+        trial : str
+            The id of a trial, or its beginning.
+
+        Returns
+        -------
+        frames : array of int
+            Numbers of the frames, (F,).
+        bodies : array of float
+            x, y, vx and vy of N boids, (F, 4, N).
+
+        Raises
+        ------
+        ChoiceError
+            As `trial_id`, and if no trajectory of the trial is stored.
+
+        Examples
+        --------
+        >>> frames, bodies = study.trajectory("05d7")
         """
         table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:
-            if (whole := self.trial_id(trial)) != trial:
-                return self.trajectory(whole)
+            if (full_id := self.trial_id(trial)) != trial:
+                return self.trajectory(full_id)
             raise ChoiceError(
                 f"no trajectory of trial {trial} is stored; record:"
                 " {trajectories: true} does that",
@@ -587,39 +674,42 @@ class StoredStudy:
         return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
 
     def trial(self, trial: str) -> StoredTrial:
-        """A stored trial with its rows of all tables, by its id or the beginning of
-        that. Raises ChoiceError as `trial_id`.
+        """Return a stored trial with its rows of all tables.
+
+        `trial` is its id or the beginning of it. Raises ChoiceError as `trial_id`.
         """
-        found = stored_trials(self.store, [trial])
-        if not found:
-            found = stored_trials(self.store, [self.trial_id(trial)])
-        return found[0]
+        trials = stored_trials(self.store, [trial])
+        if not trials:
+            trials = stored_trials(self.store, [self.trial_id(trial)])
+        return trials[0]
 
     def trial_id(self, beginning: str) -> str:
-        """The id of the one stored trial whose id begins so, as `05d7`. Raises
-        ChoiceError where there is none, and where there are several.
+        """Return the id of the one stored trial whose id begins so, such as `05d7`.
+
+        Raises ChoiceError if there is none or several.
         """
         stored = self.store.trial_ids()
         if beginning in stored:
             return beginning
-        found = [trial for trial in stored if beginning and trial.startswith(beginning)]
-        if not found:
+        ids = [trial for trial in stored if beginning and trial.startswith(beginning)]
+        if not ids:
             raise ChoiceError(unknown("trial", beginning, stored), self.name)
-        if len(found) > 1:
-            shown = ", ".join(sorted(found)[:SHOWN_IDS])
+        if len(ids) > 1:
+            shown = ", ".join(sorted(ids)[:SHOWN_IDS])
             raise ChoiceError(
-                f'the ids of {len(found):,} trials begin with "{beginning}": {shown}'
-                f"{', ...' if len(found) > SHOWN_IDS else ''}; write more of it",
+                f'the ids of {len(ids):,} trials begin with "{beginning}": {shown}'
+                f"{', ...' if len(ids) > SHOWN_IDS else ''}; write more of it",
                 self.name,
             )
-        return found[0]
+        return ids[0]
 
     def job(self, stored: StoredTrial) -> "Job":
-        """The job that runs a stored trial again. Raises StoreError where no launch can
-        have written its row, and where the plan has another map of that name, and
-        CodeError where its code may not run.
+        """Return the job that runs a stored trial again.
+
+        Raises StoreError if no launch can have written its row, or if the plan has
+        another map of that name. Raises CodeError if its code may not run.
         """
-        # Here, as it brings the kernels along, which tables do without.
+        # Imported here: it imports the kernels, which tables do without.
         from sweep.store.last_flocks import with_beginning
         from sweep.tables.stored_jobs import stored_job
 
@@ -629,8 +719,9 @@ class StoredStudy:
         return with_beginning(self.store, job)
 
     def world(self, trial: str) -> "TrialWorld":
-        """The world of a stored trial, drawn again from its row. Raises as `trial` and
-        `job`.
+        """Return the world of a stored trial, drawn again from its row.
+
+        Raises as `trial` and `job`.
         """
         from sweep.trial.world import world_of
 
@@ -650,18 +741,20 @@ class StoredStudy:
             for column in schema
         }
         return {
-            name: about[b"unit"].decode(errors="replace")
-            for name, about in metadata.items()
-            if about.get(b"unit")
+            name: column[b"unit"].decode(errors="replace")
+            for name, column in metadata.items()
+            if column.get(b"unit")
         }
 
     @property
     def columns(self) -> pd.DataFrame:
-        """What is stored, a row a column of a table: `table`, `column`, `type`, `unit`
-        and `text`, which says what it is.
+        """The columns of all tables: `table`, `column`, `type`, `unit` and `text`.
+
+        `text` describes the column.
         """
-        statuses, trials = self.store.trial_ids(), self.whole.plan["trial_id"]
-        done = [one for one in trials.to_pylist() if statuses.get(one) == "done"][:1]
+        statuses = self.store.trial_ids()
+        trials = self.whole.plan["trial_id"].to_pylist()
+        done = [trial for trial in trials if statuses.get(trial) == "done"][:1]
         tables = {name: self.read(name, pa.array(done, pa.string())) for name in TABLES}
         rows = [
             (name, field.name, str(field.type), *_about(field))
@@ -672,11 +765,10 @@ class StoredStudy:
 
     @cached_property
     def distributions(self) -> dict[str, Declaration]:
-        """How the values of each column of a metric are distributed over trials, and
-        what they lie in, as the metric declares it; of derived ones as the launch has
-        stored it.
+        """The declared distribution and range of the values of each metric column.
 
-        `means` uses it. Up to 0.8 nothing was stored: those are "skewed".
+        A derived metric has the declaration that the launch has stored. Up to 0.8 no
+        launch stored one: such metrics are "skewed". `means` uses it.
         """
         if self.restricted:
             return self.whole.distributions
@@ -705,12 +797,12 @@ class StoredStudy:
 
     @property
     def missing(self) -> int:
-        """How many trials of the spec are not stored."""
+        """The number of trials of the spec that are not stored."""
         return int(self.plan.num_rows) - len(self.trials)
 
     @property
     def untried(self) -> int:
-        """How many points of the spec have no stored trial."""
+        """The number of points of the spec without a stored trial."""
         return int((~self.tried).sum())
 
     def means(
@@ -720,13 +812,28 @@ class StoredStudy:
         *,
         over: Over = "last",
     ) -> pd.DataFrame:
-        """The mean of each metric with its 95 % interval, a row a point, as `by_point`
-        has it; beside them the `varied` settings, by default those of the spec. A list
-        of one name may be this name. `over` is "last" or "half": the last frame of a
-        trial, or its last half, whose means are also the metrics `speed_mean`.
+        """Return the mean of each metric with its 95 % confidence interval.
 
-        Each interval is that of the distribution of the metric, and the repeated one of
-        a metric that decided how many trials a point has.
+        Each interval is that of the distribution of the metric. A metric that decided
+        how many trials a point has gets its repeated confidence interval.
+
+        Parameters
+        ----------
+        metrics : str or sequence of str
+        varied : str or sequence of str, optional
+            Parameters that become columns; by default those of the spec.
+        over : {"last", "half"}, default "last"
+            The last frame of a trial, or its second half. The means over it are also
+            the metrics `<metric>_mean`.
+
+        Returns
+        -------
+        DataFrame
+            One row per point, with the columns of `by_point`.
+
+        Examples
+        --------
+        >>> study.means("polarization", over="half")
         """
         return by_point(
             self.trials,
@@ -737,56 +844,78 @@ class StoredStudy:
         )
 
     def mean_of(self, metric: str, values: ArrayLike) -> Interval:
-        """The mean of `values` of a metric (n,), one a trial, such as its means over
-        some frames, with the 95 % interval of its distribution. Differences of values
-        are none: their declaration is `distributions[metric].of_differences`.
+        """Return the mean of values of a metric with its 95 % confidence interval.
+
+        The interval is that of the distribution of the metric. It is not valid for
+        differences: their declaration is `distributions[metric].of_differences`.
+
+        Parameters
+        ----------
+        metric : str
+        values : array_like
+            One value per trial, (n,), such as its means over some frames.
         """
         return mean_interval(values, distribution=self.distributions[metric])
 
     def statuses(self) -> Counter[str]:
-        """How many trials of the spec have which status; `missing` are not stored."""
+        """Return the number of trials by status; `missing` trials are not stored."""
         stored = self.store.trial_ids()
         return Counter(
             stored.get(trial, "missing") for trial in self.plan["trial_id"].to_pylist()
         )
 
     def apart(self) -> int:
-        """How many stored trials do not belong to the spec as last launched."""
+        """Return the number of stored trials that the spec as last launched lacks."""
         spec = set(self.whole.plan["trial_id"].to_pylist())
         return len(self.store.trial_ids().keys() - spec)
 
     def read(
         self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()
     ) -> pa.Table:
-        """The rows of some trials in a stored table, which has at least these columns,
-        and no metrics but those of the spec: trials that record more may serve for it.
+        """Return rows of a stored table without metrics that the spec does not record.
 
-        Raises StoreError for what no launch writes.
+        Stored trials that record more may serve for the spec.
+
+        Parameters
+        ----------
+        name : str
+            The table.
+        trial_ids : pyarrow.Array
+            The trials.
+        columns : iterable of str, optional
+            Columns that the table must have.
+
+        Raises
+        ------
+        StoreError
+            If a column is missing, or no launch writes such a table.
         """
         table = self.store.read(name, trial_ids=trial_ids)
-        checked_table = checked(self.name, name, table, self.known, columns)
+        checked_table = checked(self.name, name, table, self.known, columns=columns)
         return self._of_the_spec(name, checked_table)
 
     def _of_the_spec(self, name: str, table: pa.Table) -> pa.Table:
-        about = self.about
-        if about.tables is None or about.series is None:  # up to 0.9 there is no other
+        """Return a table without rows and metrics that the spec does not record."""
+        plan = self.about
+        if plan.tables is None or plan.series is None:  # up to 0.9 there is no other
             return table
-        if name not in about.tables:
+        if name not in plan.tables:
             return table.slice(0, 0)
-        names, others = table.column_names, list[str]()
+        columns = table.column_names
+        surplus = list[str]()
         if name == "trials":
-            more = [one for one in measured(names, ()) if one not in about.record]
-            others = columns_of(more)
+            metrics = measured(columns, ())
+            surplus = columns_of([name for name in metrics if name not in plan.record])
         if name == "series":
-            kept = ("trial_id", "frame", *about.series)
-            others = [one for one in names if one not in kept]
-        return table.drop_columns(others)
+            recorded = ("trial_id", "frame", *plan.series)
+            surplus = [column for column in columns if column not in recorded]
+        return table.drop_columns(surplus)
 
     def _table(self, name: str, columns: Iterable[str] = ()) -> pa.Table:
         return self.read(name, self.plan["trial_id"].combine_chunks(), columns)
 
     def _in_order(self, table: pa.Table) -> pd.DataFrame:
-        """Rows in the order of the plan, those of one trial as stored."""
+        """Return rows in the order of the plan; rows of one trial are as stored."""
         place = pd.Series(
             np.arange(self.plan.num_rows), index=self.plan["trial_id"].to_pandas()
         )
@@ -796,13 +925,13 @@ class StoredStudy:
 
 
 def _about(field: pa.Field) -> tuple[str, str]:
-    """The unit and the text of a stored column."""
-    about = field.metadata or {}
-    unit, text = (about.get(key, b"").decode(errors="replace") for key in ABOUT)
+    """Return the unit and the text of a stored column."""
+    stored = field.metadata or {}
+    unit, text = (stored.get(key, b"").decode(errors="replace") for key in ABOUT)
     return unit, text
 
 
-def _quoted(given: object) -> str:
-    """What was given for a name: only a text has quotation marks."""
-    shown = shortened(str(given))
-    return f'"{shown}"' if isinstance(given, str) else shown
+def _quoted(name: object) -> str:
+    """Return an object instead of a name for an error; a string gets quotes."""
+    shown = shortened(str(name))
+    return f'"{shown}"' if isinstance(name, str) else shown

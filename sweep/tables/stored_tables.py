@@ -1,8 +1,7 @@
-"""Stored tables hold what a launch writes into them, or they are refused: they may come
-from anyone.
+"""Checks of stored tables, which may be untrusted.
 
-What is checked is what arrays are made of: the types of columns, that no cell is empty
-where none ever is, and that lists are as long as they say.
+A table passes if a launch can have written it. The checks cover everything that arrays
+depend on: types of columns, empty cells, and lengths of lists.
 """
 
 import re
@@ -32,7 +31,7 @@ FULL = {
     "trajectories": ("trial_id", "frame", *FLIGHT),
     LAST_FLOCKS: ("trial_id", *FLIGHT, *HEADINGS),
 }
-"""Columns that each table has, and in which no cell is empty."""
+"""Columns of each table that must exist and have no empty cell."""
 
 
 def checked(
@@ -42,11 +41,28 @@ def checked(
     known: Catalogue,
     columns: Iterable[str] = (),
 ) -> pa.Table:
-    """`table`, the rows of one or more parts in a table of `study`, which has these
-    columns too; `known` are the models that may have flown.
+    """Return rows of a stored table after all checks.
 
-    Raises StoreError, which names the study, the table and the column, where no launch
-    writes it.
+    Trials get 0 for spreads that a launch did not name, and current commands to replay.
+
+    Parameters
+    ----------
+    study : str
+        The study, for errors and commands.
+    name : str
+        The name of the table.
+    table : pyarrow.Table
+        Its rows from one or more parts.
+    known : Catalogue
+        The models that the trials may have.
+    columns : iterable of str, optional
+        Further columns that the table must have.
+
+    Raises
+    ------
+    StoreError
+        If no launch writes such a table. The error has the study, the table and the
+        column.
     """
     if table.num_rows == 0:
         return table
@@ -70,7 +86,7 @@ def checked(
 
 
 def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
-    """Trials with all spreads that some of them have: 0 where a launch named none."""
+    """Return trials with 0 for spreads that only other trials have."""
     for name in settings_of(table["model"][0].as_py(), known).spreads:
         if name in table.column_names:
             index = table.column_names.index(name)
@@ -80,8 +96,17 @@ def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
 
 
 def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
-    """The command that shows a stored trial. It is made from checked names; the stored
-    text of a command is never used: the study may have another name by now.
+    """Return the command that shows a stored trial.
+
+    It is made from checked names. A stored command is never used, since the study may
+    have another name by now.
+
+    Parameters
+    ----------
+    verb : {"replay", "view"}
+    study : str
+    trial : object
+        The id of the trial, unchecked.
     """
     if not TRIAL_ID.fullmatch(str(trial)):
         return "no command: the id of this trial is not 24 hexadecimal digits"
@@ -89,23 +114,24 @@ def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
 
 
 def _with_commands(table: pa.Table, study: str) -> pa.Table:
-    """Trials of `study` with the commands that replay them now."""
+    """Return trials of `study` with the commands that replay them now."""
     ids = table["trial_id"].to_pylist()
-    commands = pa.array([command("replay", study, one) for one in ids], pa.string())
+    commands = pa.array([command("replay", study, trial) for trial in ids], pa.string())
     index = table.column_names.index("replay")
     return table.set_column(index, table.schema.field(index), commands)
 
 
-def _without_others(table: pa.Table, kept: Iterable[str]) -> pa.Table:
-    """The table less the lists that only other trials have: the model of an earlier
-    launch may have had other rows of state.
+def _without_others(table: pa.Table, required: Iterable[str]) -> pa.Table:
+    """Return the table without lists that only other trials have.
+
+    The model of an earlier launch may have had other rows of state.
     """
     return table.drop_columns(
         [
             field.name
             for field in table.schema
             if pa.types.is_list(field.type)
-            and field.name not in kept
+            and field.name not in required
             and table[field.name].null_count == table.num_rows
         ]
     )
@@ -114,20 +140,28 @@ def _without_others(table: pa.Table, kept: Iterable[str]) -> pa.Table:
 def checked_numbers(
     folder: Location, table: pa.Table, columns: Iterable[str]
 ) -> pa.Table:
-    """`table`, trials of whichever launches into `folder`: ids and statuses are texts,
-    `columns` numbers.
+    """Return trials of any launches into a folder after a check of types.
 
-    Raises StoreError where they are not.
+    Parameters
+    ----------
+    folder : Location
+        The folder, for errors.
+    table : pyarrow.Table
+        Trials. Ids and statuses must be strings.
+    columns : iterable of str
+        Columns that must be numbers.
+
+    Raises
+    ------
+    StoreError
+        If a column has another type.
     """
     kinds = dict.fromkeys(columns, pa.float64()) | {
         "trial_id": pa.string(),
         "status": pa.string(),
     }
     try:
-        _check_types(
-            table,
-            {name: kind for name, kind in kinds.items() if name in table.column_names},
-        )
+        _check_present(table, kinds)
     except ValueError as error:
         raise StoreError(
             f"{folder}: the stored trials are not what a launch writes: {error}"
@@ -145,19 +179,16 @@ def _check_names(table: pa.Table) -> None:
 
 
 def _check_trials(table: pa.Table, known: Catalogue) -> None:
-    about = {name: kind for name, kind, *_ in (*ABOUT_TRIAL, *ABOUT_LINK)}
-    there = {name: kind for name, kind in about.items() if name in table.column_names}
-    _check_types(table, there)
+    identity = {name: kind for name, kind, *_ in (*ABOUT_TRIAL, *ABOUT_LINK)}
+    _check_present(table, identity)
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in known.models:
         raise ValueError(f"they are of the models {', '.join(models[:5])}")
     settings = settings_of(models[0], known)
     every = settings | settings.spreads
-    kinds = {name: ARROW[one.kind] for name, one in every.items()}
-    there = {name: kinds[name] for name in kinds if name in table.column_names}
-    _check_types(table, there)
-    named = {*about, *every}
-    _check_numbers(table, set(table.column_names) - named)
+    _check_present(table, {name: ARROW[every[name].kind] for name in every})
+    metrics = set(table.column_names) - identity.keys() - every.keys()
+    _check_numbers(table, metrics)
 
 
 def _check_series(table: pa.Table, _known: Catalogue) -> None:
@@ -169,13 +200,11 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
     _check_types(
         table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()}
     )
-    found, rows, columns = (
-        _lengths(table, "visits", pa.int32()),
-        *map(_whole(table), ("rows", "columns")),
-    )
-    if not (
-        (rows > 0) & (columns > 0) & (rows * columns == found) & (found <= MOST_PIXELS)
-    ).all():
+    pixels = _lengths(table, "visits", pa.int32())
+    rows = _integers(table, "rows")
+    columns = _integers(table, "columns")
+    agree = (rows > 0) & (columns > 0) & (rows * columns == pixels)
+    if not (agree & (pixels <= MOST_PIXELS)).all():
         raise ValueError("visits are not as many as rows times columns")
 
 
@@ -184,10 +213,9 @@ def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
     names = [name for name in table.column_names if name not in ("trial_id", "frame")]
     _check_full(table, names)
     boids = _check_boids(table, names)
-    frames, trials = (
-        _whole(table)("frame"),
-        table["trial_id"].combine_chunks().dictionary_encode().indices.to_numpy(),
-    )
+    frames = _integers(table, "frame")
+    ids = table["trial_id"].combine_chunks()
+    trials = ids.dictionary_encode().indices.to_numpy()
     same = trials[1:] == trials[:-1]
     if (
         int((~same).sum()) + 1 != len(np.unique(trials))
@@ -206,12 +234,13 @@ def _check_last_flocks(table: pa.Table, _known: Catalogue) -> None:
 
 
 def _check_boids(table: pa.Table, names: Sequence[str]) -> NDArray[np.int64]:
-    """How many boids each row has, which all of these columns of lists must have."""
-    boids, numbers = _lengths(table, "x", pa.float64()), set(names) - {"kind"}
-    lengths = {name: _lengths(table, name, pa.float64()) for name in sorted(numbers)}
+    """Return the number of boids in each row, on which all columns must agree."""
+    boids = _lengths(table, "x", pa.float64())
+    numbers = sorted(set(names) - {"kind"})
+    lengths = {name: _lengths(table, name, pa.float64()) for name in numbers}
     if "kind" in names:
         lengths["kind"] = _lengths(table, "kind", pa.int64())
-    if boids.min() < 1 or any((found != boids).any() for found in lengths.values()):
+    if boids.min() < 1 or any((length != boids).any() for length in lengths.values()):
         raise ValueError(f"{', '.join(names)} are not of the same boids")
     for name in names:
         if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
@@ -225,26 +254,33 @@ def _check_full(table: pa.Table, names: Iterable[str]) -> None:
             raise ValueError(f'column "{name}" has empty cells')
 
 
+def _check_present(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
+    """Raise ValueError if the table has any of these columns with another type."""
+    names = table.column_names
+    _check_types(table, {name: kind for name, kind in kinds.items() if name in names})
+
+
 def _check_types(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
     for name, kind in kinds.items():
-        found = table.schema.field(name).type
-        if found not in (kind, pa.null()):
-            raise ValueError(f'column "{name}" holds {found}, not {kind}')
+        stored = table.schema.field(name).type
+        if stored not in (kind, pa.null()):
+            raise ValueError(f'column "{name}" holds {stored}, not {kind}')
 
 
 def _check_numbers(table: pa.Table, names: Iterable[str]) -> None:
     _check_types(table, dict.fromkeys(sorted(names), pa.float64()))
 
 
-def _whole(table: pa.Table) -> Callable[[str], NDArray[np.int64]]:
-    return lambda name: table[name].to_numpy().astype(np.int64)
+def _integers(table: pa.Table, name: str) -> NDArray[np.int64]:
+    integers: NDArray[np.int64] = table[name].to_numpy().astype(np.int64)
+    return integers
 
 
 def _lengths(table: pa.Table, name: str, kind: pa.DataType) -> NDArray[np.int64]:
-    """How long the lists of a column are."""
-    found = table.schema.field(name).type
-    if not pa.types.is_list(found) or found.value_type != kind:
-        raise ValueError(f'column "{name}" holds {found}, not lists of {kind}')
+    """Return the lengths of the lists of a column."""
+    stored = table.schema.field(name).type
+    if not pa.types.is_list(stored) or stored.value_type != kind:
+        raise ValueError(f'column "{name}" holds {stored}, not lists of {kind}')
     if pc.list_flatten(table[name]).null_count:
         raise ValueError(f'column "{name}" has lists with empty places')
     lengths: NDArray[np.int64] = (

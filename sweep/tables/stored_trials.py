@@ -1,6 +1,4 @@
-"""Stored trials, each with its rows of all tables and the provenance of the part that
-it stands in.
-"""
+"""Stored trials, each with its rows of all tables and the provenance of its part."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -20,17 +18,24 @@ from sweep.store.recordings import expressions, measured
 from sweep.store.store import Store
 
 Columns = dict[str, NDArray[Any]]
-"""The columns of one trial in a table by name; lists, such as those of heatmaps, stand
-one after the other.
-"""
+"""The columns of one trial in a table by name; lists of a column are concatenated."""
 
 
 class StoredTrial(NamedTuple):
-    """One trial: its `row` in trials, its columns in the other tables that its part
-    has, but for the last states, and their provenance.
+    """One stored trial.
 
-    `derive` has the expressions by which metrics of it were derived from others, and
-    `keeps_state` says that its last state is kept.
+    Attributes
+    ----------
+    row
+        Its row in the table of trials.
+    tables
+        Its columns in the other tables of its part, without last states.
+    provenance
+        The provenance of its part.
+    derive
+        The expressions of derived metrics by name.
+    keeps_state
+        Whether its last state is stored.
     """
 
     row: dict[str, Any]
@@ -46,7 +51,7 @@ class StoredTrial(NamedTuple):
 
     @property
     def record(self) -> dict[str, Any]:
-        """What was kept of the trial, as a spec has it."""
+        """The recorded data of the trial, as the section `record` of a spec."""
         series = [name for name in self.tables.get("series", {}) if name != "frame"]
         return {
             "metrics": self.metrics,
@@ -60,7 +65,10 @@ class StoredTrial(NamedTuple):
 
 
 def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
-    """The stored ones of the trials, part by part. StoreError for a damaged part."""
+    """Return those of the trials that are stored, part by part.
+
+    Raises StoreError for a damaged part.
+    """
 
     def read(parts: list[Location]) -> list[StoredTrial]:
         return [
@@ -73,39 +81,39 @@ def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
 
 
 def by_part(store: Store, trial_ids: Sequence[str]) -> list[list[str]]:
-    """The stored ones of the trials, those of one part together. Raises StoreError for
-    a damaged part.
+    """Return those of the trials that are stored, in one list per part.
+
+    Raises StoreError for a damaged part.
     """
     return store.steadily(lambda parts: list(_holders(parts, trial_ids).values()))
 
 
 def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any], int]]:
-    """The provenances of the trials, oldest part first, each with how many of the
-    trials have it.
+    """Return the provenances of trials, oldest part first, with the number of trials.
 
     Raises StoreError for a damaged part.
     """
-    return [(about, len(own)) for about, own in by_origin(store, trial_ids)]
+    return [(origin, len(own)) for origin, own in by_origin(store, trial_ids)]
 
 
 def by_origin(
     store: Store, trial_ids: Sequence[str]
 ) -> list[tuple[dict[str, Any], list[str]]]:
-    """The provenances of the trials, oldest part first, each with those of the trials
-    that have it.
+    """Return the provenances of trials, oldest part first, with the ids of the trials.
 
     Raises StoreError for a damaged part.
     """
 
     def read(parts: list[Location]) -> list[tuple[dict[str, Any], list[str]]]:
-        found, said = defaultdict[bytes, list[str]](list), dict[bytes, dict[str, Any]]()
+        trials = defaultdict[bytes, list[str]](list)
+        provenances = dict[bytes, dict[str, Any]]()
         for part, own in _holders(parts, trial_ids).items():
             schema = stored_schema(part / "trials.parquet")
-            about = part_provenance(schema, part / "trials.parquet")
+            provenance = part_provenance(schema, part / "trials.parquet")
             key = schema.metadata[PROVENANCE]
-            found[key] += own
-            said[key] = about
-        return [(said[key], own) for key, own in found.items()]
+            trials[key] += own
+            provenances[key] = provenance
+        return [(provenances[key], own) for key, own in trials.items()]
 
     return store.steadily(read)
 
@@ -113,13 +121,14 @@ def by_origin(
 def _holders(
     parts: list[Location], trial_ids: Sequence[str]
 ) -> dict[Location, list[str]]:
-    """The trials asked for in each part; the latest part of a trial counts."""
-    wanted, latest = pa.array(trial_ids, pa.string()), dict[str, Location]()
+    """Return the ids of these trials by part; the latest part of a trial counts."""
+    ids = pa.array(trial_ids, pa.string())
+    latest = dict[str, Location]()
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, table in zip(parts, tables, strict=True):
         present = table["trial_id"]
         latest |= dict.fromkeys(
-            present.filter(pc.is_in(present, value_set=wanted)).to_pylist(), part
+            present.filter(pc.is_in(present, value_set=ids)).to_pylist(), part
         )
     holders = defaultdict[Location, list[str]](list)
     for trial, part in latest.items():
@@ -133,12 +142,18 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     tables = {name: _rows(part, name, ids) for name in names if name != LAST_STATES}
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
-    derive, rows = expressions(trials.schema), trials.to_pylist()
+    derive = expressions(trials.schema)
+    rows = trials.to_pylist()
     ids = pa.array([row["trial_id"] for row in rows], pa.string())
     own = {name: _by_trial(table, ids) for name, table in tables.items()}
-    for place, row in enumerate(rows):
-        columns = {name: _columns(found[place]) for name, found in own.items()}
-        yield StoredTrial(row, columns, provenance, derive, LAST_STATES in names)
+    for index, row in enumerate(rows):
+        yield StoredTrial(
+            row=row,
+            tables={name: _columns(parts[index]) for name, parts in own.items()},
+            provenance=provenance,
+            derive=derive,
+            keeps_state=LAST_STATES in names,
+        )
 
 
 def _rows(part: Location, name: str, trial_ids: pa.Array) -> pa.Table:
@@ -147,11 +162,15 @@ def _rows(part: Location, name: str, trial_ids: pa.Array) -> pa.Table:
 
 
 def _by_trial(table: pa.Table, trial_ids: pa.Array) -> list[pa.Table]:
-    """The rows of each of some trials, in their order; the table has no others."""
+    """Return the rows of each trial, in the order of `trial_ids`.
+
+    The table must have no other trials.
+    """
     places = pc.index_in(table["trial_id"], value_set=trial_ids).to_numpy()
     if (np.diff(places) < 0).any():
         order = np.argsort(places, kind="stable")
-        table, places = table.take(order), places[order]
+        table = table.take(order)
+        places = places[order]
     numbers = np.arange(len(trial_ids))
     firsts, ends = (
         np.searchsorted(places, numbers, side) for side in ("left", "right")

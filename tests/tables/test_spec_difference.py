@@ -46,11 +46,11 @@ def test_it_counts_what_is_added_kept_and_dropped_as_a_launch_does(
     for before in (stored, spec()):
         made = compare(before, spec(change), tmp_path)
         assert (made.points, made.trials) == (points, trials)
-        assert (made.stored, made.to_run) == (trials.kept, trials.added)
+        assert (made.stored, made.to_run) == (trials.common, trials.added)
     progress = relaunch(spec(change).text, tmp_path)
     assert (progress.missing, progress.stored, progress.apart) == (
         trials.added,
-        trials.kept,
+        trials.common,
         trials.dropped,
     )
 
