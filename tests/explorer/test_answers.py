@@ -141,7 +141,7 @@ def test_the_command_below_a_figure_draws_that_figure(
     seen: list[tuple[str, str]] = []
 
     def drawn(
-        _: StoredStudy, plot: kinds.Plot, *__: object, below: object
+        _: StoredStudy, plot: kinds.Plot, *__: object, **___: object
     ) -> list[Path]:
         seen.extend((kind, plotted.shown(one.draw())) for kind, one in plot.figures)
         return []
