@@ -219,9 +219,9 @@ def _turn(ax: Any, ay: Any, bx: Any, by: Any, x: Any, y: Any) -> Any:
 
 def _folds(along_x: Floats, along_y: Floats, first: int, second: int) -> bool:
     """Return whether the side `second` folds back onto the side `first` before it."""
-    ax, ay = along_x[first], along_y[first]
-    bx, by = along_x[second], along_y[second]
-    return bool(ax * by - ay * bx == 0.0 and ax * bx + ay * by < 0.0)
+    turn = along_x[first] * along_y[second] - along_y[first] * along_x[second]
+    onward = along_x[first] * along_x[second] + along_y[first] * along_y[second]
+    return bool(turn == 0.0 and onward < 0.0)
 
 
 def _meet(side: Segments, many: Segments) -> NDArray[np.bool_]:

@@ -149,7 +149,15 @@ class KnownMetrics(NamedTuple):
         return entry.name
 
     def check(self, entry: Entry, name: str) -> None:
-        """Raise SpecError for a metric that the model cannot have."""
+        """Raise SpecError for a metric that the model cannot have.
+
+        Parameters
+        ----------
+        entry : Entry
+            The error has its line.
+        name : str
+            Name of the metric.
+        """
         metric = self.known.metrics.get(name)
         models = self.known.models
         if metric and (lacking := lacks(models[self.model], metric)):
