@@ -971,6 +971,6 @@ def _record(
     mistakes.check()
     assert record
     searched = [Column.read(column).metric for column in columns]
-    names = [*record.metrics, *record.series, *searched, *needed(derived)]
-    measured = dict.fromkeys(name for name in names if name in known.metrics)
+    required = [*record.metrics, *record.series, *searched, *needed(derived)]
+    measured = dict.fromkeys(name for name in required if name in known.metrics)
     return replace(record, metrics=tuple(measured), derive=derived)
