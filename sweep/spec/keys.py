@@ -1,13 +1,14 @@
-"""The keys of a spec: each is described once, where its value is kept.
+"""Keys of a spec, each described once, beside the field that holds its value.
 
-A part of a spec is a dataclass. Its fields are the keys, each annotated with a `Key`:
+A section of a spec is a dataclass. Its fields are the keys, each annotated with a
+`Key`:
 
     every: Annotated[int, Key(Whole(1), "number of steps between frames")] = 1
 
-From that come the reader (`read_section`), the JSON Schema (`section_schema`), what
-writes specs (`written`) and the table of docs/keys.md (`sweep.spec.key_table`). A field
-without a default is a key that must be given, unless its `Key` says what holds
-`otherwise`. What several keys must fulfil together is checked beside the class.
+The reader (`read_section`), the JSON Schema (`section_schema`), the writer of specs
+(`written`) and the table of docs/keys.md (`sweep.spec.key_table`) come from the fields.
+A field without a default is a required key, unless its `Key` says what holds
+`otherwise`. Rules for several keys together are checked beside the class.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,17 +24,29 @@ from sweep.spec.schema_parts import Schema, mapping
 T = TypeVar("T")
 
 NOTHING: Any = object()
-"""Stands where there is no default: None may be one."""
+"""Marks a missing default, since None may be a default."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """What may stand under a key, and what it means.
+    """A key of a section: its content and its meaning.
 
-    `name` is the key, where it is not the name of the field. `otherwise` says in words
-    what holds without the key, where the default of the field does not. `example` is a
-    value in YAML. `field` and `default` are those of the dataclass: `keys_of` enters
-    them.
+    Attributes
+    ----------
+    content
+        The values that the key may have.
+    text
+        The meaning, for documents and editors.
+    name
+        The key, if it is not the name of the field.
+    otherwise
+        In words, what holds without the key, if the default of the field does not.
+    example
+        A value in YAML.
+    field
+        The field of the dataclass. `keys_of` enters it.
+    default
+        The default of the field, or NOTHING. `keys_of` enters it.
     """
 
     content: Content[Any]
@@ -46,18 +59,21 @@ class Key:
 
     @property
     def required(self) -> bool:
-        """Whether the key must be given."""
+        """True if the spec must have the key."""
         return self.otherwise is None and self.default is NOTHING
 
     @property
     def fallback(self) -> str:
-        """What holds without the key, in words; nothing where it must be given."""
+        """In words, what holds without the key.
+
+        "" if the key is required.
+        """
         if self.otherwise is not None:
             return self.otherwise
         return "" if self.required else _plain(self.content.write(self.default))
 
     def schema(self) -> Schema:
-        """What may stand under the key, with its text for editors."""
+        """Return the JSON Schema of the key, with its text for editors."""
         default = f"; by default {self.fallback}" if self.fallback else ""
         example = f"; for example {self.example}" if self.example else ""
         return self.content.schema() | {"description": self.text + default + example}
@@ -71,32 +87,39 @@ class SectionOf(Content[Any]):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return "a mapping"
 
     def read(self, entry: Entry) -> Any:
+        """Return the dataclass that an entry writes. Raises SpecError."""
         return read_section(self.part, entry)
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         return section_schema(self.part)
 
     def write(self, value: Any) -> Any:
+        """Return a section as a mapping, without its defaults."""
         return differing(value)
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
+        """The classes whose keys may appear below this one."""
         return (self.part,)
 
 
 class LaterSectionOf(SectionOf):
-    """A section whose reader must know other keys. Reading gives on the entry."""
+    """A section whose reader must know other keys."""
 
     def read(self, entry: Entry) -> Entry:
+        """Return the entry as it is, for its own reader."""
         return entry
 
 
 def keys_of(*parts: type[Any] | Key) -> tuple[Key, ...]:
-    """The keys that the fields of some dataclasses describe, in their order; a part may
-    be a key itself.
+    """Return the keys that the fields of dataclasses describe, in their order.
+
+    A part may be a key itself.
     """
     return _keys_of(parts)
 
@@ -122,9 +145,10 @@ def _keys_of_part(part: type[Any] | Key) -> Iterator[Key]:
 def check_keys(
     entry: Entry, *parts: type[Any] | Key, gone: Mapping[str, str] = NONE_GONE
 ) -> None:
-    """Raise SpecError unless `entry` is a mapping with keys of these parts only, and
-    with those that must be given; `gone` says of keys of earlier versions why there are
-    none any more.
+    """Raise SpecError unless an entry is a mapping with the right keys.
+
+    The keys are those of `parts` and no others, and all required ones. `gone` tells for
+    keys of earlier versions why they were removed.
     """
     keys = keys_of(*parts)
     required = [key.name for key in keys if key.required]
@@ -132,8 +156,17 @@ def check_keys(
 
 
 def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:
-    """Raise SpecError for all keys of a spec that cannot stand in it beside `key`;
-    `barred` has them, each with the reason, "" where none is said.
+    """Raise SpecError for keys of a spec that cannot appear beside another key.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    key : str
+        The key that the spec has.
+    barred : mapping
+        The reason, or "", by key that cannot appear beside it. All mistakes are
+        reported together.
     """
     mistakes = Mistakes()
     for name, why in barred.items():
@@ -145,8 +178,9 @@ def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:
 
 
 def read_section(part: type[T], entry: Entry | None, **otherwise: Any) -> T:
-    """The dataclass `part` that `entry` writes; `otherwise` gives by field what holds
-    for keys that are left out, where that is not the default. Raises SpecError.
+    """Return the dataclass that an entry writes. Raises SpecError.
+
+    `otherwise` has values by field for keys that are left out, instead of the defaults.
     """
     if entry is None:
         return part(**otherwise)
@@ -154,39 +188,56 @@ def read_section(part: type[T], entry: Entry | None, **otherwise: Any) -> T:
     mistakes = Mistakes()
     with mistakes.noted():
         check_keys(entry, part)
-    given = _given(part, entry, mistakes)
+    values = _written_values(part, entry, mistakes)
     mistakes.check()
-    return part(**(otherwise | given))
+    return part(**(otherwise | values))
 
 
 def read_values(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
-    """The values that the mapping `entry` gives, by the fields of `part`; defaults for
-    keys that are left out, where there are any. What is wrong is noted in `mistakes`,
-    and has no value.
+    """Return the values that a mapping gives, by field.
+
+    Parameters
+    ----------
+    part : type
+        Dataclass of the section.
+    entry : Entry
+        Must be a mapping.
+    mistakes : Mistakes
+        Errors are noted here. A wrong key has no value.
+
+    Returns
+    -------
+    dict
+        With the defaults of keys that are left out, if they have one.
     """
     keys = keys_of(part)
     defaults = {key.field: key.default for key in keys if key.default is not NOTHING}
-    return defaults | _given(part, entry, mistakes)
+    return defaults | _written_values(part, entry, mistakes)
 
 
-def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
-    given = {}
+def _written_values(
+    part: type[Any], entry: Entry, mistakes: Mistakes
+) -> dict[str, Any]:
+    values = {}
     for key in keys_of(part):
         if key.name in entry.value:
             with mistakes.noted():
-                given[key.field] = key.content.read(entry.child(key.name))
-    return given
+                values[key.field] = key.content.read(entry.child(key.name))
+    return values
 
 
 def section_schema(*parts: type[Any] | Key) -> Schema:
-    """The JSON Schema of a mapping with the keys of these parts."""
+    """Return the JSON Schema of a mapping with the keys of these parts."""
     keys = keys_of(*parts)
     properties = {key.name: key.schema() for key in keys}
     return mapping(properties, [key.name for key in keys if key.required])
 
 
 def written(values: Mapping[str, Any], *parts: type[Any] | Key) -> dict[str, Any]:
-    """A mapping of a spec with these values by key, in the order of the parts' keys."""
+    """Return a mapping of a spec from values by key, in the order of the keys.
+
+    All keys of `values` are keys of `parts`.
+    """
     keys = {key.name: key for key in keys_of(*parts)}
     assert values.keys() <= keys.keys(), sorted(values.keys() - keys.keys())
     return {
@@ -197,14 +248,17 @@ def written(values: Mapping[str, Any], *parts: type[Any] | Key) -> dict[str, Any
 
 
 def differing(section: Any) -> dict[str, Any]:
-    """A mapping of a spec that reads as `section`, without what is so by default."""
+    """Return a mapping that reads as a section, without its defaults."""
     values = [(key, getattr(section, key.field)) for key in keys_of(type(section))]
     changed = {key.name: value for key, value in values if value != key.default}
     return written(changed, type(section))
 
 
 def _plain(value: Any) -> str:
-    """A default as a spec has it; nothing for what a spec cannot say."""
+    """Return a default as a spec writes it.
+
+    "" for None, which a spec cannot write.
+    """
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

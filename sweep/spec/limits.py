@@ -1,7 +1,8 @@
-"""How large a study may be. What a spec asks for is counted before memory is taken.
+"""Limits of the size of a study, checked before memory is allocated.
 
-Measured, in bytes: a point takes 190 in a launch, a trial 90, a cell 16 to 24, and 34
-while some samplers draw it. A plan at all of these limits takes at most some 4 GB.
+Measured memory, in bytes: 190 per point in a launch, 90 per trial, 16 to 24 per cell,
+and 34 per cell while some samplers draw it. A plan at all of these limits takes about
+4 GB at most.
 """
 
 from sweep.spec.document import Entry
@@ -11,29 +12,42 @@ MOST_TRIALS = 20_000_000
 MOST_CELLS = 100_000_000
 """Points, or trials, times the settings that vary."""
 MOST_SEARCHED = 1_000_000
-"""Trials of a search, its repetitions and held-out seeds: it keeps 3 kB of each."""
+"""Trials of a search with its repetitions and held-out seeds.
+
+A search keeps 3 kB per trial.
+"""
 MOST_OPERATIONS = 2_000_000_000
-"""Points times the parts of all expressions. So many take ten seconds, or minutes where
-they are powers.
+"""Points times the parts of all expressions.
+
+That many take ten seconds, or minutes if they are powers.
 """
 
 MOST_BEFORE = 10**9
-"""Up to version 0.4.0 a study could have so many trials."""
+"""Largest number of trials of a study up to version 0.4.0."""
 MOST_DERIVED = 100
 """Derived metrics. Each is a column over all frames of a trial."""
 
 
-def beyond(asked: str, most: int) -> str:
-    """The sentence that refuses what is `asked` for, of which `most` are allowed."""
+def beyond(size: str, most: int) -> str:
+    """Return the message for a size beyond its limit, `most`."""
     return (
-        f"{asked}; at most {most:,} are allowed: split the study into several,"
+        f"{size}; at most {most:,} are allowed: split the study into several,"
         " by seeds or by an axis"
     )
 
 
 def check_cells(entry: Entry, points: int, settings: int) -> None:
-    """Raise SpecError, with the line of `entry`, for too many cells."""
+    """Raise SpecError for too many cells.
+
+    Parameters
+    ----------
+    entry : Entry
+        The error has its line.
+    points : int
+    settings : int
+        Number of settings that vary.
+    """
     cells = points * settings
     if cells > MOST_CELLS:
-        asked = f"{points:,} points of {settings} settings make {cells:,} cells"
-        raise entry.error(beyond(asked, MOST_CELLS))
+        size = f"{points:,} points of {settings} settings make {cells:,} cells"
+        raise entry.error(beyond(size, MOST_CELLS))

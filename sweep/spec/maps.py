@@ -1,5 +1,7 @@
-"""The maps of a spec: drawn with shapes, a built-in map with some obstacles changed, or
-read from an image or from a ROS map.
+"""Maps of a spec.
+
+A map is drawn with shapes, is a built-in map with some obstacles changed, or is read
+from an image or from a ROS map.
 
     room:
       size: [10, 10]
@@ -15,10 +17,10 @@ read from an image or from a ROS map.
     lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
     floor: {ros: floor.yaml}                 # a file of ROS's map_server
 
-`resolution` is the length of a pixel. Lengths are in the model's unit of length; x and
-y are those of the centre of a shape. The origin is the top left corner, and y grows
-downwards. A path starts in the folder of the spec, that of the image of a ROS map in
-the folder of its file.
+`resolution` is the length of a pixel. Lengths are in the model's unit of length. x and
+y are the coordinates of the centre of a shape. The origin is the top left corner, and y
+grows downwards. A path is relative to the folder of the spec, and the path of the image
+of a ROS map to the folder of its file.
 """
 
 import hashlib
@@ -78,19 +80,23 @@ MAP_NAME = re.compile(r"[a-z][a-z0-9_]*")
 MOST_MAPS = 100
 MOST_SHAPES = 100_000
 MOST_LENGTH = 1e9
-HALF, OCCUPIED = 0.5, 0.65
-"""A pixel that is darker than this part of black is occupied: in an image, and in a ROS
-map that does not say a threshold of its own.
+HALF = 0.5
+"""Darkness, from 0 to 1, above which a pixel of an image is occupied."""
+OCCUPIED = 0.65
+"""Darkness, from 0 to 1, above which a pixel of a ROS map is occupied.
+
+For a map without a threshold of its own.
 """
 
 LENGTH = Number(above=0, most=MOST_LENGTH)
 NUMBER = Whole(1)
-ACROSS, DOWN = "of the centre, from the left", "of the centre, from the top"
+ACROSS = "of the centre, from the left"
+DOWN = "of the centre, from the top"
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A round obstacle as a spec has it."""
+    """A round obstacle as a spec writes it."""
 
     x: Annotated[float, Key(Number(), ACROSS, example="3")]
     y: Annotated[float, Key(Number(), DOWN, example="4")]
@@ -99,14 +105,14 @@ class Disc:
 
     @property
     def obstacle(self) -> Obstacle:
-        """The obstacle as kernels.shapes has it."""
-        about = self.x, self.y, self.radius, self.radius, 1.0
-        return about + (self.velocity or ())
+        """The obstacle in the form of `kernels.shapes`."""
+        disc = (self.x, self.y, self.radius, self.radius, 1.0)
+        return disc + (self.velocity or ())
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A rectangular obstacle as a spec has it."""
+    """A rectangular obstacle as a spec writes it."""
 
     x: Annotated[float, Key(Number(), ACROSS, example="6")]
     y: Annotated[float, Key(Number(), DOWN, example="5")]
@@ -116,9 +122,9 @@ class Rectangle:
 
     @property
     def obstacle(self) -> Obstacle:
-        """The obstacle as kernels.shapes has it."""
-        about = self.x, self.y, self.width / 2, self.height / 2, 0.0
-        return about + (self.velocity or ())
+        """The obstacle in the form of `kernels.shapes`."""
+        rectangle = (self.x, self.y, self.width / 2, self.height / 2, 0.0)
+        return rectangle + (self.velocity or ())
 
 
 @dataclass(frozen=True)
@@ -145,15 +151,18 @@ class Size(Content[tuple[float, float]]):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return "[width, height]"
 
     def read(self, entry: Entry) -> tuple[float, float]:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         if len(entry.entries()) != 2:
             raise entry.expected(self.words)
         width, height = (LENGTH.read(side) for side in entry.entries())
         return width, height
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         return {
             "type": "array",
             "items": LENGTH.schema(),
@@ -162,11 +171,12 @@ class Size(Content[tuple[float, float]]):
         }
 
     def write(self, value: tuple[float, float]) -> Any:
+        """Return the size as a list."""
         return list(value)
 
 
 def shape_schema() -> Schema:
-    """The JSON Schema of a shape."""
+    """Return the JSON Schema of a shape."""
     return section_schema(Shape) | one_of(["disc", "rectangle", "polygon"])
 
 
@@ -180,7 +190,7 @@ def _shapes_schema() -> Schema:
 
 @dataclass(frozen=True)
 class DrawnMap:
-    """A map of shapes, as a spec has it."""
+    """A map of shapes, as a spec writes it."""
 
     size: Annotated[
         tuple[float, float],
@@ -202,7 +212,7 @@ class DrawnMap:
 
 @dataclass(frozen=True)
 class ChangedObstacle:
-    """Another shape in the place of an obstacle of a copied map."""
+    """A shape that replaces an obstacle of a copied map."""
 
     number: Annotated[int, Key(NUMBER, "of the obstacle in the map", example="5")]
     to: Annotated[
@@ -221,7 +231,7 @@ def _changes_schema() -> Schema:
 
 @dataclass(frozen=True)
 class CopiedMap:
-    """A built-in map with some obstacles changed, as a spec has it."""
+    """A built-in map with some obstacles changed, as a spec writes it."""
 
     source: Annotated[
         str,
@@ -263,7 +273,7 @@ class CopiedMap:
 
 @dataclass(frozen=True)
 class PicturedMap:
-    """A map in an image, as a spec has it."""
+    """A map in an image, as a spec writes it."""
 
     image: Annotated[
         str,
@@ -278,7 +288,7 @@ class PicturedMap:
 
 @dataclass(frozen=True)
 class RosMap:
-    """A map of ROS, as a spec has it."""
+    """A map of ROS, as a spec writes it."""
 
     ros: Annotated[
         str,
@@ -294,7 +304,7 @@ MAP_FORMS = (DrawnMap, CopiedMap, PicturedMap, RosMap)
 
 
 def maps_schema() -> Schema:
-    """The JSON Schema of the maps of a spec."""
+    """Return the JSON Schema of the maps of a spec."""
     forms = [section_schema(form) for form in MAP_FORMS]
     names = {"pattern": f"^{MAP_NAME.pattern}$", "not": reference("built_in_map")}
     return named({"anyOf": forms}, names)
@@ -302,8 +312,14 @@ def maps_schema() -> Schema:
 
 @dataclass(frozen=True)
 class OwnMap:
-    """A map that a spec brings: its width and height, and its obstacles as
-    kernels.worlds has them.
+    """A custom map of a spec.
+
+    Attributes
+    ----------
+    size
+        Width and height, in the unit of length of the model.
+    obstacles
+        In the form of `kernels.worlds`.
     """
 
     size: tuple[float, float]
@@ -311,25 +327,26 @@ class OwnMap:
 
     @cached_property
     def digest(self) -> str:
-        """32 hexadecimal digits that stand for the obstacles."""
-        if any(isinstance(one, Polygon) or len(one) > 5 for one in self.obstacles):
+        """Hash of the obstacles, 32 hexadecimal digits."""
+        if any(isinstance(row, Polygon) or len(row) > 5 for row in self.obstacles):
             content = json.dumps(self.as_json()["obstacles"]).encode()
         else:
             content = np.array(self.obstacles, "<f8").tobytes()
         return hashlib.sha256(content).hexdigest()[:32]
 
     def as_json(self) -> dict[str, Any]:
-        """The map as plain lists; a polygon is a mapping, as a spec has it."""
+        """Return the map as lists; a polygon is a mapping, as in a spec."""
         obstacles = [
-            polygon_as_written(one) if isinstance(one, Polygon) else one
-            for one in self.obstacles
+            polygon_as_written(row) if isinstance(row, Polygon) else row
+            for row in self.obstacles
         ]
         return {"size": self.size, "obstacles": obstacles}
 
 
 def from_json(stored: Any) -> OwnMap:
-    """The map that `as_json` wrote. Raises ValueError, which says what is wrong with
-    it.
+    """Return the map that `as_json` wrote.
+
+    Raises ValueError, with the mistake, for anything else.
     """
     try:
         width, height = np.array(stored["size"], np.float64).tolist()
@@ -343,7 +360,7 @@ def from_json(stored: Any) -> OwnMap:
             f"it has {len(rows):,} shapes; at most {MOST_SHAPES:,} are allowed"
         )
     obstacles = tuple(
-        polygon_from_json(one) if isinstance(one, dict) else one for one in rows
+        polygon_from_json(row) if isinstance(row, dict) else row for row in rows
     )
     for obstacle in obstacles:
         x, y, half_width, half_height, disc = _box(obstacle)
@@ -357,37 +374,51 @@ def from_json(stored: Any) -> OwnMap:
 
 
 def _row_from_json(stored: Any) -> dict[str, Any] | Row:
-    """The numbers of a disc or a rectangle; a polygon as it is stored."""
+    """Return the numbers of a disc or a rectangle; a polygon as it is stored."""
     if isinstance(stored, dict):
         return stored
     row = tuple(map(float, stored))
-    if len(row) not in (5, 7) or not all(abs(one) <= MOST_NUMBER for one in row[5:]):
+    if len(row) not in (5, 7) or not all(abs(v) <= MOST_NUMBER for v in row[5:]):
         raise ValueError
     return row
 
 
 def maps_from_json(stored: Any, built_in: Collection[str]) -> dict[str, OwnMap]:
-    """The maps by name, each as `as_json` wrote it; none has a name that is `built_in`.
-    Raises ValueError as `from_json`.
+    """Return the maps by name from the results of `as_json` by name.
+
+    Raises ValueError as `from_json`, and for a name that is not allowed or `built_in`.
     """
     if not isinstance(stored, dict):
         raise ValueError("they are no maps by name")
-    found = {}
-    for name, about in stored.items():
+    maps = {}
+    for name, content in stored.items():
         if not MAP_NAME.fullmatch(name) or name in built_in:
             raise ValueError(f'"{name}" is no name of a map of a spec')
         try:
-            found[name] = from_json(about)
+            maps[name] = from_json(content)
         except ValueError as error:
             raise ValueError(f'"{name}": {error}') from None
-    return found
+    return maps
 
 
 def read_maps(
     entry: Entry | None, folder: Path, built_in: Collection[str]
 ) -> dict[str, OwnMap]:
-    """The maps by name, none of which is `built_in`. Paths start in `folder`. Raises
-    SpecError for what is no map.
+    """Return the custom maps by name.
+
+    Parameters
+    ----------
+    entry : Entry or None
+        The value of `maps`.
+    folder : Path
+        Paths are relative to it.
+    built_in : collection of str
+        Names of built-in maps, which no custom map may have.
+
+    Raises
+    ------
+    SpecError
+        If a map is not allowed. All mistakes are reported together.
     """
     if entry is None:
         return {}
@@ -397,7 +428,8 @@ def read_maps(
             f"the study has {len(entries):,} maps; at most {MOST_MAPS} are allowed"
         )
         raise entry.error(message)
-    maps, mistakes = dict[str, OwnMap](), Mistakes()
+    maps: dict[str, OwnMap] = {}
+    mistakes = Mistakes()
     for name, child in entries.items():
         with mistakes.noted():
             _check_name(name, child, built_in)
@@ -428,16 +460,16 @@ def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
 
 def _drawn(entry: Entry, _folder: Path) -> OwnMap:
     mistakes = Mistakes()
-    given = _given(DrawnMap, entry, mistakes)
-    size = given.get("size")
-    shapes = mistakes.read(_obstacles, entry, given.get("shapes"), size)
+    values = _part_values(DrawnMap, entry, mistakes)
+    size = values.get("size")
+    shapes = mistakes.read(_obstacles, entry, values.get("shapes"), size)
     mistakes.check()
     assert size
     return OwnMap(size, shapes or ())
 
 
-def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
-    """What a part of a map gives, and defaults; what is wrong is noted."""
+def _part_values(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
+    """Return the values of a part of a map, with defaults; note mistakes."""
     with mistakes.noted():
         check_keys(entry, part)
     return read_values(part, entry, mistakes)
@@ -446,8 +478,9 @@ def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
 def _obstacles(
     entry: Entry, listed: Entry | None, size: tuple[float, float] | None
 ) -> Obstacles:
-    """The obstacles of a list of shapes of the map `entry`, whose size may not be
-    known.
+    """Return the obstacles of a list of shapes of the map `entry`.
+
+    The size of the map is None if it is wrong.
     """
     shapes = listed.items() if listed else []
     if len(shapes) > MOST_SHAPES:
@@ -455,7 +488,8 @@ def _obstacles(
             f'"{entry.name}" has {len(shapes):,} shapes;'
             f" at most {MOST_SHAPES:,} are allowed"
         )
-    obstacles, mistakes = list[Obstacle](), Mistakes()
+    obstacles: list[Obstacle] = []
+    mistakes = Mistakes()
     for shape in shapes:
         with mistakes.noted():
             obstacles.append(_obstacle(shape, size))
@@ -464,17 +498,19 @@ def _obstacles(
 
 
 def _copied(entry: Entry, _folder: Path) -> OwnMap:
-    mistakes, known = Mistakes(), sizes()
-    given = _given(CopiedMap, entry, mistakes)
-    name, size = given.get("source"), None
+    mistakes = Mistakes()
+    known = sizes()
+    values = _part_values(CopiedMap, entry, mistakes)
+    name = values.get("source")
+    size = None
     with mistakes.noted():
         if name is not None:
             if name not in known:
                 raise entry.child("from").error(unknown("map to copy", name, known))
             size = known[name]
-    without = given["without"]
-    changed = mistakes.read(_changed, given["change"], without, size) or {}
-    added = mistakes.read(_obstacles, entry, given["add"], size) or ()
+    without = values["without"]
+    changed = mistakes.read(_changed, values["change"], without, size) or {}
+    added = mistakes.read(_obstacles, entry, values["add"], size) or ()
     for number in [*without, *changed] if size else []:
         with mistakes.noted():
             if number > (count := len(obstacles_in(name))):
@@ -482,18 +518,17 @@ def _copied(entry: Entry, _folder: Path) -> OwnMap:
     mistakes.check()
     assert name
     assert size
-    places = {number - 1: obstacle for number, obstacle in changed.items()}
+    replacing = {number - 1: obstacle for number, obstacle in changed.items()}
     out = tuple(number - 1 for number in without)
-    return OwnMap(size, Copy(name, out, places, added).obstacles)
+    return OwnMap(size, Copy(name, out, replacing, added).obstacles)
 
 
 def _changed(
     entry: Entry | None, without: Sequence[int], size: tuple[float, float] | None
 ) -> dict[int, Obstacle]:
-    """The obstacles that are others, by the numbers of those in whose place they
-    stand.
-    """
-    changed, mistakes = dict[int, Obstacle](), Mistakes()
+    """Return the changed obstacles by the numbers of those that they replace."""
+    changed: dict[int, Obstacle] = {}
+    mistakes = Mistakes()
     for change in entry.items() if entry else []:
         with mistakes.noted():
             number, obstacle = _change(change, size)
@@ -505,19 +540,21 @@ def _changed(
 
 
 def _change(entry: Entry, size: tuple[float, float] | None) -> tuple[int, Obstacle]:
-    """The number of an obstacle, and what stands in its place."""
+    """Return the number of an obstacle, and the obstacle that replaces it."""
     entry.mapping()
     mistakes = Mistakes()
-    given = _given(ChangedObstacle, entry, mistakes)
-    obstacle = mistakes.read(_obstacle, given["to"], size) if "to" in given else None
+    values = _part_values(ChangedObstacle, entry, mistakes)
+    obstacle = mistakes.read(_obstacle, values["to"], size) if "to" in values else None
     mistakes.check()
     assert obstacle
-    return given["number"], obstacle
+    return values["number"], obstacle
 
 
 def map_as_written(map_: OwnMap) -> dict[str, Any]:
-    """A map as a spec has it: as a copy of a built-in one where it is nearly that, or
-    with all its shapes.
+    """Return a map as a spec writes it.
+
+    It is written as a copy of a built-in map if it differs from one in at most half as
+    many obstacles as it has, else with all its shapes.
     """
     if (copy := copy_of(map_.size, map_.obstacles)) is None:
         shapes = [shape_as_written(obstacle) for obstacle in map_.obstacles]
@@ -535,7 +572,7 @@ def map_as_written(map_: OwnMap) -> dict[str, Any]:
 
 
 def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, Any]]:
-    """An obstacle as a spec has it."""
+    """Return an obstacle as a spec writes it."""
     if isinstance(obstacle, Polygon):
         return {"polygon": polygon_as_written(obstacle)}
     x, y, half_width, half_height, is_round = obstacle[:5]
@@ -566,16 +603,18 @@ def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
 
 
 def _box(obstacle: Obstacle) -> Row:
-    """The rectangle about a polygon; a disc or a rectangle itself."""
+    """Return the rectangle around a polygon; a disc or a rectangle itself."""
     return box_of(obstacle) if isinstance(obstacle, Polygon) else obstacle[:5]
 
 
 def _meets(obstacle: Obstacle, width: float, height: float) -> bool:
-    """Whether a part of an obstacle, or of the rectangle about a polygon, lies within
-    the world. False for numbers that are not finite.
+    """Return whether a part of an obstacle lies within the world.
+
+    For a polygon the rectangle around it counts. False for numbers that are not finite.
     """
     x, y, half_width, half_height, disc = _box(obstacle)
-    beside, beyond = max(-x, x - width, 0.0), max(-y, y - height, 0.0)
+    beside = max(-x, x - width, 0.0)
+    beyond = max(-y, y - height, 0.0)
     if disc and not math.hypot(beside, beyond) < half_width:
         return False
     return (
@@ -593,16 +632,17 @@ def _pictured(entry: Entry, folder: Path) -> OwnMap:
 
 
 def _ros(entry: Entry, folder: Path) -> OwnMap:
-    """A map as ROS's map_server reads it in trinary mode. Unknown pixels count as free.
+    """Return a map as ROS's map_server reads it in trinary mode.
 
-    The key `origin` is not used: our world begins in the corner of its map.
+    Unknown pixels count as free. The key `origin` is not used: the origin of a world is
+    the corner of its map.
     """
     path = folder / read_section(RosMap, entry).ros
     try:
-        there = path.is_file()
+        is_file = path.is_file()
     except OSError as error:
         raise entry.child("ros").error(f"cannot be read: {error.strerror}") from None
-    if not there:
+    if not is_file:
         raise entry.child("ros").error(
             f'there is no file "{path.name}" in {path.parent}'
         )
@@ -612,11 +652,9 @@ def _ros(entry: Entry, folder: Path) -> OwnMap:
             raise entry.child("ros").error(
                 f'"{path.name}" is no ROS map: it has no key "{key}"'
             )
-    mode, threshold, negate = (
-        root.get("mode"),
-        root.get("occupied_thresh"),
-        root.get("negate"),
-    )
+    mode = root.get("mode")
+    threshold = root.get("occupied_thresh")
+    negate = root.get("negate")
     if mode:
         mode.one_of("mode", ["trinary"])
     least = threshold.number() if threshold else OCCUPIED

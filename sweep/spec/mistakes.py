@@ -1,5 +1,6 @@
-"""All mistakes of a spec in one answer: what is wrong in one place does not hide what
-is wrong in another.
+"""All mistakes of a spec in one error.
+
+A mistake at one place does not hide a mistake at another.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,60 +11,63 @@ from sweep.errors import SpecError
 
 P = ParamSpec("P")
 T = TypeVar("T")
-MOST_SAID = 20
+MOST_MESSAGES = 20
 
 
 class Mistakes:
-    """Gathers SpecErrors:
+    """A collection of SpecErrors, raised together.
 
     mistakes = Mistakes()
     for name, child in entry.mapping():
         with mistakes.noted():
-            found[name] = read(child)
+            values[name] = read(child)
     mistakes.check()
     """
 
     def __init__(self) -> None:
-        self._found: list[SpecError] = []
+        self._noted: list[SpecError] = []
 
     def __bool__(self) -> bool:
-        return bool(self._found)
+        return bool(self._noted)
 
     @contextmanager
     def noted(self) -> Iterator[None]:
-        """A SpecError that ends this block is noted, and what follows goes on."""
+        """Note a SpecError that ends this block, and continue after the block."""
         try:
             yield
         except SpecError as error:
-            self._found += error.mistakes
+            self._noted += error.mistakes
 
     def note_common(self, several: "Sequence[Mistakes]") -> None:
-        """Note what is wrong in each of several readings, at the same place: as the
-        first of them says it.
+        """Note the mistakes that all of several readings have at one place.
+
+        The message is that of the first reading.
         """
-        first, *others = several
-        places = [{one.place for one in other._found} for other in others]
-        self._found += [
-            one for one in first._found if all(one.place in found for found in places)
+        first, *further = several
+        places = [{mistake.place for mistake in each._noted} for each in further]
+        self._noted += [
+            mistake
+            for mistake in first._noted
+            if all(mistake.place in wrong for wrong in places)
         ]
 
     def read(
         self, reader: Callable[P, T], *arguments: P.args, **named: P.kwargs
     ) -> T | None:
-        """What `reader` returns; None where it raises a SpecError, which is noted."""
+        """Return the result of `reader`, or None after noting its SpecError."""
         with self.noted():
             return reader(*arguments, **named)
         return None
 
     def check(self) -> None:
-        """Raise one SpecError with all that was noted, in the order of lines."""
-        if not self._found:
+        """Raise one SpecError with all noted mistakes, in the order of lines."""
+        if not self._noted:
             return
-        found = sorted(self._found, key=lambda mistake: mistake.line)
-        said = list(dict.fromkeys(map(str, found)))
-        if len(said) == 1:
-            raise found[0]
-        if len(said) > MOST_SAID:
-            more = len(said) - MOST_SAID
-            said = [*said[:MOST_SAID], f"and {more:,} more mistakes"]
-        raise SpecError("\n".join(said), found[0].line, found)
+        mistakes = sorted(self._noted, key=lambda mistake: mistake.line)
+        messages = list(dict.fromkeys(map(str, mistakes)))
+        if len(messages) == 1:
+            raise mistakes[0]
+        if len(messages) > MOST_MESSAGES:
+            more = len(messages) - MOST_MESSAGES
+            messages = [*messages[:MOST_MESSAGES], f"and {more:,} more mistakes"]
+        raise SpecError("\n".join(messages), mistakes[0].line, mistakes)

@@ -1,5 +1,7 @@
-"""What a search asks for: statistics of a metric over the trials of a candidate, made
-better or kept within bounds.
+"""Objectives and constraints of a search.
+
+They are statistics of a metric over the trials of a candidate, improved or kept within
+bounds.
 """
 
 from collections.abc import Mapping
@@ -18,8 +20,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Statistic:
-    """One number for many values: `kind` names an entry of STATISTICS, and `share` is
-    its share, above 0 and at most 1, None where it takes none.
+    """One number for many values.
+
+    Attributes
+    ----------
+    kind
+        Name of an entry of STATISTICS.
+    share
+        Fraction of the values, above 0 and at most 1. None if the statistic takes none.
     """
 
     kind: str = USUAL
@@ -27,20 +35,32 @@ class Statistic:
 
     @property
     def about(self) -> StatisticKind:
-        """What is known of statistics of this kind."""
+        """The entry of STATISTICS of this kind."""
         return STATISTICS[self.kind]
 
     @property
     def tail(self) -> float | None:
-        """The part of the values that it rests on, None where that is all of them."""
+        """The fraction of the values that the statistic rests on.
+
+        None if it rests on all values.
+        """
         tail = self.about.tail
         return tail(self.share) if tail and self.share is not None else None
 
     def of(self, values: Floats, *, maximize: bool) -> float:
-        """The statistic of all of `values`, any shape; NaN for none, and where one is
-        NaN.
+        """Return the statistic of all values.
 
-        `maximize` says which values are the worse ones: the smaller, else the larger.
+        Parameters
+        ----------
+        values : array
+            Any shape.
+        maximize : bool
+            Whether larger values are better, so that the smaller ones are the worse.
+
+        Returns
+        -------
+        float
+            NaN for no values, and if a value is NaN.
         """
         return (
             float(self.along(values.reshape(-1), maximize=maximize))
@@ -49,16 +69,28 @@ class Statistic:
         )
 
     def along(self, values: Floats, *, maximize: bool) -> Floats:
-        """The statistic along the last axis of `values` (..., n), n above zero, as `of`
-        has it; shape (...).
+        """Return the statistic along the last axis.
+
+        Parameters
+        ----------
+        values : array
+            (..., n), n above zero.
+        maximize : bool
+            Whether larger values are better, so that the smaller ones are the worse.
+
+        Returns
+        -------
+        array
+            (...), NaN where a value is NaN.
         """
         share = nan if self.share is None else self.share
-        found = self.about.formula(values, share, maximize)
-        return np.where(np.isnan(values).any(axis=-1), np.nan, found)
+        statistic = self.about.formula(values, share, maximize)
+        return np.where(np.isnan(values).any(axis=-1), np.nan, statistic)
 
     def named(self, column: str) -> str:
-        """A column with its statistic in words: `CVaR 0.2 of speed`, and `speed` alone
-        for the usual statistic.
+        """Return a column with its statistic in words, such as `CVaR 0.2 of speed`.
+
+        The usual statistic is left out: `speed`.
         """
         return column if self == Statistic() else f"{self} of {column}"
 
@@ -69,10 +101,10 @@ class Statistic:
 
 @dataclass(frozen=True)
 class Objective:
-    """A column of trials whose statistic is to be as large, or as small, as can be.
+    """A column of trials whose statistic is to be maximized or minimized.
 
-    `distribution` is that of its metric. It decides which interval a mean has, and
-    where it ends; it is not stored, as the metric says it.
+    `distribution` is the distribution of the metric. It decides the kind of confidence
+    interval of a mean, and its ends. It is not stored, since the metric declares it.
     """
 
     column: str
@@ -81,11 +113,14 @@ class Objective:
     distribution: Declared = "normal"
 
     def value(self, values: Floats) -> float:
-        """The statistic of the trials of a candidate: `values` (blocks, scenarios)."""
+        """Return the statistic of the trials of a candidate.
+
+        `values` has the shape (blocks, scenarios).
+        """
         return self.statistic.of(values, maximize=self.maximize)
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values that `from_json` reads."""
+        """Return plain values that `from_json` reads."""
         return {
             "column": self.column,
             "maximize": self.maximize,
@@ -94,7 +129,7 @@ class Objective:
 
     @classmethod
     def from_json(cls, stored: Mapping[str, Any]) -> "Objective":
-        """The objective that `as_json` wrote."""
+        """Return the objective that `as_json` wrote."""
         return cls(
             stored["column"],
             stored["maximize"],
@@ -104,8 +139,9 @@ class Objective:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A column of trials whose statistic may be at most, or at least, `bound`, in the
-    unit of the column.
+    """A column of trials whose statistic has a bound.
+
+    The statistic may be at most, or at least, `bound`, in the unit of the column.
     """
 
     column: str
@@ -114,14 +150,16 @@ class Constraint:
     statistic: Statistic
 
     def violation(self, values: Floats) -> float:
-        """How far the statistic of `values` (blocks, scenarios) lies beyond the bound:
-        above zero where violated.
+        """Return how far the statistic of a candidate lies beyond the bound.
+
+        It is above zero if the constraint is violated. `values` has the shape
+        (blocks, scenarios).
         """
-        found = self.statistic.of(values, maximize=not self.at_most)
-        return found - self.bound if self.at_most else self.bound - found
+        statistic = self.statistic.of(values, maximize=not self.at_most)
+        return statistic - self.bound if self.at_most else self.bound - statistic
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values that `from_json` reads."""
+        """Return plain values that `from_json` reads."""
         return {
             "column": self.column,
             "bound": self.bound,
@@ -131,7 +169,7 @@ class Constraint:
 
     @classmethod
     def from_json(cls, stored: Mapping[str, Any]) -> "Constraint":
-        """The constraint that `as_json` wrote."""
+        """Return the constraint that `as_json` wrote."""
         statistic = Statistic(stored["statistic"], stored["share"])
         return cls(stored["column"], stored["bound"], stored["at_most"], statistic)
 

@@ -1,7 +1,8 @@
-"""What a parquet file unpacks to, by the heads of its pages: the footer may claim less.
+"""Sizes of unpacked parquet files, from the heads of their pages.
 
-A page is unpacked to the size in its own head and no further, so these sizes are true.
-Format: https://github.com/apache/parquet-format, heads in Thrift's compact protocol.
+The footer of a file may claim less than its pages have. A page is unpacked to the size
+in its own head and no further, so these sizes are true. Format:
+https://github.com/apache/parquet-format, heads in Thrift's compact protocol.
 """
 
 import struct
@@ -10,33 +11,34 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 MOST_FOOTER = 10_000_000
-"""Bytes. A byte of the footer may take a few hundred in memory once it is read."""
+"""Bytes. A byte of the footer may take a few hundred bytes of memory when read."""
 MOST_HEAD = 100_000
 """Bytes of the head of a page, whose statistics may hold two long texts."""
 MOST_PAGES = 1_000_000
 MAGIC = b"PAR1"
 DELTA_BYTE_ARRAY = 7
-"""This encoding stores of each text only how it differs from the one before, so that a
-few bytes unpack to any number of long texts.
+"""Encoding that stores only how each text differs from the one before.
+
+A few bytes then unpack to any number of long texts.
 """
 
 Head = dict[int, Any]
-"""The values of a Thrift struct by the numbers of their fields."""
+"""Values of a Thrift struct by the numbers of their fields."""
 
 
 class PagesError(ValueError):
-    """Why a parquet file is not unpacked."""
+    """The reason why a parquet file is not unpacked."""
 
 
 class Unpacked(NamedTuple):
-    """The bytes that pages unpack to, and how many values are in them."""
+    """The size of unpacked pages in bytes, and their number of values."""
 
     size: int
     values: int
 
 
 def check_footer(path: Path) -> None:
-    """Raise PagesError for a file without a footer, or with one that is too large."""
+    """Raise PagesError for a file without a footer, or with too large a footer."""
     with path.open("rb") as stream:
         stream.seek(-min(8, path.stat().st_size), 2)
         end = stream.read(8)
@@ -46,23 +48,40 @@ def check_footer(path: Path) -> None:
         raise PagesError(f"has a footer of more than {MOST_FOOTER:,} bytes")
 
 
-def unpacked(path: Path, about: Any, columns: Collection[str]) -> Unpacked:
-    """What the `columns` of a file unpack to; `about` is its metadata, as pyarrow has
-    it.
+def unpacked(path: Path, metadata: Any, columns: Collection[str]) -> Unpacked:
+    """Return the size of some columns of a file when unpacked.
 
-    Nothing is unpacked. Raises PagesError for pages that are not as the format says,
-    are too many, or hold texts as deltas; OSError where the file cannot be read.
+    Nothing is unpacked.
+
+    Parameters
+    ----------
+    path : Path
+    metadata : FileMetaData
+        Metadata of the file, read by pyarrow.
+    columns : collection of str
+
+    Returns
+    -------
+    Unpacked
+
+    Raises
+    ------
+    PagesError
+        If pages do not keep the format, are too many, or hold texts as deltas.
+    OSError
+        If the file cannot be read.
     """
     size = values = pages = 0
     with path.open("rb") as stream:
-        for group in map(about.row_group, range(about.num_row_groups)):
+        for group in map(metadata.row_group, range(metadata.num_row_groups)):
             for chunk in map(group.column, range(group.num_columns)):
                 if chunk.path_in_schema.split(".")[0] not in columns:
                     continue
                 first, last = _extent(chunk)
                 while first < last:
                     head, first = _page(stream, first)
-                    size, values = size + head[2], values + _values(head)
+                    size += head[2]
+                    values += _values(head)
                     pages += 1
                     if pages > MOST_PAGES:
                         raise PagesError(f"has more than {MOST_PAGES:,} pages")
@@ -70,7 +89,7 @@ def unpacked(path: Path, about: Any, columns: Collection[str]) -> Unpacked:
 
 
 def _extent(chunk: Any) -> tuple[int, int]:
-    """Where the pages of a column begin and end in the file, as pyarrow computes it."""
+    """Return where the pages of a column begin and end, as pyarrow computes it."""
     first = chunk.data_page_offset
     if chunk.has_dictionary_page and 0 < chunk.dictionary_page_offset < first:
         first = chunk.dictionary_page_offset
@@ -78,7 +97,7 @@ def _extent(chunk: Any) -> tuple[int, int]:
 
 
 def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
-    """The head of the page that begins there, and where the next one begins."""
+    """Return the head of the page at `first`, and where the next page begins."""
     stream.seek(first)
     reader = _ThriftReader(stream.read(MOST_HEAD))
     try:
@@ -92,31 +111,37 @@ def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
 
 
 def _values(head: Head) -> int:
-    """How many values a page holds: of data in either format, or of a dictionary."""
-    found = 0
+    """Return the number of values of a data page, in either format, or dictionary."""
+    count = 0
     for kind, encoding in ((5, 2), (7, 2), (8, 4)):
-        about = head.get(kind)
-        if isinstance(about, dict):
-            if about.get(encoding) in (DELTA_BYTE_ARRAY, None):
+        description = head.get(kind)
+        if isinstance(description, dict):
+            if description.get(encoding) in (DELTA_BYTE_ARRAY, None):
                 raise PagesError("holds texts as deltas, which may grow without bound")
-            found += abs(int(about.get(1) or 0))
-    return found
+            count += abs(int(description.get(1) or 0))
+    return count
 
 
 class _ThriftReader:
-    """Reads a struct of Thrift's compact protocol. IndexError where it is none."""
+    """A reader of a struct in Thrift's compact protocol.
+
+    Raises IndexError for bytes that are no such struct.
+    """
 
     def __init__(self, content: bytes) -> None:
-        self.content, self.place = content, 0
+        self.content = content
+        self.place = 0
 
     def struct(self) -> Head:
-        found, field = Head(), 0
+        """Return the struct that begins here."""
+        values = Head()
+        field = 0
         while (byte := self._byte()) & 15:
             field = field + (byte >> 4) if byte >> 4 else self._signed()
-            if field in found:
+            if field in values:
                 raise IndexError
-            found[field] = self._value(byte & 15)
-        return found
+            values[field] = self._value(byte & 15)
+        return values
 
     def _value(self, kind: int) -> Any:
         if kind in (1, 2):  # a truth is its own kind
@@ -146,7 +171,8 @@ class _ThriftReader:
     def _unsigned(self) -> int:
         value = shift = 0
         while (byte := self._byte()) & 128:
-            value, shift = value | (byte & 127) << shift, shift + 7
+            value |= (byte & 127) << shift
+            shift += 7
         return value | byte << shift
 
     def _signed(self) -> int:

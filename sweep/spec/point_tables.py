@@ -1,7 +1,7 @@
 """Points read from a table, CSV or parquet.
 
-Files may come from anyone. A small parquet file can hold a huge table, and a line of
-commas a million columns. So the sizes are found before anything is read.
+Files may be untrusted. A small parquet file can hold a huge table, and a line of commas
+a million columns. The sizes are therefore checked before anything is read.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 
 TABLE = "table"
-"""What such an axis has in place of a sampler."""
+"""Name in the place of a sampler for an axis that is read from a table."""
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 10_000
 MOST_HEAD = 1_000_000
@@ -32,16 +32,30 @@ Reader = Callable[[list[str]], Any]
 def read_table(
     axis: Entry, settings: dict[str, Setting], folder: Path
 ) -> dict[str, Values]:
-    """The columns that a `sample: table` axis names, by setting. A path is relative to
-    `folder`.
+    """Return the columns that a `sample: table` axis selects.
 
-    Raises SpecError where there is no such file or column, and where a cell is empty or
-    not allowed.
+    Parameters
+    ----------
+    axis : Entry
+    settings : dict
+        Settings of the study by name.
+    folder : Path
+        The path of the file is relative to it.
+
+    Returns
+    -------
+    dict
+        Values by setting, (rows,) each.
+
+    Raises
+    ------
+    SpecError
+        If a file or column does not exist, or a cell is empty or not allowed.
     """
     file = axis.child("file")
     names, read = _open(file, folder / file.text())
     sources: dict[str, str] = {}
-    for setting, column, entry in _wanted(axis, names):
+    for setting, column, entry in _selected_columns(axis, names):
         if setting not in settings:
             raise entry.error(unknown("setting", setting, settings))
         if column not in names:
@@ -56,9 +70,10 @@ def read_table(
     }
 
 
-def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
-    """For every column to read: the setting, the column, and the entry that asks for
-    it. Without `columns` all columns are read.
+def _selected_columns(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
+    """Return the setting, the column and the entry in the spec of each column to read.
+
+    Without `columns` all columns are read.
     """
     columns = axis.get("columns")
     if columns is None:
@@ -69,7 +84,7 @@ def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
 
 
 def _open(file: Entry, path: Path) -> tuple[list[str], Reader]:
-    """The names of the columns in the file, and what reads some of them."""
+    """Return the names of the columns of the file, and a reader of some of them."""
     openers = {".csv": _open_csv, ".parquet": _open_parquet}
     if path.suffix not in openers:
         raise file.error(f'"{file.value}" is neither a .csv nor a .parquet file')
@@ -88,7 +103,7 @@ def _read(file: Entry, read: Reader, columns: list[str]) -> Any:
 
 
 def _legibly(file: Entry, look: Callable[[], T]) -> T:
-    """What `look` returns. Raises SpecError where it cannot read the file."""
+    """Return the result of `look`. Raise SpecError if it cannot read the file."""
     import pyarrow as pa
 
     try:
@@ -122,11 +137,12 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
         names = csv.open_csv(stream).schema.names
 
     def read(columns: list[str]) -> Any:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         check_cells(file, lines, len(columns))
         # A table of cells of one sign each takes eight times the bytes of its file.
-        wanted = csv.ConvertOptions(include_columns=columns)
+        options = csv.ConvertOptions(include_columns=columns)
         with path.open("rb") as stream:
-            table = csv.read_csv(stream, convert_options=wanted)
+            table = csv.read_csv(stream, convert_options=options)
         _check_rows(file, len(table))
         return table
 
@@ -141,20 +157,22 @@ def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
     limits = {"thrift_container_size_limit": 2 * MOST_COLUMNS}
     check_footer(path)
     with parquet.ParquetFile(path, **limits) as opened:
-        about, schema = opened.metadata, opened.schema_arrow
-    if about.num_columns > MOST_COLUMNS:
+        metadata = opened.metadata
+        schema = opened.schema_arrow
+    if metadata.num_columns > MOST_COLUMNS:
         raise file.error(
-            f'"{file.value}" has {about.num_columns:,} columns; at most'
+            f'"{file.value}" has {metadata.num_columns:,} columns; at most'
             f" {MOST_COLUMNS:,} are allowed"
         )
-    groups = [about.row_group(index) for index in range(about.num_row_groups)]
-    rows = max(about.num_rows, sum(group.num_rows for group in groups))
+    groups = [metadata.row_group(index) for index in range(metadata.num_row_groups)]
+    rows = max(metadata.num_rows, sum(group.num_rows for group in groups))
     _check_rows(file, rows)
 
     def read(columns: list[str]) -> Any:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         check_cells(file, rows, len(columns))
         texts = _checked_columns(file, columns, schema)
-        if unpacked(path, about, columns).size > MOST_BYTES:
+        if unpacked(path, metadata, columns).size > MOST_BYTES:
             raise file.error(
                 f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes'
             )
@@ -176,8 +194,10 @@ def _check_rows(file: Entry, rows: int) -> None:
 
 
 def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
-    """Those of the columns that hold texts. Raises SpecError where a column holds
-    something else than texts, numbers, true and false.
+    """Return the columns that hold texts.
+
+    Raises SpecError for a column that holds something else than texts, numbers, true
+    and false.
     """
     import pyarrow as pa
 

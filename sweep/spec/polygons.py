@@ -1,8 +1,7 @@
-"""Polygons as a spec has them: by their vertices, with sides that do not cross.
+"""Polygons of a spec: their vertices, whose sides may not cross.
 
-Whether sides cross is the only question that a library of geometry would answer here,
-and it would answer with a place; a user needs the numbers of the sides. So it is asked
-in twenty lines.
+A library of geometry would answer with the point where sides cross. A user needs the
+numbers of the sides, so they are found here, in twenty lines.
 """
 
 from dataclasses import dataclass
@@ -17,17 +16,19 @@ from sweep.spec.document import Entry
 from sweep.spec.keys import Key
 from sweep.spec.schema_parts import Schema
 
-LEAST_VERTICES, MOST_VERTICES = 3, 1000
-INSIDE, OUTSIDE = "inside", "outside"
+LEAST_VERTICES = 3
+MOST_VERTICES = 1000
+INSIDE = "inside"
+OUTSIDE = "outside"
 MOST_NUMBER = 10**15
-"""The square of a larger one may be beyond all numbers."""
+"""Largest coordinate. The square of a larger one may overflow."""
 NUMBER = Number(least=-MOST_NUMBER, most=MOST_NUMBER)
 
 Floats = NDArray[np.float64]
 
 
 class Segments(NamedTuple):
-    """Where sides begin and end: `ax`, `ay`, `bx`, `by`, numbers or arrays."""
+    """Sides of a polygon from (ax, ay) to (bx, by), numbers or arrays."""
 
     ax: Any
     ay: Any
@@ -41,15 +42,18 @@ class Pair(Content[Point]):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return "[x, y]"
 
     def read(self, entry: Entry) -> Point:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         if not isinstance(entry.value, list) or len(entry.value) != 2:
             raise entry.expected(self.words)
-        x, y = (NUMBER.read(one) for one in entry.entries())
+        x, y = (NUMBER.read(coordinate) for coordinate in entry.entries())
         return x, y
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         return {
             "type": "array",
             "items": NUMBER.schema(),
@@ -58,6 +62,7 @@ class Pair(Content[Point]):
         }
 
     def write(self, value: Point) -> Any:
+        """Return the pair as a list."""
         return list(value)
 
 
@@ -66,23 +71,26 @@ PAIR = Pair()
 
 @dataclass(frozen=True)
 class Vertices(Content[tuple[Point, ...]]):
-    """The vertices of a polygon, in their order round it."""
+    """The vertices of a polygon, in their order around it."""
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return f"a list of {LEAST_VERTICES} to {MOST_VERTICES} vertices [x, y]"
 
     def read(self, entry: Entry) -> tuple[Point, ...]:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         listed = entry.entries()
         if not LEAST_VERTICES <= len(listed) <= MOST_VERTICES:
-            given = f"a list of {len(listed)}"
-            raise entry.error(f'"{entry.name}" must be {self.words}, not {given}')
+            length = f"a list of {len(listed)}"
+            raise entry.error(f'"{entry.name}" must be {self.words}, not {length}')
         vertices = tuple(map(PAIR.read, listed))
         if flaw := flaw_of(vertices):
             raise entry.error(f"the polygon has {flaw}")
         return vertices
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         return {
             "type": "array",
             "items": PAIR.schema(),
@@ -91,6 +99,7 @@ class Vertices(Content[tuple[Point, ...]]):
         }
 
     def write(self, value: tuple[Point, ...]) -> Any:
+        """Return the vertices as lists."""
         return [list(vertex) for vertex in value]
 
 
@@ -99,7 +108,7 @@ VELOCITY = Key(PAIR, "[x, y], length/time", otherwise="obstacle_speed")
 
 @dataclass(frozen=True)
 class VertexPolygon:
-    """An obstacle of any shape as a spec has it."""
+    """An obstacle of any shape as a spec writes it."""
 
     vertices: Annotated[
         tuple[Point, ...],
@@ -120,23 +129,24 @@ class VertexPolygon:
 
     @property
     def obstacle(self) -> Polygon:
-        """The obstacle as kernels.shapes has it."""
+        """The obstacle in the form of `kernels.shapes`."""
         return Polygon(self.vertices, self.solid == OUTSIDE, self.velocity)
 
 
 def polygon_as_written(polygon: Polygon) -> dict[str, Any]:
-    """A polygon as a spec has it."""
-    about: dict[str, Any] = {"vertices": [list(one) for one in polygon.vertices]}
+    """Return a polygon as a spec writes it."""
+    keys: dict[str, Any] = {"vertices": [list(vertex) for vertex in polygon.vertices]}
     if polygon.is_arena:
-        about["solid"] = OUTSIDE
+        keys["solid"] = OUTSIDE
     if polygon.velocity:
-        about["velocity"] = list(polygon.velocity)
-    return about
+        keys["velocity"] = list(polygon.velocity)
+    return keys
 
 
 def polygon_from_json(stored: Any) -> Polygon:
-    """The polygon that `polygon_as_written` wrote. Raises ValueError, which says what
-    is wrong with it.
+    """Return the polygon that `polygon_as_written` wrote.
+
+    Raises ValueError, with the mistake, for anything else.
     """
     try:
         rows = np.array(stored["vertices"], np.float64).reshape(-1, 2)
@@ -163,68 +173,76 @@ def polygon_from_json(stored: Any) -> Polygon:
 
 
 def flaw_of(vertices: tuple[Point, ...]) -> str:
-    """Why finite vertices are none of a polygon, in words; "" where they are."""
+    """Return in words why finite vertices are not a polygon.
+
+    "" if they are a polygon.
+    """
     x, y = np.array(vertices, np.float64).T
     sides = Segments(x, y, np.roll(x, -1), np.roll(y, -1))
-    along_x, along_y = sides.bx - x, sides.by - y
+    along_x = sides.bx - x
+    along_y = sides.by - y
     still = np.flatnonzero((along_x == 0.0) & (along_y == 0.0))
     if still.size:
         return f"a side of length 0: {_words(vertices, int(still[0]))}"
-    if not _turn(x[0], y[0], x[1], y[1], x, y).any():
+    if not _turn(x[0], y[0], x[1], y[1], x=x, y=y).any():
         return "the area 0: all vertices lie on one line"
     for i in range(len(vertices) - 1):
-        one = Segments(*(float(part[i]) for part in sides))
+        side = Segments(*(float(part[i]) for part in sides))
         later = Segments(*(part[i + 1 :] for part in sides))
-        met = _meet(one, later)
+        met = _meet(side, later)
         # Segments that follow each other share a vertex, and may share no more.
         met[0] = _folds(along_x, along_y, i, i + 1)
         if i == 0:
             met[-1] = _folds(along_x, along_y, len(vertices) - 1, 0)
         if met.any():
             other = i + 1 + int(np.argmax(met))
-            first, second = _words(vertices, i), _words(vertices, other)
+            first = _words(vertices, i)
+            second = _words(vertices, other)
             return f"sides that cross: {first}, and {second}"
     return ""
 
 
 def _words(vertices: tuple[Point, ...], k: int) -> str:
-    """Side k, counted from 0, in words."""
-    (ax, ay), (bx, by) = vertices[k], vertices[(k + 1) % len(vertices)]
+    """Return side k, counted from 0, in words."""
+    ax, ay = vertices[k]
+    bx, by = vertices[(k + 1) % len(vertices)]
     return f"side {k + 1}, from ({ax:g}, {ay:g}) to ({bx:g}, {by:g})"
 
 
 def _turn(ax: Any, ay: Any, bx: Any, by: Any, x: Any, y: Any) -> Any:
-    """Twice the area of triangles, positive where (x, y) is left of the way from a to
-    b.
+    """Return twice the area of triangles.
+
+    It is positive if (x, y) is left of the line from a to b.
     """
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
 
 
-def _folds(along_x: Floats, along_y: Floats, one: int, following: int) -> bool:
-    """Whether a side lies on the one before it."""
-    ax, ay, bx, by = along_x[one], along_y[one], along_x[following], along_y[following]
-    return bool(ax * by - ay * bx == 0.0 and ax * bx + ay * by < 0.0)
+def _folds(along_x: Floats, along_y: Floats, first: int, second: int) -> bool:
+    """Return whether the side `second` folds back onto the side `first` before it."""
+    turn = along_x[first] * along_y[second] - along_y[first] * along_x[second]
+    onward = along_x[first] * along_x[second] + along_y[first] * along_y[second]
+    return bool(turn == 0.0 and onward < 0.0)
 
 
-def _meet(one: Segments, many: Segments) -> NDArray[np.bool_]:
-    """Which of many sides have a point in common with one."""
-    from_one = [
-        np.sign(_turn(*one, x, y)) for x, y in ((many.ax, many.ay), (many.bx, many.by))
+def _meet(side: Segments, many: Segments) -> NDArray[np.bool_]:
+    """Return for many sides whether they have a point in common with one side."""
+    from_side = [
+        np.sign(_turn(*side, x, y)) for x, y in ((many.ax, many.ay), (many.bx, many.by))
     ]
     from_many = [
-        np.sign(_turn(*many, x, y)) for x, y in ((one.ax, one.ay), (one.bx, one.by))
+        np.sign(_turn(*many, x, y)) for x, y in ((side.ax, side.ay), (side.bx, side.by))
     ]
-    apart = (from_one[0] * from_one[1] > 0) | (from_many[0] * from_many[1] > 0)
-    beside = _beside(one.ax, one.bx, many.ax, many.bx) | _beside(
-        one.ay, one.by, many.ay, many.by
+    apart = (from_side[0] * from_side[1] > 0) | (from_many[0] * from_many[1] > 0)
+    beside = _beside(side.ax, side.bx, many.ax, many.bx) | _beside(
+        side.ay, side.by, many.ay, many.by
     )
-    found: NDArray[np.bool_] = ~(apart | beside)
-    return found
+    meets: NDArray[np.bool_] = ~(apart | beside)
+    return meets
 
 
 def _beside(a: float, b: float, c: Floats, d: Floats) -> NDArray[np.bool_]:
-    """Whether intervals have no point in common with that from `a` to `b`."""
-    found: NDArray[np.bool_] = (np.maximum(c, d) < min(a, b)) | (
+    """Return whether the intervals [c, d] have no point in common with [a, b]."""
+    beside: NDArray[np.bool_] = (np.maximum(c, d) < min(a, b)) | (
         np.minimum(c, d) > max(a, b)
     )
-    return found
+    return beside

@@ -1,4 +1,4 @@
-"""The names of metrics in a spec, and of the columns that trials have of them."""
+"""Names of metrics in a spec, and of the columns of trials that hold them."""
 
 from collections.abc import Collection, Iterable
 from typing import Literal, NamedTuple, get_args
@@ -14,11 +14,11 @@ from sweep.text import unknown
 
 MEAN = "_mean"
 ANY_METRIC = next(iter(METRICS))
-"""For examples."""
+"""A metric for examples."""
 
 
 class Column(NamedTuple):
-    """A column of trials: a metric at the last frame, or its mean over the last half.
+    """A column of trials: a metric at the last frame, or its mean over the second half.
 
     >>> str(Column("speed", half=True))
     'speed_mean'
@@ -32,23 +32,25 @@ class Column(NamedTuple):
 
     @classmethod
     def read(cls, name: str) -> "Column":
-        """The column of that name: `coverage`, or `coverage_mean`."""
+        """Return the column of a name, such as `coverage` or `coverage_mean`."""
         half = name.endswith(MEAN)
         return cls(name.removesuffix(MEAN) if half else name, half)
 
 
 def columns_of(metrics: Iterable[str]) -> list[str]:
-    """The names of both columns of each metric."""
+    """Return the names of both columns of each metric."""
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
 
 
 Over = Literal["last", "half"]
-"""The last frame of a trial, or the mean over its last half."""
+"""The last frame of a trial, or the mean over its second half."""
 
 
 def is_half(over: str, half: bool = False) -> bool:
-    """Whether means over the last half are asked for, by `over`, or by `half`, the form
-    of up to 0.18. Raises ChoiceError for an `over` that is none.
+    """Return whether means over the second half are selected.
+
+    `over` selects them, or `half`, the argument of versions up to 0.18. Raises
+    ChoiceError for an unknown `over`.
     """
     if over not in (allowed := get_args(Over)):
         raise ChoiceError(unknown("value of over", over, allowed))
@@ -56,9 +58,10 @@ def is_half(over: str, half: bool = False) -> bool:
 
 
 def column_over(metric: str, over: str) -> str:
-    """The column of a metric: over "half" that of its mean over the last half, and over
-    "last" the one of that name, as `speed_mean` names such a mean too. A direction, as
-    in `coverage+`, stays.
+    """Return the column of a metric.
+
+    Over "half" it is the column of its mean over the second half. Over "last" it is the
+    column of that name, so `speed_mean` stays. A direction, as in `coverage+`, stays.
     """
     if not is_half(over):
         return metric
@@ -69,8 +72,17 @@ def column_over(metric: str, over: str) -> str:
 def check_recorded(
     entry: Entry, column: str, recorded: Iterable[str], metrics: Collection[str]
 ) -> None:
-    """Raise SpecError unless `column` is one of the columns of the `recorded` ones of
-    these `metrics`.
+    """Raise SpecError unless a column is recorded.
+
+    Parameters
+    ----------
+    entry : Entry
+        The error has its line.
+    column : str
+    recorded : iterable of str
+        Recorded metrics.
+    metrics : collection of str
+        All known metrics, for a message that tells how to record one.
     """
     columns = columns_of(recorded)
     if column in metrics and column not in columns:
@@ -82,17 +94,27 @@ def check_recorded(
 
 
 def declaration_of(metric: Metric) -> Declaration:
-    """What a metric declares of its values: about normal ones, where it declares no
-    distribution. A mean over frames lies where they lie.
+    """Return the declaration of the values of a metric.
+
+    A metric without a distribution is about normal. A mean over frames has the range of
+    the values at frames.
     """
     return Declaration.of(metric.distribution or "normal", metric.low, metric.high)
 
 
 class KnownMetrics(NamedTuple):
-    """The metrics that a spec may name: those that its model can have, and those that
-    it derives.
+    """The metrics that a spec may name.
 
-    The methods raise SpecError for any other.
+    The methods raise SpecError for any other metric.
+
+    Attributes
+    ----------
+    model
+        Name of the model.
+    known
+        Catalogue of models and metrics.
+    derived
+        Names of the metrics that the spec derives.
     """
 
     model: str
@@ -101,13 +123,13 @@ class KnownMetrics(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All of them; those of parts of the boids are the last."""
+        """All names; metrics of parts of the boids are the last."""
         model = self.known.models[self.model]
         parts = names_of_parts(model, self.known)
         return (*self.known.metrics, *self.derived, *parts)
 
     def read(self, entry: Entry) -> str:
-        """The metric whose name is the value of `entry`."""
+        """Return the metric whose name is the value of an entry."""
         name = entry.text()
         if name not in self.known.metrics:
             name = entry.one_of("metric", self.names)
@@ -115,20 +137,31 @@ class KnownMetrics(NamedTuple):
         return name
 
     def column(self, entry: Entry) -> str:
-        """The column that is the key of `entry`: a metric, at the last frame, or
-        `<metric>_mean`, over the last half.
+        """Return the column that is the key of an entry.
+
+        It is a metric, at the last frame, or `<metric>_mean`, over the second half.
         """
-        column, metrics = Column.read(entry.name), self.known.metrics
+        column = Column.read(entry.name)
+        metrics = self.known.metrics
         if column.metric not in metrics and column.metric not in self.derived:
             raise entry.error(unknown("metric", entry.name, columns_of(self.names)))
         self.check(entry, column.metric)
         return entry.name
 
     def check(self, entry: Entry, name: str) -> None:
-        """Raise SpecError for a metric that the model cannot have."""
-        metric, models = self.known.metrics.get(name), self.known.models
+        """Raise SpecError for a metric that the model cannot have.
+
+        Parameters
+        ----------
+        entry : Entry
+            The error has its line.
+        name : str
+            Name of the metric.
+        """
+        metric = self.known.metrics.get(name)
+        models = self.known.models
         if metric and (lacking := lacks(models[self.model], metric)):
-            having = [one.name for one in models.values() if not lacks(one, metric)]
+            having = [each.name for each in models.values() if not lacks(each, metric)]
             raise entry.error(
                 f'metric "{name}" is for models with {lacking}:'
                 f" {', '.join(having) or 'there is none'}"
@@ -136,22 +169,26 @@ class KnownMetrics(NamedTuple):
 
 
 def names_of_parts(model: Model, known: Catalogue) -> list[str]:
-    """The names of the metrics of each part of the boids of a model."""
-    whole = [name for name, metric in known.metrics.items() if has_parts(metric)]
+    """Return the names of the metrics of each part of the boids of a model."""
+    names = [name for name, metric in known.metrics.items() if has_parts(metric)]
     parts = (*model.kinds, WORKING)
-    return [f"{name}{OF}{part}" for part in parts for name in whole]
+    return [f"{name}{OF}{part}" for part in parts for name in names]
 
 
 def lacks(model: Model, metric: Metric) -> str:
-    """What a model would need for a metric, in words; "" where it has all of it."""
+    """Return in words what a model lacks for a metric.
+
+    "" if it lacks nothing.
+    """
     if metric.potential and not model.pair_potential:
         return "a pair potential"
     return lacks_boids(model, metric)
 
 
 def lacks_boids(model: Model, metric: Metric) -> str:
-    """The state or the kinds of boids that a metric reads and a model has not, in
-    words; "" where it has them.
+    """Return in words the state or the kinds of boids that a model lacks for a metric.
+
+    "" if it lacks none.
     """
     if tuple(model.state)[: len(metric.state)] != metric.state:
         return f"the state {', '.join(metric.state)}"

@@ -27,14 +27,16 @@ SAMPLERS = Registry(
     },
 )
 ALONE = "random"
-"""What draws the axis of one setting, which names no sampler."""
+"""Sampler of an axis of one setting, which names no sampler."""
 
 
 def in_blocks() -> list[str]:
-    """The samplers whose points come in blocks."""
-    return [name for name, about in SAMPLERS.items() if about.blocks]
+    """Return the samplers whose points come in blocks."""
+    return [name for name, sampler in SAMPLERS.items() if sampler.blocks]
 
 
 def made_for(analysis: Analyses) -> tuple[str, ...]:
-    """The samplers whose samples an analysis needs."""
-    return tuple(name for name, about in SAMPLERS.items() if about.analysis == analysis)
+    """Return the samplers whose samples an analysis needs."""
+    return tuple(
+        name for name, sampler in SAMPLERS.items() if sampler.analysis == analysis
+    )

@@ -1,7 +1,7 @@
-"""What a sampler is, and those that draw points one by one.
+"""Definition of a sampler, and the samplers that draw points one by one.
 
-A sampler fills the unit cube, which has a side for each setting; distributions stretch
-its sides. To add one, write a function and enter it in `sweep.spec.samplers`.
+A sampler fills the unit cube, which has a side per setting. Distributions stretch the
+sides. To add a sampler, write a function and enter it in `sweep.spec.samplers`.
 """
 
 import math
@@ -18,18 +18,20 @@ from sweep.spec.keys import Key
 from sweep.spec.seeds import address, hashed
 
 Analyses = Literal["sobol", "morris", "ranks"]
-"""What `sweep.methods.sensitivity` can make of a sample: Sobol indices, elementary
-effects, or rank correlations.
+"""Analyses of `sweep.methods.sensitivity` that a sample is made for.
+
+Sobol indices, elementary effects, or rank correlations.
 """
 
 Unit = NDArray[np.float64]
-"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of
-them.
+"""Numbers in [0, 1), shape (points,).
+
+In a sample on levels, such as Morris's, 1 is a level too.
 """
 
 
 def generator(seed: int, *names: str) -> Generator:
-    """The random numbers of an axis, or of one of its settings."""
+    """Return the random numbers of an axis, or of one of its settings."""
     return default_rng(
         address(seed, "design", *(number for name in names for number in hashed(name)))
     )
@@ -37,12 +39,24 @@ def generator(seed: int, *names: str) -> Generator:
 
 @dataclass(frozen=True)
 class UnitCube:
-    """What a sampler is asked for: `points` of the unit cube, which has a side for each
-    of the settings `names`.
+    """The points of the unit cube that a sampler draws.
 
-    `axis` and the `seed` of the study give it its random numbers. The distributions of
-    the settings `unbounded` have no ends. Where points come in blocks of `size`,
-    `points` is the number of blocks; `levels` is that of values of a setting in a grid.
+    Attributes
+    ----------
+    points
+        Number of points, or of blocks if points come in blocks.
+    names
+        Settings, one per side of the cube.
+    axis
+        Name of the axis; with `seed` it decides the random numbers.
+    seed
+        Seed of the study.
+    unbounded
+        Settings whose distributions have no ends.
+    size
+        Number of points of a block.
+    levels
+        Number of values of a setting in a grid. None without a grid.
     """
 
     points: int
@@ -54,18 +68,18 @@ class UnitCube:
     levels: int | None = None
 
     def generator(self, *names: str) -> Generator:
-        """The random numbers of the axis, or of one of its settings."""
+        """Return the random numbers of the axis, or of one of its settings."""
         return generator(self.seed, self.axis, *names)
 
 
 class BlockSize(NamedTuple):
-    """How many points a block has: `times` D + `more`, for D settings."""
+    """The number of points of a block: `times` D + `more` for D settings."""
 
     times: int
     more: int
 
     def of(self, settings: int) -> int:
-        """The number of points for so many settings."""
+        """Return the number of points for a number of settings."""
         return self.times * settings + self.more
 
     def __str__(self) -> str:
@@ -74,12 +88,21 @@ class BlockSize(NamedTuple):
 
 @dataclass(frozen=True)
 class BlockRules:
-    """Of a sampler whose points count only together, in blocks.
+    """Rules of a sampler whose points count only together, in blocks.
 
-    `words` is what such blocks are called. A block has one of `sizes`; `read(axis)`
-    says which an axis asks for, and on how many levels, None where there are none.
-    `options` are the keys of an axis that only this sampler knows. `leveled` says that
-    the analysis needs the number of levels.
+    Attributes
+    ----------
+    words
+        Name of such blocks, in the plural.
+    sizes
+        Sizes that a block can have.
+    read
+        Returns the size of blocks and the number of levels that an axis selects. The
+        number is None without levels.
+    options
+        Keys of an axis that only this sampler has.
+    leveled
+        True if the analysis needs the number of levels.
     """
 
     words: str
@@ -90,7 +113,7 @@ class BlockRules:
 
 
 class Package(NamedTuple):
-    """A package that is no part of every installation, and how to install it."""
+    """An optional package, and how to install it."""
 
     name: str
     install: str
@@ -98,13 +121,23 @@ class Package(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampler:
-    """How the points of a joint axis are drawn, written in a spec as `sample: name`.
+    """A way to draw the points of a joint axis, in a spec `sample: name`.
 
-    `draw(cube)` gives a column a setting, in the order of its names, each with its
-    numbers between 0 and 1. `text` says what it does. `remark(points)` is what a user
-    should know of such a number of points, "" for nothing. `blocks` are the rules of a
-    sample whose points come in blocks. `analysis` names the one of
-    `sweep.methods.sensitivity` that the sample is made for. `package` is what it needs.
+    Attributes
+    ----------
+    draw
+        Returns a column per setting, in the order of the names, with numbers between 0
+        and 1.
+    text
+        Description of the sampler.
+    remark
+        Returns a remark on a number of points, "" for none.
+    blocks
+        Rules of a sample whose points come in blocks.
+    analysis
+        The analysis of `sweep.methods.sensitivity` that the sample is made for.
+    package
+        Package that the sampler needs.
     """
 
     draw: Callable[[UnitCube], Sequence[Unit]]
@@ -116,16 +149,18 @@ class Sampler:
 
 
 def random(cube: UnitCube) -> list[Unit]:
-    """Independent draws. Each setting has its own stream, so that another setting or
-    more points change no value.
+    """Draw points independently.
+
+    Each setting has its own stream, so that another setting or more points change no
+    value.
     """
     return [cube.generator(name).random(cube.points) for name in cube.names]
 
 
 def latin_hypercube(cube: UnitCube) -> list[Unit]:
-    """One draw in each of `points` equal intervals of every setting.
+    """Draw once in each of `points` equal intervals of every setting.
 
-    More points are other points altogether.
+    A sample of more points shares none with a smaller one.
     """
     # As scipy's LatinHypercube, which holds the sample four times: it spawns its
     # generator.
@@ -139,8 +174,9 @@ def latin_hypercube(cube: UnitCube) -> list[Unit]:
 
 
 def sobol(cube: UnitCube) -> list[Unit]:
-    """The scrambled Sobol sequence: more points continue it, another setting makes it
-    another.
+    """Draw the scrambled Sobol sequence.
+
+    More points continue the sequence. Another setting changes all of it.
     """
     from scipy.stats.qmc import Sobol
 
@@ -151,8 +187,9 @@ def sobol(cube: UnitCube) -> list[Unit]:
 
 
 def halton(cube: UnitCube) -> list[Unit]:
-    """The scrambled Halton sequence: more points continue it, another setting makes it
-    another.
+    """Draw the scrambled Halton sequence.
+
+    More points continue the sequence. Another setting changes all of it.
     """
     from scipy.stats.qmc import Halton
 
@@ -161,7 +198,7 @@ def halton(cube: UnitCube) -> list[Unit]:
 
 
 def powers_of_two(points: int) -> str:
-    """What is to be said of the number of points of a Sobol sequence."""
+    """Return the remark on a number of points of a Sobol sequence."""
     if points & (points - 1) == 0:
         return ""
     return f"a Sobol sequence is most even for a power of two, not for {points} points"

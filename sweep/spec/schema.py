@@ -1,7 +1,7 @@
-"""The JSON Schema of spec.yaml: editors complete names from it, and show what they are.
+"""JSON Schema of spec.yaml, from which editors complete names and show their meaning.
 
-It comes from the descriptions of the keys, see `sweep.spec.keys`. What depends on
-several values, as expressions do, is checked by `sweep.spec.study` alone.
+It comes from the descriptions of the keys, see `sweep.spec.keys`. Rules for several
+values, such as expressions, are checked by `sweep.spec.study` alone.
 """
 
 import re
@@ -35,7 +35,7 @@ from sweep.spec.search_schema import statistic
 from sweep.spec.study import sections, spec_parts, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
-"""No file of a spec is known."""
+"""No custom file of a spec."""
 
 
 def json_schema(
@@ -43,12 +43,17 @@ def json_schema(
     files: Mapping[str, str | None] = NO_FILES,
     samplers: Mapping[str, Sampler] = SAMPLERS,
 ) -> Schema:
-    """The schema, draft 07, as plain dicts and lists.
+    """Return the schema, draft 07, as plain dicts and lists.
 
-    known     what names stand for
-    files     the files of the user's own whose entries are known, as the spec names
-              them, each with the model that it stands for, None where it is no model
-    samplers  those that a sample may have
+    Parameters
+    ----------
+    known : Catalogue, optional
+        Models, metrics, maps and starts by name; by default the built-in ones.
+    files : mapping, optional
+        The model of each custom file whose entries are known, None if it is no model.
+        Keys are the files as the spec names them.
+    samplers : mapping, optional
+        Samplers that a sample may have.
     """
     own = {text: model for text, model in files.items() if model}
     models = [
@@ -62,7 +67,7 @@ def json_schema(
         **replication_rules(),
         **study_rules(),
         "dependencies": policy_dependencies()
-        | {key: one.needs for key, one in sections().items() if one.needs},
+        | {key: each.needs for key, each in sections().items() if each.needs},
         "allOf": [*models, _known_maps(files), _known_metrics(files)],
         "definitions": _definitions(known, samplers),
     }
@@ -73,7 +78,7 @@ def _is(model: str) -> Schema:
 
 
 def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
-    """The schemas that others refer to by name."""
+    """Return the schemas that others refer to by name."""
     models = {
         name: part
         for model in known.models
@@ -100,15 +105,15 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
 
 
 def _of_parts(known: Catalogue) -> str:
-    """The pattern of the metrics of one kind of boids, or of those that work."""
-    whole = [name for name, metric in known.metrics.items() if has_parts(metric)]
+    """Return the pattern of the metrics of a kind of boids, or of working boids."""
+    names = [name for name, metric in known.metrics.items() if has_parts(metric)]
     kinds = [kind for model in known.models.values() for kind in model.kinds]
     parts = dict.fromkeys((*map(re.escape, kinds), WORKING))
-    return f"({'|'.join(whole)}){OF}({'|'.join(parts)})"
+    return f"({'|'.join(names)}){OF}({'|'.join(parts)})"
 
 
 def _forms(samplers: Mapping[str, Sampler]) -> Schema:
-    """How axes, their members and ranges are written, whatever the setting."""
+    """Return the schemas of axes, members and ranges, for any setting."""
     number: Schema = {"type": "number"}
     grid = {
         "type": "array",
@@ -122,13 +127,15 @@ def _forms(samplers: Mapping[str, Sampler]) -> Schema:
     values: Schema = {"title": "list", "type": "array", "minItems": 1}
     ranges: Schema = {
         name: reference("list")
-        if about.kind == "listed"
-        else pair | {"description": about.text}
-        for name, about in DISTRIBUTIONS.items()
+        if distribution.kind == "listed"
+        else pair | {"description": distribution.text}
+        for name, distribution in DISTRIBUTIONS.items()
     }
     grids = dict.fromkeys(GRIDS, reference("grid_values"))
     drawn = {name: reference(name) for name in DISTRIBUTIONS}
-    endless = [name for name, about in DISTRIBUTIONS.items() if not about.bounded]
+    endless = [
+        name for name, distribution in DISTRIBUTIONS.items() if not distribution.bounded
+    ]
     narrow = {
         "allOf": [reference("distribution")],
         "properties": dict.fromkeys(endless, False),
@@ -150,7 +157,7 @@ def _forms(samplers: Mapping[str, Sampler]) -> Schema:
 
 
 def _axis(grids: Schema, drawn: Schema) -> Schema:
-    """A mapping that makes the values of an axis; drawn ones need `points`."""
+    """Return the schema of a mapping for an axis; drawn values need `points`."""
     ways = {"values": reference("list")} | grids | drawn
     rest = {"points": reference("points"), "when": reference("when")}
     rest |= {key.name: key.schema() for key in (CONTINUE, HOLD)}
@@ -164,7 +171,7 @@ def _axis(grids: Schema, drawn: Schema) -> Schema:
 
 
 def _other_code(files: Iterable[str]) -> Schema:
-    """Code that may bring anything, since it is none of these."""
+    """Return the schema of custom code that is none of these files."""
     return {"allOf": [OWN_CODE, {"not": {"enum": list(files)}}]} if files else OWN_CODE
 
 
@@ -173,7 +180,7 @@ def _other_model(files: Iterable[str]) -> Schema:
 
 
 def _known_maps(files: Iterable[str]) -> Schema:
-    """Without maps of its own, a study has those that are known to choose from."""
+    """Return the rule that a study without maps of its own names known maps."""
     name = {"anyOf": [reference("built_in_map"), OWN_CODE]}
     swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
     return {
@@ -188,8 +195,10 @@ def _known_maps(files: Iterable[str]) -> Schema:
 
 
 def _known_metrics(files: Iterable[str]) -> Schema:
-    """A study has the metrics that are known to choose from, unless it derives some, or
-    names another file than these, which may bring others.
+    """Return the rule that a study names known metrics.
+
+    The rule does not hold if the study derives metrics, or names a file other than
+    these, which may bring more.
     """
     lists = [
         {"properties": {name: {"contains": _other_code(files)}}, "required": [name]}

@@ -1,7 +1,8 @@
-"""The parts of a JSON Schema, of draft 07: many editors know no later one.
+"""Parts of a JSON Schema of draft 07: many editors know no later draft.
 
-In that draft all that stands beside a `$ref` is ignored. So both go into an `allOf`.
-Names in `patternProperties` are checked; those in `properties` are suggested, too.
+In draft 07 all keys beside a `$ref` are ignored. A reference and other keys therefore
+go into an `allOf`. Names in `patternProperties` are checked; editors suggest names in
+`properties` too.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,14 +14,15 @@ TEXT: Schema = {"type": "string"}
 
 
 class Described(Protocol):
-    """An entry of a registry, which says what it is."""
+    """An entry of a registry with a description."""
 
     @property
-    def text(self) -> str: ...
+    def text(self) -> str:
+        """Description of the entry."""
 
 
 def reference(name: str) -> Schema:
-    """The schema of that name among the definitions."""
+    """Return a reference to the definition of a name."""
     return {"$ref": f"#/definitions/{name}"}
 
 
@@ -31,11 +33,11 @@ OWN_CODE_FORM: Schema = {
     " an installed package, PACKAGE.MODULE:NAME",
 }
 OWN_CODE = reference("own_code")
-"""In the place of a name: code of the user's own that offers it."""
+"""Custom code in the place of a name: code that offers an entry."""
 
 
 def mapping(properties: Mapping[str, Any], required: Iterable[str] = ()) -> Schema:
-    """A mapping that is not empty, with these keys and no others."""
+    """Return the schema of a mapping, not empty, with these keys and no others."""
     must = {"required": list(required)} if required else {}
     keys = {"properties": dict(properties)} if properties else {}
     closed = {"additionalProperties": False, "minProperties": 1}
@@ -43,23 +45,23 @@ def mapping(properties: Mapping[str, Any], required: Iterable[str] = ()) -> Sche
 
 
 def named(value: Schema, names: Schema | None = None) -> Schema:
-    """A mapping that is not empty, from names to such values."""
+    """Return the schema of a mapping, not empty, from names to such values."""
     only = {"propertyNames": names} if names else {}
     return {"type": "object", **only, "additionalProperties": value, "minProperties": 1}
 
 
 def listed(items: Schema) -> Schema:
-    """A list that is not empty, of items none of which stands twice."""
+    """Return the schema of a list, not empty, without equal items."""
     return {"type": "array", "items": items, "minItems": 1, "uniqueItems": True}
 
 
 def one_of(keys: Iterable[str]) -> Schema:
-    """A mapping with exactly one of these keys."""
+    """Return the schema of a mapping with exactly one of these keys."""
     return {"oneOf": [{"required": [key]} for key in keys]}
 
 
 def choices(entries: Mapping[str, Described]) -> Schema:
-    """One of the names of these entries, each with its text."""
+    """Return the schema of a name of an entry, with the text of each."""
     return {
         "oneOf": [
             {"const": name, "description": entry.text}
@@ -69,5 +71,5 @@ def choices(entries: Mapping[str, Described]) -> Schema:
 
 
 def any_of(names: Iterable[str]) -> str:
-    """The pattern of these names."""
+    """Return the pattern that matches these names."""
     return f"^({'|'.join(names)})$"

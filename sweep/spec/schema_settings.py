@@ -1,9 +1,9 @@
-"""The settings of models in the JSON Schema of a spec. Nothing in it stands twice.
+"""Settings of models in the JSON Schema of a spec, each defined once.
 
-Settings of all models share a few kinds, as "a number from 0". The schema says three
-things separately, each of them once: which values a kind allows, for one value and for
-several; how axes are written, which is in `sweep.spec.schema`; and what each setting of
-a model means. The schema of a `sweep` or a `zip` combines them.
+Settings of all models share a few kinds, such as "a number from 0". The schema has
+three separate parts: the values that a kind allows, for one value and for several; the
+forms of axes, in `sweep.spec.schema`; and the meaning of each setting of a model. The
+schema of a `sweep` or a `zip` combines them.
 """
 
 import math
@@ -49,7 +49,10 @@ TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 
 def kinds(known: Catalogue) -> Schema:
-    """What settings may be, by the name of each kind; with `each.` what several may."""
+    """Return the schema of one value of each kind of setting, by its name.
+
+    `each.` before the name has the schema of several values.
+    """
     settings = [
         setting
         for model in known.models
@@ -61,7 +64,7 @@ def kinds(known: Catalogue) -> Schema:
 
 
 def _kind(setting: Setting) -> str:
-    """The name of what a setting may be, whatever its unit."""
+    """Return the name of the values that a setting allows, whatever its unit."""
     if setting.name == "map" or setting.kind == "places":
         return "map" if setting.name == "map" else setting.kind
     return replace(setting, unit="").allowed().replace(" ", "_")
@@ -86,14 +89,14 @@ def _value(setting: Setting) -> Schema:
 
 
 def _each(value: Schema) -> Schema:
-    """The values in a list, or in an axis that lists them."""
+    """Return the schema of values in a list, or in an axis that lists them."""
     items = {"items": value}
-    lists = [name for name, one in DISTRIBUTIONS.items() if one.kind == "listed"]
+    lists = [name for name, each in DISTRIBUTIONS.items() if each.kind == "listed"]
     return items | {"patternProperties": {any_of(["values", *lists]): items}}
 
 
 def of_model(model: str, known: Catalogue) -> Schema:
-    """The definitions of a model: its settings, its axes, and what its spec adds."""
+    """Return the definitions of a model: settings, axes, and additions to a spec."""
     settings = settings_of(model, known).of_study(())
     presets = {
         name: usual_settings(model, name, known) for name in known.models[model].presets
@@ -104,19 +107,19 @@ def of_model(model: str, known: Catalogue) -> Schema:
         for name, setting in settings.items()
     }
     not_derived = {"properties": {"map": texts.pop("map")}}
-    about = {"allOf": [reference(f"{model}.about")]}
+    description = {"allOf": [reference(f"{model}.about")]}
     return {
         f"{model}.derived": {"properties": texts},
         f"{model}.about": not_derived | {"allOf": [reference(f"{model}.derived")]},
-        f"{model}.settings": mapping(values) | about,
-        f"{model}.each": {"patternProperties": dict(_by_kind(settings))} | about,
+        f"{model}.settings": mapping(values) | description,
+        f"{model}.each": {"patternProperties": dict(_by_kind(settings))} | description,
         f"{model}.sweep": _swept(model, settings, presets),
         f"{model}.spec": _spec(model, settings, presets),
     }
 
 
 def _by_kind(settings: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
-    """For each kind a pattern of its settings, and what several values may be."""
+    """Yield for each kind the pattern of its settings, and the rule of their values."""
     names = defaultdict[str, list[str]](list)
     for name, setting in settings.items():
         names[_kind(setting)].append(name)
@@ -125,7 +128,7 @@ def _by_kind(settings: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
 
 
 def _text(setting: Setting, presets: Presets) -> str:
-    """What editors show of a setting: what it is, its unit, and its presets' values."""
+    """Return the text of a setting for editors: meaning, unit, values of presets."""
     if setting.spread_of:  # 0 in all presets
         return f"{setting.text}."
     values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
@@ -134,7 +137,8 @@ def _text(setting: Setting, presets: Presets) -> str:
 
 
 def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
-    settings, axes = reference(f"{model}.settings"), reference(f"{model}.sweep")
+    settings = reference(f"{model}.settings")
+    axes = reference(f"{model}.sweep")
     derived = [name for name in names if name != "map"]
     properties = {
         "preset": {"enum": list(presets)},
@@ -147,24 +151,27 @@ def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
 
 
 def each_design(design: Schema) -> Schema:
-    """What holds of a design, for one under `sweep` or for each of several."""
+    """Return the rule of a design, for one under `sweep` or for each of several."""
     return {"if": {"type": "array"}, "then": {"items": design}, "else": design}
 
 
 def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Schema:
-    """A mapping that is not empty, from some of these names, and with other `keys`."""
+    """Return the schema of a mapping, not empty, from some names or other `keys`."""
     patterns = {"patternProperties": {any_of(names): value}}
     return mapping(dict.fromkeys(keys, True)) | patterns
 
 
 def _written(model: str, names: Iterable[str], form: str) -> Schema:
-    """Settings of the model, each written in that form."""
+    """Return the schema of settings of the model, each written in one form."""
     each = {"allOf": [reference(f"{model}.each")]}
     return _named(names, reference(form)) | each
 
 
 def _swept(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
-    """The axes of a study: of one setting under its name, of several under another."""
+    """Return the schema of the axes of a study.
+
+    An axis of one setting has its name. An axis of several has another name.
+    """
     joint = [
         _sampled(model, names),
         _table(names),
@@ -190,7 +197,7 @@ def _zipped(model: str, names: Iterable[str]) -> Schema:
 
 
 def _ablation(model: str, presets: Iterable[str]) -> Schema:
-    """An axis from the preset of the study to another one, or to details by name."""
+    """Return the schema of an axis to another preset, or to details by name."""
     details = named(reference(f"{model}.settings"))
     other = {
         "anyOf": [{"enum": list(presets)}, details],
@@ -201,13 +208,16 @@ def _ablation(model: str, presets: Iterable[str]) -> Schema:
 
 
 def sampled(samplers: Mapping[str, Sampler]) -> Schema:
-    """A joint axis drawn by a sampler, with the keys that only some samplers know."""
+    """Return the schema of a joint axis drawn by a sampler.
+
+    Some keys belong to some samplers only.
+    """
     none = {key: False for key in _sampled_keys() if key not in SAMPLED}
-    plain = [name for name, about in samplers.items() if not about.blocks]
+    plain = [name for name, sampler in samplers.items() if not sampler.blocks]
     forms: list[Schema] = [{"sample": {"enum": plain}} | none, {"sample": OWN_CODE}]
-    for name, about in samplers.items():
-        if about.blocks:
-            own = {key.name: True for key in about.blocks.options}
+    for name, sampler in samplers.items():
+        if sampler.blocks:
+            own = {key.name: True for key in sampler.blocks.options}
             whole_blocks = {"points": {"minimum": 2}, "when": False}
             forms.append(none | whole_blocks | {"sample": {"const": name}} | own)
     sample: Schema = {"sample": {"anyOf": [choices(samplers), OWN_CODE]}}
@@ -222,8 +232,8 @@ SAMPLED = ("sample", "points", *ON_CONDITION)
 
 
 def _sampled_keys() -> Schema:
-    """The keys of a joint axis that is drawn by a sampler, beside its settings."""
-    rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
-    own = {key.name: key.schema() for one in rules for key in one.options}
+    """Return the schemas of the keys of a sampled axis, beside its settings."""
+    rules = [sampler.blocks for sampler in SAMPLERS.values() if sampler.blocks]
+    own = {key.name: key.schema() for blocks in rules for key in blocks.options}
     keys = {"sample": TEXT, "points": POINTS.schema()}
     return keys | ON_CONDITION | own

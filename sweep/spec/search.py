@@ -1,6 +1,4 @@
-"""A checked `search` section: what is searched for, among what, and how much it may
-cost.
-"""
+"""A checked `search` section: the objectives, the candidates and the budget."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -30,8 +28,10 @@ SEARCHED = Whole(1, MOST_SEARCHED)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting that the search varies: `form` is one of DISTRIBUTIONS that is bounded,
-    `arguments` are its bounds, or the values to choose.
+    """A setting that the search varies.
+
+    `form` is a bounded one of DISTRIBUTIONS. `arguments` are its bounds, or the values
+    to choose from.
     """
 
     name: str
@@ -41,9 +41,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """How many candidates are judged on new seeds at the end, and with how many
-    replicates.
-    """
+    """The number of candidates judged on new seeds at the end, and their replicates."""
 
     candidates: Annotated[
         int,
@@ -77,9 +75,11 @@ class Racing(Content[float | None]):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return "true, false or {level: a number}"
 
     def read(self, entry: Entry) -> float | None:
+        """Return the level that an entry writes. Raises SpecError."""
         if isinstance(entry.value, bool):
             return LEVEL if entry.value else None
         if not isinstance(entry.value, dict):
@@ -87,13 +87,16 @@ class Racing(Content[float | None]):
         return read_section(RaceLevel, entry).level
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         return {"anyOf": [Truth().schema(), section_schema(RaceLevel)]}
 
     def write(self, value: float | None) -> Any:
+        """Return the level as a spec writes it: a boolean, or a mapping."""
         return value is not None if value in (LEVEL, None) else {"level": value}
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
+        """The classes whose keys may appear below this one."""
         return (RaceLevel,)
 
 
@@ -101,7 +104,7 @@ class Racing(Content[float | None]):
 class Search:
     """A checked `search` section, whose keys are its fields.
 
-    `level` is that of the tests by which candidates are dropped; None where no
+    `level` is the level of the tests by which candidates are dropped, None if no
     candidate is dropped. `over` are the axes of the scenarios. `references` are values
     of all parameters, by name.
     """
@@ -211,8 +214,10 @@ class Search:
         )
 
     def held_out_trials(self, repetitions: int) -> int:
-        """The most trials on held-out seeds: those of the best candidates, of the
-        references, and of the winners of each repetition and random search.
+        """Return the largest number of trials on held-out seeds.
+
+        These are trials of the best candidates, of the references, and of the winners
+        of each repetition and random search.
         """
         several = self.held_out.candidates if len(self.objectives) > 1 else 1
         settings = (
@@ -221,12 +226,16 @@ class Search:
         return settings * self.held_out.replicates * self.scenarios
 
     def most_trials(self, repetitions: int) -> int:
-        """The most trials, with `repetitions` and as many random searches."""
+        """Return the largest number of trials with repetitions.
+
+        Each repetition comes with a random search.
+        """
         return (1 + 2 * repetitions) * self.budget + self.held_out_trials(repetitions)
 
     def place_of(self, setting: str) -> Place | None:
-        """Where in the spec the search gives a setting its values; None where it does
-        not.
+        """Return the keys under which the search gives a setting its values.
+
+        None if the search does not.
         """
         if any(parameter.name == setting for parameter in self.parameters):
             return ("search", "parameters", setting)

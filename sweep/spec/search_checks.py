@@ -1,6 +1,6 @@
-"""What the parts of a search section must fulfil together.
+"""Checks of the parts of a search section together.
 
-All functions raise SpecError, with file and line, where they do not.
+All functions raise SpecError, with file and line, if parts do not suit each other.
 """
 
 from sweep.spec.document import Document, Entry
@@ -27,7 +27,16 @@ def _check_budget(entry: Entry, search: Search) -> None:
 
 
 def check_trials(document: Document, search: Search, repetitions: int) -> None:
-    """Raise SpecError where the search, with its repetitions, has too many trials."""
+    """Raise SpecError if a search with its repetitions has too many trials.
+
+    Parameters
+    ----------
+    document : Document
+        The error has the line of the budget in it.
+    search : Search
+    repetitions : int
+        Number of repetitions of the search.
+    """
     most = search.most_trials(repetitions)
     if most > MOST_SEARCHED:
         held_out = search.held_out_trials(repetitions)

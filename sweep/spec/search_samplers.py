@@ -1,6 +1,6 @@
-"""The samplers of a search, which propose its candidates: optuna's, with every option
-that counts said here, whatever optuna's defaults.
+"""Samplers of a search, which propose its candidates.
 
+They are optuna's. Every option that matters is given here, whatever optuna's default.
 To add one, write a function of its options and enter it in SEARCH_SAMPLERS.
 """
 
@@ -17,25 +17,33 @@ if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
 
 Options = dict[str, Any]
-"""The options of one of optuna's samplers by name, plain values."""
+"""Options of one of optuna's samplers by name, plain values."""
 
 
 class Sought(Protocol):
-    """What a sampler may ask of a search, see `sweep.spec.search.Search`."""
+    """The part of `sweep.spec.search.Search` that a sampler may read."""
 
     @property
-    def parameters(self) -> tuple[Any, ...]: ...
+    def parameters(self) -> tuple[Any, ...]:
+        """The parameters of the search, `sweep.spec.search.Parameter`."""
+
     @property
-    def objectives(self) -> tuple[Objective, ...]: ...
+    def objectives(self) -> tuple[Objective, ...]:
+        """The objectives of the search."""
+
     @property
-    def constraints(self) -> tuple[Constraint, ...]: ...
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The constraints of the search."""
+
     @property
-    def batch(self) -> int: ...
+    def batch(self) -> int:
+        """The number of candidates per batch."""
 
 
 class Need(NamedTuple):
-    """What a sampler needs of a search, and what to say where it does not have it,
-    after the name of the sampler.
+    """A requirement of a sampler to a search.
+
+    `message` follows the name of the sampler if `holds` is False.
     """
 
     holds: Callable[[Sought], bool]
@@ -44,33 +52,40 @@ class Need(NamedTuple):
 
 @dataclass(frozen=True)
 class OfOptuna:
-    """Makes the sampler of that name in `optuna.samplers`.
+    """A maker of the sampler of a name in `optuna.samplers`.
 
-    It imports optuna only then, which takes a second.
+    It imports optuna only when it is called. The import takes a second.
     """
 
     name: str
 
     def __call__(self, **options: Any) -> "BaseSampler":
-        """The sampler with these options."""
+        """Return the sampler with these options."""
         import optuna
 
-        made: BaseSampler = getattr(optuna.samplers, self.name)(**options)
-        return made
+        sampler: BaseSampler = getattr(optuna.samplers, self.name)(**options)
+        return sampler
 
 
 def no_options(_search: Sought) -> Options:
-    """None beside the seed."""
+    """Return no options beside the seed."""
     return {}
 
 
 @dataclass(frozen=True)
 class SearchSampler:
-    """What proposes the candidates of a search: how it is made, and what it needs.
+    """A sampler of the candidates of a search.
 
-    `make(seed=..., **options)` gives a sampler of optuna, with a seed of 32 bits and
-    the options that `options` has for a search; these are plain values, and stored with
-    it. `text` says what it is.
+    Attributes
+    ----------
+    make
+        Returns optuna's sampler from `seed`, of 32 bits, and the options.
+    text
+        Description of the sampler.
+    options
+        Returns the options for a search. They are plain values, stored with the search.
+    needs
+        Requirements to the search.
     """
 
     make: Callable[..., "BaseSampler"]
@@ -80,7 +95,7 @@ class SearchSampler:
 
 
 def qmc(_search: Sought) -> Options:
-    """The scrambled Sobol sequence."""
+    """Return the options of the scrambled Sobol sequence."""
     return {
         "qmc_type": "sobol",
         "scramble": True,
@@ -90,11 +105,10 @@ def qmc(_search: Sought) -> Options:
 
 
 def tpe(search: Sought) -> Options:
-    """The tree-structured Parzen estimator, which takes candidates without a result yet
-    for bad ones.
+    """Return the options of the tree-structured Parzen estimator.
 
-    Its densities are joint ones for one objective; for several optuna's authors advise
-    one for each parameter.
+    It treats candidates without a result yet as bad ones. Its densities are joint for
+    one objective. For several, optuna's authors advise a density per parameter.
     """
     return {
         "n_startup_trials": 10,
@@ -106,7 +120,10 @@ def tpe(search: Sought) -> Options:
 
 
 def cmaes(search: Sought) -> Options:
-    """CMA-ES from the middle of the ranges by batches, of which the first is random."""
+    """Return the options of CMA-ES by batches.
+
+    It starts from the middle of the ranges, and its first batch is random.
+    """
     return {
         "x0": None,
         "sigma0": None,
@@ -122,7 +139,10 @@ def cmaes(search: Sought) -> Options:
 
 
 def gp(_search: Sought) -> Options:
-    """A Gaussian process with noise, and logarithmic expected improvement."""
+    """Return the options of a Gaussian process with noise.
+
+    Its acquisition function is the logarithmic expected improvement.
+    """
     return {
         "n_startup_trials": 10,
         "deterministic_objective": False,
@@ -131,7 +151,7 @@ def gp(_search: Sought) -> Options:
 
 
 def nsga2(search: Sought) -> Options:
-    """NSGA-II, a batch being its population."""
+    """Return the options of NSGA-II; a batch is its population."""
     return {
         "population_size": search.batch,
         "mutation": None,
@@ -143,15 +163,16 @@ def nsga2(search: Sought) -> Options:
 
 
 def nsga3(search: Sought) -> Options:
-    """NSGA-III, a batch being its population, with reference points on four levels of
-    each objective.
+    """Return the options of NSGA-III; a batch is its population.
+
+    Its reference points lie on four levels of each objective.
     """
     return nsga2(search) | {"reference_points": None, "dividing_parameter": 3}
 
 
 def _varied(search: Sought) -> int:
-    """How many parameters have more than one value."""
-    return sum(len(set(one.arguments)) > 1 for one in search.parameters)
+    """Return the number of parameters that have more than one value."""
+    return sum(len(set(each.arguments)) > 1 for each in search.parameters)
 
 
 ONE_OBJECTIVE = Need(
@@ -168,7 +189,7 @@ NO_CONSTRAINTS = Need(
 )
 NUMBERS = Need(
     lambda search: all(
-        DISTRIBUTIONS[one.form].kind != "listed" for one in search.parameters
+        DISTRIBUTIONS[each.form].kind != "listed" for each in search.parameters
     ),
     "needs numbers, and no choice: use tpe",
 )
@@ -213,8 +234,10 @@ SEARCH_SAMPLERS: dict[str, SearchSampler] = {
         (SEVERAL_OBJECTIVES, POPULATION),
     ),
 }
-"""By their names in specs."""
-FOR_ONE, FOR_SEVERAL = "tpe", "nsga2"
-"""What a spec has that names none, for one objective and for several."""
+"""Samplers by their names in specs."""
+FOR_ONE = "tpe"
+"""Sampler of one objective, if a spec names none."""
+FOR_SEVERAL = "nsga2"
+"""Sampler of several objectives, if a spec names none."""
 PLAIN = "random"
-"""What repetitions of a search are compared with."""
+"""Sampler that repetitions of a search are compared with."""

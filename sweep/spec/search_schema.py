@@ -12,39 +12,49 @@ from sweep.spec.statistics import STATISTICS
 
 
 def ranges_schema() -> Schema:
-    """Mappings by name, of which only the schema of a model can tell more."""
+    """Return the schema of mappings by name; a schema of a model narrows it."""
     return named({"type": "object"})
 
 
 def objectives_schema() -> Schema:
-    """The metrics to be made better, each in what direction and by what statistic."""
+    """Return the schema of objectives, each with direction and statistic."""
     statistics: Schema = dict.fromkeys(("minimize", "maximize"), reference("statistic"))
     return _columns(_one(statistics))
 
 
 def constraints_schema() -> Schema:
-    """The metrics that are bounded."""
+    """Return the schema of the metrics with bounds."""
     bounds: Schema = {"at_most": {"type": "number"}, "at_least": {"type": "number"}}
     with_statistic = bounds | {"statistic": reference("statistic")}
     return _columns(mapping(with_statistic) | one_of(bounds))
 
 
 def model_schema(parameters: Schema, axes: Schema, settings: Schema) -> Schema:
-    """What the section may hold for one model; each reference gives `settings`."""
+    """Return the schema of the section for one model.
+
+    Parameters
+    ----------
+    parameters : dict
+        Schema of the searched settings.
+    axes : dict
+        Schema of the axes of the scenarios.
+    settings : dict
+        Schema of the settings of each reference.
+    """
     references = {"additionalProperties": settings}
     own = {"parameters": parameters, "over": axes, "references": references}
     return {"properties": own}
 
 
 def statistic() -> Schema:
-    """What a search takes of the values of a metric."""
+    """Return the schema of a statistic of the values of a metric."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     known = STATISTICS.items()
-    alone = {name: about for name, about in known if not about.takes_share}
+    alone = {name: entry for name, entry in known if not entry.takes_share}
     sharing: Schema = {
-        name: share | {"description": about.text}
-        for name, about in known
-        if about.takes_share
+        name: share | {"description": entry.text}
+        for name, entry in known
+        if entry.takes_share
     }
     return {"anyOf": [choices(alone), _one(sharing)]}
 

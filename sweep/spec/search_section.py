@@ -1,6 +1,6 @@
-"""Reading the `search` section of a spec.
+"""Reader of the `search` section of a spec.
 
-All functions raise SpecError, with file and line, for what is not allowed.
+All functions raise SpecError, with file and line, for values that are not allowed.
 """
 
 from collections.abc import Iterable, Mapping
@@ -29,29 +29,46 @@ def read_search(
     entry: Entry,
     reader: AxisReader,
     metrics: KnownMetrics,
-    given: Mapping[str, Place],
+    taken: Mapping[str, Place],
 ) -> Search:
-    """The section that `entry` writes; `metrics` are those that it may name, and
-    `given` the places of the settings with a value elsewhere in the spec.
+    """Return the section that an entry writes.
+
+    Parameters
+    ----------
+    entry : Entry
+    reader : AxisReader
+        Reader of the axes of the scenarios.
+    metrics : KnownMetrics
+        Metrics that the section may name.
+    taken : mapping
+        Place in the spec of each setting that has a value outside the section.
+
+    Raises
+    ------
+    SpecError
+        All mistakes are reported together.
     """
     entry.mapping()
-    mistakes, settings = Mistakes(), reader.settings
+    mistakes = Mistakes()
+    settings = reader.settings
     with mistakes.noted():
         check_keys(entry, Search)
     read = read_values(Search, entry, mistakes)
-    sought, wanted, bounds = map(entry.get, ("parameters", "objectives", "constraints"))
-    parameters = mistakes.read(_parameters, sought, settings) or ()
+    parameters = mistakes.read(_parameters, entry.get("parameters"), settings) or ()
     names = [parameter.name for parameter in parameters]
-    over = mistakes.read(_over, read.get("over"), reader, [*given, *names]) or ()
-    objectives = mistakes.read(_objectives, wanted, metrics) or ()
-    constraints = mistakes.read(_constraints, bounds, metrics)
-    sure, search, references = not mistakes, None, None
+    over = mistakes.read(_over, read.get("over"), reader, [*taken, *names]) or ()
+    objectives = mistakes.read(_objectives, entry.get("objectives"), metrics) or ()
+    constraints = mistakes.read(_constraints, entry.get("constraints"), metrics)
+    all_right = not mistakes
+    search = None
+    references = None
     if parameters:  # which name what a reference has
-        asked = (read.get("references"), settings, names)
-        references = mistakes.read(_references, *asked)
+        references = mistakes.read(
+            _references, read.get("references"), settings=settings, names=names
+        )
     with mistakes.noted():
-        _check_once(entry, names, over, given)
-    if sure:
+        _check_once(entry, names, over, taken)
+    if all_right:
         usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
         several = {
             "parameters": parameters,
@@ -71,21 +88,22 @@ def read_search(
 def _parameters(
     entry: Entry | None, settings: dict[str, Setting]
 ) -> tuple[Parameter, ...]:
-    found, mistakes = list[Parameter](), Mistakes()
+    parameters: list[Parameter] = []
+    mistakes = Mistakes()
     for name, child in entry.mapping() if entry else ():
         with mistakes.noted():
-            found.append(_parameter(name, child, settings))
+            parameters.append(_parameter(name, child, settings))
     mistakes.check()
-    return tuple(found)
+    return tuple(parameters)
 
 
 def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Parameter:
     if name not in settings:
         raise entry.error(unknown("setting", name, settings))
-    bounded = [form for form, about in DISTRIBUTIONS.items() if about.bounded]
-    given = entry.value if isinstance(entry.value, dict) else {}
+    bounded = [form for form, each in DISTRIBUTIONS.items() if each.bounded]
+    content = entry.value if isinstance(entry.value, dict) else {}
     for form in DISTRIBUTIONS:
-        if form in given and form not in bounded:
+        if form in content and form not in bounded:
             raise entry.error(
                 f'"{name}" cannot be {form}: a search needs bounds,'
                 f" as {', '.join(bounded)} have"
@@ -107,10 +125,10 @@ def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Paramet
 
 
 def _over(
-    entry: Entry | None, reader: AxisReader, given: Iterable[str]
+    entry: Entry | None, reader: AxisReader, taken: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """The axes of the scenarios, which are the same for every candidate."""
-    axes = read_axes(entry, reader, given)
+    """Return the axes of the scenarios, which are the same for every candidate."""
+    axes = read_axes(entry, reader, taken)
     for axis in axes:
         assert entry is not None
         if axis.when:
@@ -133,23 +151,23 @@ def _over(
 
 
 def _check_once(
-    entry: Entry, names: list[str], over: tuple[Axis, ...], given: Mapping[str, Place]
+    entry: Entry, names: list[str], over: tuple[Axis, ...], taken: Mapping[str, Place]
 ) -> None:
-    taken = dict(given)
+    places = dict(taken)
     for axis in over:
         for setting in axis.columns:
-            if setting in taken:
+            if setting in places:
                 raise entry.document.error(
                     (*entry.place, "over", axis.name),
-                    _has_a_value(setting, taken[setting]),
+                    _has_a_value(setting, places[setting]),
                 )
-            taken[setting] = ("search", "over", axis.name)
+            places[setting] = ("search", "over", axis.name)
     for name in names:
-        if name in taken:
+        if name in places:
             raise (
                 entry.child("parameters")
                 .child(name)
-                .error(_has_a_value(name, taken[name]))
+                .error(_has_a_value(name, places[name]))
             )
 
 
@@ -159,12 +177,13 @@ def _has_a_value(setting: str, place: Place) -> str:
 
 
 def _objectives(entry: Entry | None, metrics: KnownMetrics) -> tuple[Objective, ...]:
-    found, mistakes = list[Objective](), Mistakes()
+    objectives: list[Objective] = []
+    mistakes = Mistakes()
     for _, child in entry.mapping() if entry else ():
         with mistakes.noted():
-            found.append(_objective(child, metrics))
+            objectives.append(_objective(child, metrics))
     mistakes.check()
-    return tuple(found)
+    return tuple(objectives)
 
 
 def _objective(entry: Entry, metrics: KnownMetrics) -> Objective:
@@ -178,12 +197,13 @@ def _objective(entry: Entry, metrics: KnownMetrics) -> Objective:
 
 
 def _constraints(entry: Entry | None, metrics: KnownMetrics) -> tuple[Constraint, ...]:
-    found, mistakes = list[Constraint](), Mistakes()
+    constraints: list[Constraint] = []
+    mistakes = Mistakes()
     for _, child in entry.mapping() if entry else ():
         with mistakes.noted():
-            found.append(_constraint(child, metrics))
+            constraints.append(_constraint(child, metrics))
     mistakes.check()
-    return tuple(found)
+    return tuple(constraints)
 
 
 def _constraint(entry: Entry, metrics: KnownMetrics) -> Constraint:
@@ -194,8 +214,9 @@ def _constraint(entry: Entry, metrics: KnownMetrics) -> Constraint:
         raise entry.error(
             f'"{column}" needs at_most or at_least' + (", not both" if bounds else "")
         )
-    given, bound = entry.get("statistic"), entry.child(bounds[0]).number()
-    statistic = _statistic(given) if given else Statistic()
+    bound = entry.child(bounds[0]).number()
+    chosen = entry.get("statistic")
+    statistic = _statistic(chosen) if chosen else Statistic()
     return Constraint(column, bound, bounds[0] == "at_most", statistic)
 
 
@@ -205,11 +226,11 @@ def _statistic(entry: Entry) -> Statistic:
         if STATISTICS[kind].takes_share:
             raise entry.error(f"{kind} needs its share, as in {{{kind}: 0.1}}")
         return Statistic(kind)
-    sharing = [name for name, about in STATISTICS.items() if about.takes_share]
+    sharing = [name for name, each in STATISTICS.items() if each.takes_share]
     entry.keys(sharing)
     if len(entry.value) > 1:
-        given = " or ".join(name for name in sharing if name in entry.value)
-        raise entry.error(f'"{entry.name}" needs {given}, not both')
+        names = " or ".join(name for name in sharing if name in entry.value)
+        raise entry.error(f'"{entry.name}" needs {names}, not both')
     (kind,) = entry.value
     share = entry.child(kind).number()
     if not 0 < share < 1:

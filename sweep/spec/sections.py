@@ -24,27 +24,27 @@ from sweep.spec.schema_parts import Schema
 from sweep.spec.settings import Setting
 
 Shape = Any
-"""The shape of a value from JSON, as `sweep.store.regular.fits` compares it."""
+"""Shape of a value from JSON, as `sweep.store.regular.fits` compares it."""
 
 
 class SpecContext(NamedTuple):
-    """What a section must suit.
+    """The parts of a study that a section must suit.
 
     Attributes
     ----------
     model
-        The name of the model.
+        Name of the model.
     axes
-        The axes of the spec. None where they are wrong, which hides what depends on
+        Axes of the spec. None if they are wrong, which hides mistakes that depend on
         them.
     replication
-        How many trials a point has. None where that is wrong.
+        Number of trials per point. None if it is wrong.
     recorded
-        Some of the metrics that are known.
+        Recorded metrics, or all known ones if the record is wrong.
     known
-        The metrics that are known.
+        Metrics that are known.
     settings
-        The settings of the study by their names.
+        Settings of the study by name.
     """
 
     model: str
@@ -56,46 +56,52 @@ class SpecContext(NamedTuple):
 
 
 class GrowthRule(Protocol):
-    """What adds trials or points to a study, after looks at those that are stored."""
+    """A rule that adds trials or points to a study after looks at stored trials."""
 
     @property
     def place(self) -> Place:
-        """The key of a spec that writes the rule."""
+        """Keys of a spec that lead to the rule."""
 
     @property
     def adds_points(self) -> bool:
-        """Whether points follow that no axis has."""
+        """True if the rule adds points that no axis has."""
 
     @property
     def least(self) -> int:
-        """The trials of a point at first."""
+        """Number of trials per point at first."""
 
     @property
     def most(self) -> int:
-        """The most trials of a point."""
+        """Largest number of trials per point."""
 
     def most_trials(self, points: int) -> int:
-        """Return the most trials of a study that has so many points at first."""
+        """Return the largest number of trials of a study.
+
+        `points` is the number of points that the study has at first.
+        """
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """The numbers of trials after which a point is looked at."""
+        """Numbers of trials after which a point is looked at."""
 
     @property
     def nominal(self) -> float:
-        """The confidence of the interval of a point at each look."""
+        """Confidence of the confidence interval of a point at each look."""
 
     @property
     def counted(self) -> str:
-        """Which trials of a spec are counted, in words."""
+        """The trials of a spec that are counted, in words."""
 
     @property
     def where(self) -> str:
-        """What the mean does where points are added, in words; "" where none are."""
+        """The behaviour of the mean where points are added, in words.
+
+        "" if none are added.
+        """
 
     @property
     def in_words(self) -> str:
-        """When trials or points are added, in words."""
+        """The condition under which trials or points are added, in words."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the rule as JSON."""
@@ -103,17 +109,16 @@ class GrowthRule(Protocol):
 
 @dataclass(frozen=True)
 class StudyVariant:
-    """The same study with something else in its spec; it lies in the folder of the
-    study.
+    """A study with a changed spec, stored in the folder of the original study.
 
     Attributes
     ----------
     name
-        Its name below that of the study.
+        Its name below the name of the study.
     words
-        What differs.
+        The difference, in words.
     place
-        The key that asks for it.
+        Keys of the spec that lead to the request for it.
     spec
         Its whole spec.
     """
@@ -143,41 +148,40 @@ class SpecSection:
     Attributes
     ----------
     key
-        The key, with its name and what may stand under it.
+        The key, with its name and content.
     form_of
         The key of a study whose form as a mapping the section is, which has the keys of
-        the section; `key` is then one of them, and names the section. "" where the
-        section stands under `key`.
+        the section; `key` is then one of them, and names the section. "" if the section
+        appears under `key`.
     read
-        Returns the value of the section, from the root of the spec and from what the
-        value must suit. Called where the key is given. Raises SpecError.
+        Returns the value of the section, from the root of the spec and from the context
+        that the value must suit. Called if the key is given. Raises SpecError.
     check
-        Raises SpecError where a value does not suit the whole spec. Called when each
-        key alone is right.
+        Raises SpecError if a value does not suit the whole spec. Called when each key
+        alone is right.
     not_beside
-        Keys that cannot stand beside this one, each with the reason, "" where none is
-        said.
+        Keys that cannot appear beside this one, each with the reason, or "".
     needs
-        What a spec with the key needs besides, as JSON Schema.
+        Further requirements to a spec with the key, as JSON Schema.
     check_points
-        Raises SpecError where a value does not suit how many points a study has at
-        first, from the study, the value and this number.
+        Raises SpecError if a value does not suit the number of points that a study has
+        at first, from the study, the value and this number.
     strategy
         Returns the strategy of a launch (`sweep.campaigns.strategy`) of a study and a
         value. The value is then a `GrowthRule`.
     looks_at
-        Returns the columns of trials that the strategy looks at, from what a plan
-        records. The record of a `GrowthRule` has its `confidence` and
+        Returns the columns of trials that the strategy looks at, from the record of a
+        plan. The record of a `GrowthRule` has its `confidence` and
         `nominal_confidence`.
     variants
-        Returns the variants of a study that a value asks for. Raises SpecError.
+        Returns the variants of a study that a value requests. Raises SpecError.
     recorded
-        Returns what a plan records of a value, as JSON, from the study and the value.
+        Returns the record of a value in a plan, as JSON, from the study and the value.
     shape
-        The shape of what a plan records.
+        Shape of the record.
     check_recorded
-        Raises ValueError for a record of that shape that cannot be, from the record and
-        all that the plan says of its study.
+        Raises ValueError for a record of that shape that is impossible, from the record
+        and all that the plan says of its study.
     """
 
     key: Key
@@ -196,7 +200,7 @@ class SpecSection:
 
     @property
     def place(self) -> Place:
-        """The key in a spec that the section stands under, or is a form of."""
+        """Keys in a spec of the section, or of the key that it is a form of."""
         return (self.form_of, self.key.name) if self.form_of else (self.key.name,)
 
     def is_in(self, root: Entry) -> bool:
@@ -209,7 +213,7 @@ class SpecSection:
 class OrForm(Content[Any]):
     """A plain value, or the mapping of a section that is a form of the key `name`.
 
-    Reading gives on the entry of such a mapping.
+    Reading such a mapping returns its entry.
     """
 
     plain: Content[Any]
@@ -217,22 +221,26 @@ class OrForm(Content[Any]):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         if form := self._form:
             return f"{self.plain.words}, or a mapping with `{form.key.name}`"
         return self.plain.words
 
     def read(self, entry: Entry) -> Any:
+        """Return the plain value, or the entry of the mapping. Raises SpecError."""
         if self._form and isinstance(entry.value, dict):
             return entry
         return self.plain.read(entry)
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         if form := self._form:
             return {"anyOf": [self.plain.schema(), form.key.content.schema()]}
         return self.plain.schema()
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
+        """The classes whose keys may appear below this one."""
         form = self._form
         return form.key.content.sections if form else ()
 
@@ -248,17 +256,26 @@ def form_of(name: str) -> SpecSection | None:
     return next((section for section in every if section.form_of == name), None)
 
 
-def check_names(what: str, names: Sequence[str], known: Collection[str]) -> None:
-    """Raise ValueError for a name that is not known, and for one that stands twice.
-    `what` says what the names are of.
+def check_names(kind: str, names: Sequence[str], known: Collection[str]) -> None:
+    """Raise ValueError for a name that is not known, or that appears twice.
+
+    Parameters
+    ----------
+    kind : str
+        Noun for the names, for the message.
+    names : sequence of str
+    known : collection of str
     """
     for name in names:
         if name not in known:
-            raise ValueError(f'there is no {what} "{name}"')
+            raise ValueError(f'there is no {kind} "{name}"')
     if len(names) > len(set(names)):
-        raise ValueError(f"a {what} stands twice")
+        raise ValueError(f"a {kind} stands twice")
 
 
 def recorded_rule(rule: GrowthRule) -> dict[str, Any]:
-    """Return what a plan records of a rule: with when it looks, and how sure it is."""
+    """Return the record of a rule in a plan.
+
+    It has its looks and its confidence at each look.
+    """
     return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}

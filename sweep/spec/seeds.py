@@ -1,5 +1,6 @@
-"""Random streams, addressed by what they are for, so that an extended study changes no
-old one.
+"""Random streams, addressed by their purpose.
+
+An extension of a study therefore changes no stream of earlier trials.
 """
 
 import hashlib
@@ -15,24 +16,28 @@ CODES = {
     "made": 5,
     "flown": 6,
 }
-"""What a stream is for. A number is never given to another purpose, or old studies
-would change.
+"""Numbers of the purposes of streams.
+
+A number is never reused for another purpose, or the streams of old studies would
+change.
 """
 
 
 def hashed(text: str) -> tuple[int, int]:
-    """Two numbers of 32 bits from a hash of `text`, the same in every process."""
+    """Return two numbers of 32 bits from a hash of a text, equal in all processes."""
     digest = hashlib.sha256(text.encode()).digest()
     return int.from_bytes(digest[:4], "big"), int.from_bytes(digest[4:8], "big")
 
 
 def address(seed: int, purpose: str, *key: int) -> SeedSequence:
-    """The seed sequence of one stream. `purpose` is one of CODES; the numbers in `key`,
-    of 32 bits each, say which stream of that purpose it is.
+    """Return the seed sequence of one stream.
+
+    `purpose` is one of CODES. The numbers of `key`, of 32 bits each, tell streams of
+    the purpose apart.
     """
     return SeedSequence(seed, spawn_key=(CODES[purpose], *key))
 
 
 def point_numbers(point: str) -> tuple[int, int]:
-    """The id of a point, 16 hexadecimal digits, as two numbers of 32 bits."""
+    """Return the id of a point, 16 hexadecimal digits, as two numbers of 32 bits."""
     return int(point[:8], 16), int(point[8:], 16)

@@ -1,7 +1,6 @@
-"""Where the settings of a study get their values: `fixed`, `sweep`, `derive`; and what
-`require` asks of them.
+"""Values of the settings of a study: `fixed`, `sweep`, `derive`; and `require`.
 
-All functions raise SpecError for what is not allowed.
+All functions raise SpecError for values that are not allowed.
 """
 
 from collections import Counter
@@ -22,8 +21,18 @@ from sweep.text import unknown
 def read_fixed(
     entry: Entry | None, known: dict[str, Setting], keys: Container[str] = ()
 ) -> dict[str, Value]:
-    """The settings under `fixed`, each in its own type; `keys` are those of a spec."""
-    fixed, mistakes = dict[str, Value](), Mistakes()
+    """Return the settings under `fixed`, each in its own type.
+
+    Parameters
+    ----------
+    entry : Entry or None
+    known : dict
+        Settings by name.
+    keys : container of str, optional
+        Keys of a spec, for a message about a key that is not a setting.
+    """
+    fixed: dict[str, Value] = {}
+    mistakes = Mistakes()
     for name, child in entry.mapping() if entry else ():
         with mistakes.noted():
             fixed[name] = _fixed(name, child, known, keys)
@@ -43,32 +52,44 @@ def _fixed(
 
 
 def read_designs(
-    entry: Entry | None, reader: AxisReader, given: Iterable[str]
+    entry: Entry | None, reader: AxisReader, taken: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """The axes under `sweep`: of one design, or of several in a list, whose points are
-    united. `given` are the settings with a value under another key.
+    """Return the axes under `sweep`, of one design or of several in a list.
+
+    Points of several designs are united.
+
+    Parameters
+    ----------
+    entry : Entry or None
+    reader : AxisReader
+    taken : iterable of str
+        Settings with a value under another key.
     """
     if entry is None or not isinstance(entry.value, list):
-        return read_axes(entry, reader, given)
-    axes, mistakes, cells = list[Axis](), Mistakes(), 0
+        return read_axes(entry, reader, taken)
+    axes: list[Axis] = []
+    mistakes = Mistakes()
+    cells = 0
     for number, child in enumerate(entry.entries()):
         with mistakes.noted():
-            read = read_axes(child, reader, given)
+            read = read_axes(child, reader, taken)
             _check_uniting(child, read, axes)
             axes += [replace(axis, design=number) for axis in read]
             cells += sum(len(axis) * len(axis.columns) for axis in read)
         if cells > MOST_CELLS:
-            asked = f"the designs as far as this one have {cells:,} cells"
-            raise child.error(beyond(asked, MOST_CELLS))
+            size = f"the designs as far as this one have {cells:,} cells"
+            raise child.error(beyond(size, MOST_CELLS))
     mistakes.check()
     return tuple(axes)
 
 
-def _check_uniting(entry: Entry, axes: Iterable[Axis], others: Iterable[Axis]) -> None:
-    """Raise SpecError where an axis counts only without points of other designs, or
-    has the name of another one that has other settings.
+def _check_uniting(entry: Entry, axes: Iterable[Axis], earlier: Iterable[Axis]) -> None:
+    """Raise SpecError for an axis that cannot be united with other designs.
+
+    Such an axis counts only without points of other designs, or has the name of an
+    earlier axis and other settings.
     """
-    there = {axis.name: axis for axis in others}
+    names = {axis.name for axis in earlier}
     for axis in axes:
         child = entry.child(axis.name)
         if axis.ablated:
@@ -81,7 +102,7 @@ def _check_uniting(entry: Entry, axes: Iterable[Axis], others: Iterable[Axis]) -
                 f'"{axis.name}" is a {axis.sampler} sample, which counts only whole:'
                 " write it as a study of its own"
             )
-        if axis.name in there and {axis.name} != axis.columns.keys():
+        if axis.name in names and {axis.name} != axis.columns.keys():
             raise child.error(
                 f'"{axis.name}" is an axis of another design too: an axis of several'
                 " settings needs a name of its own"
@@ -89,12 +110,20 @@ def _check_uniting(entry: Entry, axes: Iterable[Axis], others: Iterable[Axis]) -
 
 
 def read_axes(
-    entry: Entry | None, reader: AxisReader, given: Iterable[str]
+    entry: Entry | None, reader: AxisReader, taken: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """The axes of one design, in the order of the file; `given` are the settings with a
-    value under another key.
+    """Return the axes of one design, in the order of the file.
+
+    Parameters
+    ----------
+    entry : Entry or None
+    reader : AxisReader
+    taken : iterable of str
+        Settings with a value under another key.
     """
-    entries, axes, cells = dict(entry.mapping()) if entry else {}, {}, 0
+    entries = dict(entry.mapping()) if entry else {}
+    axes = {}
+    cells = 0
     mistakes = Mistakes()
     for name, child in entries.items():
         if is_ablation(child):
@@ -103,17 +132,18 @@ def read_axes(
             axes[name] = reader.read(name, child)
             cells += len(axes[name]) * len(axes[name].columns)
         if cells > MOST_CELLS:
-            asked = f"the axes as far as this one have {cells:,} cells"
-            raise child.error(beyond(asked, MOST_CELLS))
+            size = f"the axes as far as this one have {cells:,} cells"
+            raise child.error(beyond(size, MOST_CELLS))
     mistakes.check()
-    taken = {*given, *(setting for axis in axes.values() for setting in axis.columns)}
+    swept = (setting for axis in axes.values() for setting in axis.columns)
+    valued = {*taken, *swept}
     ablations = [name for name in entries if name not in axes]
     if len(ablations) > 1:
         raise entries[ablations[1]].error(
             f'"{ablations[0]}" ablates already: a study has one such axis'
         )
     axes |= {
-        name: read_ablation(name, entries[name], reader, taken) for name in ablations
+        name: read_ablation(name, entries[name], reader, valued) for name in ablations
     }
     return tuple(axes[name] for name in entries)
 
@@ -121,10 +151,12 @@ def read_axes(
 def read_derive(
     entry: Entry | None, known: dict[str, Setting]
 ) -> dict[str, Expression]:
-    """The expressions under `derive` by setting. Each stands after those that it
-    needs.
+    """Return the expressions under `derive` by setting.
+
+    Each follows the expressions that it needs.
     """
-    unsorted, mistakes = dict[str, Expression](), Mistakes()
+    unsorted: dict[str, Expression] = {}
+    mistakes = Mistakes()
     for name, child in entry.mapping() if entry else ():
         with mistakes.noted():
             unsorted[name] = _derived(name, child, known)
@@ -144,8 +176,9 @@ def _derived(name: str, entry: Entry, known: dict[str, Setting]) -> Expression:
 
 
 def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expression]:
-    """The expressions under `derive`, by what they derive. Each stands after those that
-    it needs.
+    """Return the expressions under `derive`, sorted.
+
+    Each follows the expressions that it needs.
     """
     ordered: dict[str, Expression] = {}
     while len(ordered) < len(unsorted):
@@ -164,8 +197,9 @@ def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expr
 
 
 def _read_by(expression: Expression, derived: Container[str]) -> frozenset[str]:
-    """The settings whose values an expression reads, with those from which some of
-    them follow.
+    """Return the settings whose values an expression reads.
+
+    Settings from which some of them follow are among them.
     """
     left_out = {name for name in expression.names if name not in derived}
     return expression.names | {BROUGHT[name] for name in left_out & BROUGHT.keys()}
@@ -174,7 +208,17 @@ def _read_by(expression: Expression, derived: Container[str]) -> frozenset[str]:
 def check_once(
     root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
-    """Raise SpecError where a setting gets its value in two places."""
+    """Raise SpecError for a setting that gets its value at two places.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    fixed : iterable of str
+    axes : tuple of Axis
+    derive : iterable of str
+        Derived settings.
+    """
     for design in by_design(axes):
         places: list[tuple[str, Place]] = [(name, ("fixed", name)) for name in fixed]
         places += [(name, axis.place) for axis in design for name in axis.columns]
@@ -191,7 +235,16 @@ def check_once(
 def check_conditions(
     root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
-    """Raise SpecError where `when` needs a setting whose value is only known later."""
+    """Raise SpecError if `when` needs a setting whose value is only known later.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    axes : tuple of Axis
+    derive : iterable of str
+        Derived settings.
+    """
     for design in by_design(axes):
         _check_conditions(root, design, derive)
 
@@ -219,8 +272,9 @@ def _check_conditions(
 
 
 def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
-    """Raise SpecError where a condition could reject a part of a sample that counts
-    only whole.
+    """Raise SpecError if a condition could reject a part of a sample.
+
+    Samples that come in blocks count only as a whole.
     """
     sampled = [axis for axis in axes if axis.blocks]
     for other in sampled[1:]:
@@ -229,17 +283,17 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
             f" a study has one of {' or '.join(in_blocks())}"
         )
         raise root.document.error(other.place, message)
-    for whole in sampled:
+    for sample in sampled:
         if "require" in root.value:
             message = (
-                f'require could reject points of "{whole.name}": a {whole.sampler}'
+                f'require could reject points of "{sample.name}": a {sample.sampler}'
                 " sample counts only whole"
             )
             raise root.document.error(("require",), message)
         for axis in axes:
-            if axis.when and axis.when.names & whole.columns.keys():
+            if axis.when and axis.when.names & sample.columns.keys():
                 message = (
-                    f'when cannot use settings of "{whole.name}": a {whole.sampler}'
+                    f'when cannot use settings of "{sample.name}": a {sample.sampler}'
                     " sample counts only whole"
                 )
                 raise root.document.error((*axis.place, "when"), message)
@@ -248,8 +302,9 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
 def read_require(
     entry: Entry | None, known: dict[str, Setting]
 ) -> tuple[Expression, ...]:
-    """The conditions under `require`."""
-    conditions, mistakes = list[Expression](), Mistakes()
+    """Return the conditions under `require`."""
+    conditions: list[Expression] = []
+    mistakes = Mistakes()
     for child in entry.entries() if entry else ():
         with mistakes.noted():
             conditions.append(read_expression(child, known, CONDITION))

@@ -1,6 +1,4 @@
-"""The settings of a model as users meet them: by name, with unit, range and preset
-values.
-"""
+"""Settings of a model for users: by name, with unit, range and preset values."""
 
 import math
 import re
@@ -36,9 +34,7 @@ from sweep.text import shortened, unknown
 
 Value = float | int | bool | str
 Values = NDArray[Any]
-"""The values of one setting at many points: float64, int64, bool, or object holding
-texts.
-"""
+"""Values of one setting at many points: float64, int64, bool, or object for texts."""
 
 DTYPES: dict[str, type[Any]] = {
     "float": np.float64,
@@ -47,21 +43,24 @@ DTYPES: dict[str, type[Any]] = {
     "choice": np.object_,
     "places": np.object_,
 }
-MOST_PLACES, MOST_PLACE = 100, 1e15
-"""Of a setting of places: how many there may be, and how far from the origin."""
+MOST_PLACES = 100
+"""Largest number of positions of a setting."""
+MOST_PLACE = 1e15
+"""Largest distance of a position from the origin, along x and along y."""
 
 
 USUAL_PRESET = "as_run"
 TORUS = "torus"
 WRAPS_ONLY = "wraps positions only: boids do not see each other across its borders"
-"""Of the torus of a preset that does not have `minimum_image`."""
+"""Note on the torus of a preset without `minimum_image`."""
 BROUGHT = {"width": "map", "height": "map", "minimum_image": "borders"}
-"""Settings that follow from another one where they are left out."""
+"""Settings that follow from another setting if they are left out."""
 
 
 class NotAllowedError(ValueError):
-    """A value that a setting cannot have; `index` says which one, where there were
-    several.
+    """A value that a setting cannot have.
+
+    `index` is its index among several values.
     """
 
     def __init__(self, message: str, index: int = 0) -> None:
@@ -71,12 +70,38 @@ class NotAllowedError(ValueError):
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting: `kind` is float, int, bool, choice or places; `low` and `high` bound
-    the numbers. `rule` names the rule whose weight it is. `in_steps` says that it is
-    counted in steps, `each_step` what a shorter step makes of it: see
-    `kernels.settings.InParts`. Where `only_where` is given, it changes something only
-    there. `whole_steps` says that it is a time of a whole number of steps. A spread
-    names in `spread_of` the parameter that differs from robot to robot.
+    """A setting.
+
+    Attributes
+    ----------
+    name
+        Name in specs.
+    kind
+        "float", "int", "bool", "choice" or "places".
+    group
+        Group of settings, such as "world".
+    text
+        Description.
+    unit
+        Unit in the words of the model, "" for none.
+    low, high
+        Bounds of numbers.
+    exclusive
+        True if `low` itself is not allowed.
+    choices
+        Allowed names of a choice.
+    rule
+        The rule whose weight the setting is.
+    in_steps
+        True if the setting is counted in steps.
+    each_step
+        Effect of a shorter step on the value, see `kernels.settings.InParts`.
+    only_where
+        Condition under which the setting has an effect.
+    whole_steps
+        True if the setting is a time of an integer number of steps.
+    spread_of
+        Parameter that a spread varies from robot to robot.
     """
 
     name: str
@@ -96,8 +121,13 @@ class Setting:
     spread_of: str = ""
 
     def in_parts(self, value: float, parts: float) -> float:
-        """What a value becomes where each step is cut into so many; with 1 / k, what it
-        was before a step was cut into k.
+        """Return the value after each step is cut into shorter ones.
+
+        Parameters
+        ----------
+        value : float
+        parts : float
+            Number of shorter steps per step. 1 / k reverses a cut into k.
         """
         if self.in_steps:
             return value * parts
@@ -108,11 +138,10 @@ class Setting:
         return value * math.sqrt(parts) if self.each_step == "noise" else value
 
     def coerce(self, value: Any) -> Value:
-        """`value` in the type of this setting. So 1 and 1.0 are the same point, as are
-        -0 and 0.
+        """Return a value in the type of this setting.
 
-        Raises NotAllowedError, which says what is allowed, for another type, a value
-        out of range or an unknown choice.
+        So 1 and 1.0 are the same point, and -0 and 0. Raises NotAllowedError, with the
+        allowed values, for another type, a value out of range or an unknown choice.
         """
         if self.kind == "choice" and isinstance(value, str):
             if value not in self.choices:
@@ -135,8 +164,9 @@ class Setting:
         )
 
     def column(self, values: Sequence[Any] | Values) -> Values:
-        """`coerce` for many values at once. Raises NotAllowedError for the first that
-        is not.
+        """Return many values in the type of this setting.
+
+        Raises NotAllowedError for the first value that is not allowed.
         """
         if (
             isinstance(values, np.ndarray)
@@ -158,13 +188,13 @@ class Setting:
         return np.array(coerced, dtype=DTYPES[self.kind])
 
     def _in_range(self, value: Any) -> Any:
-        """Whether a number, or each number of an array, is in range; NaN never is."""
+        """Return whether a number, or each of an array, is in range; NaN never is."""
         above = value > self.low if self.exclusive else value >= self.low
         within = above & (value <= self.high)
         return within & (value % 1 == 0) if self.kind == "int" else within
 
     def allowed(self) -> str:
-        """The allowed values in words, as `a number from 0 to 360 (degrees)`."""
+        """Return the allowed values, such as `a number from 0 to 360 (degrees)`."""
         if self.kind == "choice":
             return "one of " + ", ".join(self.choices)
         if self.kind == "bool":
@@ -196,15 +226,14 @@ def _in_full(bound: float) -> str:
 
 
 MOST_SPREAD = 10.0
-"""Factors stay far from what numbers can be."""
+"""Largest spread: factors stay far from the limits of numbers."""
 
 
 class Settings(dict[str, Setting]):
     """Settings of a model by name.
 
-    `spreads` are further ones: a setting X_spread for each parameter X that the model
-    reads robot by robot. They are known where a spec names them, and 0 elsewhere.
-    `refused` says of others why there is none.
+    `spreads` are further settings, known if a spec names them, and otherwise 0.
+    `refused` has the reasons why there are no others.
     """
 
     def __init__(self, settings: Mapping[str, Setting], model: Model) -> None:
@@ -213,6 +242,7 @@ class Settings(dict[str, Setting]):
 
     @cached_property
     def spreads(self) -> dict[str, Setting]:
+        """A setting X_spread for each parameter X that is read robot by robot."""
         shared = abilities(self.model).shared
         names = [
             name
@@ -221,11 +251,13 @@ class Settings(dict[str, Setting]):
             and name not in shared
             and not self._of_records
         ]
-        return {one.name: one for one in map(_spread, names) if one.name not in self}
+        spreads = map(_spread, names)
+        return {spread.name: spread for spread in spreads if spread.name not in self}
 
     @cached_property
     def refused(self) -> dict[str, str]:
-        allowed = [one.spread_of for one in self.spreads.values()]
+        """The reason by name of a spread that does not exist."""
+        allowed = [spread.spread_of for spread in self.spreads.values()]
         may = f"those may differ: {', '.join(allowed)}"
         if not allowed:
             may = f"it reads none so: write `{LINE}`, and see docs/own-models.md"
@@ -237,11 +269,14 @@ class Settings(dict[str, Setting]):
 
     @property
     def _of_records(self) -> list[str]:
-        """Parameters that cannot be read from a record: it has something else so."""
+        """Parameters that cannot be read from a record of NumPy.
+
+        A record has another attribute of the same name.
+        """
         return [name for name in self.model.params._fields if hasattr(np.record, name)]
 
     def _why(self, name: str) -> str:
-        """Why a setting cannot differ from robot to robot."""
+        """Return why a setting cannot differ from robot to robot."""
         if taken := self._of_records:
             return f"a record of NumPy has another {taken[0]}: give it another name"
         if name not in self.model.params._fields:
@@ -251,16 +286,16 @@ class Settings(dict[str, Setting]):
         return f"{self.model.name} does not read {name} robot by robot"
 
     def of_study(self, maps: Iterable[str]) -> "Settings":
-        """Every setting that a study may name which brings maps with these names."""
+        """Return all settings that a study with maps of these names may name."""
         choices = (*self["map"].choices, *maps)
         drawn = {"map": replace(self["map"], choices=choices)}
-        found = Settings(self | drawn | self.spreads, self.model)
-        found.refused = self.refused
-        return found
+        settings = Settings(self | drawn | self.spreads, self.model)
+        settings.refused = self.refused
+        return settings
 
 
 def _spread(parameter: str) -> Setting:
-    """By how much a parameter differs from robot to robot."""
+    """Return the setting by which a parameter differs from robot to robot."""
     return Setting(
         f"{parameter}_spread",
         "float",
@@ -274,8 +309,9 @@ def _spread(parameter: str) -> Setting:
 
 
 def in_a_line(places: Places) -> str:
-    """Places as the one text that stands for them in tables: "1 2.5; 3 4". Numbers have
-    all their digits.
+    """Return positions as the text for them in tables: "1 2.5; 3 4".
+
+    Numbers have all their digits.
     """
     return "; ".join(f"{_shortest(x)} {_shortest(y)}" for x, y in places)
 
@@ -285,23 +321,24 @@ def _shortest(number: float) -> str:
 
 
 def places_of(value: Any) -> Places | None:
-    """The places that a list of pairs gives, or a text of `in_a_line`; None where they
-    are no places.
+    """Return the positions of a list of pairs, or of a text of `in_a_line`.
+
+    None if they are not positions.
     """
     rows = value
     if isinstance(value, str):
-        rows = [one.split() for one in value.split(";")] if value.strip() else []
+        rows = [row.split() for row in value.split(";")] if value.strip() else []
     if not isinstance(rows, list | tuple) or len(rows) > MOST_PLACES:
         return None
-    found = [_place(row, as_text=isinstance(value, str)) for row in rows]
-    return None if None in found else tuple(one for one in found if one is not None)
+    places = [_place(row, as_text=isinstance(value, str)) for row in rows]
+    return None if None in places else tuple(place for place in places if place)
 
 
 def _place(row: Any, *, as_text: bool) -> tuple[float, float] | None:
     if not isinstance(row, list | tuple) or len(row) != 2:
         return None
     kinds = (str,) if as_text else (int, float)
-    if not all(isinstance(one, kinds) and not isinstance(one, bool) for one in row):
+    if not all(isinstance(v, kinds) and not isinstance(v, bool) for v in row):
         return None
     try:
         x, y = map(float, row)
@@ -322,66 +359,80 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 )
 
 
-def _entered(name: str, about: About, known: Catalogue) -> tuple[tuple[str, ...], str]:
-    """The choices of a setting, and what it is: maps and starts have entries of their
-    own.
+def _entered(
+    name: str, declared: About, known: Catalogue
+) -> tuple[tuple[str, ...], str]:
+    """Return the choices of a setting and its description.
+
+    Maps and starts have entries of their own.
     """
     if name == "map":
-        return tuple(known.maps), about.text
+        return tuple(known.maps), declared.text
     if name == "start_draws":
         texts = [f"{start}: {entry.text}" for start, entry in known.starts.items()]
         return tuple(known.starts), "; ".join(texts)
-    return about.choices, about.text
+    return declared.choices, declared.text
 
 
 def _setting(
     name: str, hint: Any, group: str, model: Model, known: Catalogue
 ) -> Setting:
-    base, about, *further = get_args(hint)
-    assert isinstance(about, About)
-    in_parts = [one.each_step for one in further if isinstance(one, InParts)]
-    only_where = [one for one in further if isinstance(one, OnlyWhere)]
-    choices, text = _entered(name, about, known)
+    base, declared, *further = get_args(hint)
+    assert isinstance(declared, About)
+    in_parts = [note.each_step for note in further if isinstance(note, InParts)]
+    only_where = [note for note in further if isinstance(note, OnlyWhere)]
+    choices, text = _entered(name, declared, known)
     kind = "choice" if choices else "places" if base == Places else base.__name__
-    unit = spelled(about.unit, model)
+    unit = spelled(declared.unit, model)
     return Setting(
         name,
         kind,
         group,
-        text,
-        unit,
-        about.low,
-        about.high,
-        about.exclusive,
-        choices,
-        about.rule,
-        about.in_steps,
-        in_parts[0] if in_parts else "",
-        only_where[0] if only_where else None,
-        about.whole_steps,
+        text=text,
+        unit=unit,
+        low=declared.low,
+        high=declared.high,
+        exclusive=declared.exclusive,
+        choices=choices,
+        rule=declared.rule,
+        in_steps=declared.in_steps,
+        each_step=in_parts[0] if in_parts else "",
+        only_where=only_where[0] if only_where else None,
+        whole_steps=declared.whole_steps,
     )
 
 
 @lru_cache(maxsize=256)
 def settings_of(model: str, known: Catalogue) -> Settings:
-    """Every setting of the model of this name: its own parameters first, then schedule,
-    world, sensing, actuation, failures, medium, start and observation.
+    """Return every setting of the model of a name.
+
+    Its own parameters are first, then schedule, world, sensing, actuation, failures,
+    medium, start and observation.
     """
-    about = known.models[model]
-    groups = (("parameters", about.params), *GROUPS)
-    found = {
-        name: _setting(name, hint, group, about, known)
+    entry = known.models[model]
+    groups = (("parameters", entry.params), *GROUPS)
+    described = {
+        name: _setting(name, hint, group, entry, known=known)
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
-    return Settings(found, about)
+    return Settings(described, entry)
 
 
 def no_setting(
     name: str, known: Iterable[str], keys: Container[str], more: str = ""
 ) -> str:
-    """What to say of a name that is none of the `known` settings; it may be one of the
-    `keys` of a whole spec. If not, `more` follows.
+    """Return the message for a name that is not a setting.
+
+    Parameters
+    ----------
+    name : str
+    known : iterable of str
+        Settings.
+    keys : container of str
+        Keys of a whole spec, one of which the name may be.
+    more : str, default ""
+        End of the message if the name is no such key.
     """
     if name in keys:
         return (
@@ -392,18 +443,26 @@ def no_setting(
 
 
 def usual_preset(model: Model) -> str:
-    """The preset of a model where none is named."""
+    """Return the preset of a model if none is named."""
     return USUAL_PRESET if USUAL_PRESET in model.presets else next(iter(model.presets))
 
 
 def spelled(unit: str, model: Model) -> str:
-    """A unit in the words of `model`: length and time are px and step, or m and s."""
+    """Return a unit in the words of a model, such as px/step or m/s."""
     own = {"length": model.length, "time": model.time}
     return re.sub(r"\b(length|time)\b", lambda word: own[word[0]], unit)
 
 
 def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
-    """The value of every setting in a preset of a model."""
+    """Return the value of every setting in a preset of a model.
+
+    Parameters
+    ----------
+    model : str
+    preset : str
+    known : Catalogue
+        Models by name.
+    """
     values = known.models[model].preset_values(preset)
     return {
         name: setting.coerce(values[name])
@@ -412,17 +471,27 @@ def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Valu
 
 
 def only_wrapping(model: Model) -> list[str]:
-    """The presets of a model whose torus wraps positions only."""
+    """Return the presets of a model whose torus wraps positions only."""
     values = {name: model.preset_values(name) for name in model.presets}
     return [
         name
-        for name, one in values.items()
-        if one["borders"] == TORUS and not one["minimum_image"]
+        for name, preset in values.items()
+        if preset["borders"] == TORUS and not preset["minimum_image"]
     ]
 
 
 def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
-    """The same with the spreads, by which robots of a preset do not differ."""
+    """Return the value of every setting in a preset, with spreads.
+
+    Robots of a preset do not differ, so that all spreads are 0.
+
+    Parameters
+    ----------
+    model : str
+    preset : str
+    known : Catalogue
+        Models by name.
+    """
     spreads = settings_of(model, known).spreads
     return preset_settings(model, preset, known) | dict.fromkeys(spreads, 0.0)
 
@@ -430,12 +499,26 @@ def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value
 def settings_tuple(
     group: type[Any], settings: dict[str, Value], known: dict[str, Setting]
 ) -> Any:
-    """`group` (of kernels.settings, or a model's Params) filled from `settings`,
-    choices as indices, places as numbers.
+    """Return a group of settings, filled with values.
+
+    Parameters
+    ----------
+    group : type
+        A NamedTuple of `kernels.settings`, or Params of a model.
+    settings : dict
+        Values by setting.
+    known : dict
+        Settings by name.
+
+    Returns
+    -------
+    NamedTuple
+        Choices are indices, positions are numbers.
     """
     values: list[Any] = []
     for name in group._fields:
-        setting, value = known[name], settings[name]
+        setting = known[name]
+        value = settings[name]
         if setting.kind == "choice" and name != "map":
             values.append(setting.choices.index(str(value)))
         else:

@@ -1,7 +1,7 @@
-"""The section `sizes` of a spec: flocks of several sizes, in worlds that grow so.
+"""Section `sizes` of a spec: flocks of several sizes, in worlds that grow with them.
 
 It is an axis of the settings `n`, `width` and `height`, which vary together. All
-functions raise SpecError, with file and line, for what is not allowed.
+functions raise SpecError, with file and line, for values that are not allowed.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -18,7 +18,8 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.settings import NotAllowedError, Setting, Value, Values
 
 Kept = Literal["density", "box"]
-NUMBER, SIDES = "n", ("width", "height")
+NUMBER = "n"
+SIDES = ("width", "height")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,58 +59,77 @@ class Sizes:
 
 
 def read_section_sizes(entry: Entry | None) -> Sizes | None:
-    """The values of the section, each checked alone; None where there is none."""
+    """Return the section, each value checked alone; None if there is none."""
     if entry is None:
         return None
-    given = read_section(Sizes, entry)
-    if len(given.n) < 2 or sorted({*given.n}) != [*given.n]:
-        listed = ", ".join(map(str, given.n))
+    section = read_section(Sizes, entry)
+    if len(section.n) < 2 or sorted({*section.n}) != [*section.n]:
+        listed = ", ".join(map(str, section.n))
         raise entry.child("n").error(
             f'"n" must be two or more numbers of boids, ascending, not [{listed}]'
         )
-    if given.density is not None and given.keep != "density":
+    if section.density is not None and section.keep != "density":
         raise entry.child("density").error(
-            f'"keep: {given.keep}" keeps width and height: leave "density" out'
+            f'"keep: {section.keep}" keeps width and height: leave "density" out'
         )
-    return given
+    return section
 
 
 def with_sizes(
     root: Entry,
-    given: Sizes,
+    section: Sizes,
     axes: tuple[Axis, ...],
     preset: Mapping[str, Value],
     settings: Mapping[str, Setting],
 ) -> tuple[Axis, ...]:
-    """The `axes`, and before those of each design that of the sizes."""
+    """Return axes with the axis of sizes first in each design.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    section : Sizes
+    axes : tuple of Axis
+    preset : mapping
+        Values of the preset by setting.
+    settings : mapping
+        Settings by name.
+
+    Returns
+    -------
+    tuple of Axis
+    """
     entry = root.child("sizes")
     if any(axis.name == entry.name for axis in axes):
         raise entry.error(f'an axis of "sweep" is named "{entry.name}" too: rename it')
-    axis = Axis(entry.name, _columns(entry, given, preset, settings), place=entry.place)
+    axis = Axis(
+        entry.name, _columns(entry, section, preset, settings), place=entry.place
+    )
     return tuple(
-        one
+        member
         for number, design in enumerate(by_design(axes))
-        for one in (replace(axis, design=number), *design)
+        for member in (replace(axis, design=number), *design)
     )
 
 
 def _columns(
     entry: Entry,
-    given: Sizes,
+    section: Sizes,
     preset: Mapping[str, Value],
     settings: Mapping[str, Setting],
 ) -> dict[str, Values]:
-    """The values of each setting, row by row.
+    """Return the values of each setting, row by row.
 
-    sqrt(n / density) is the side of a square world, in the bits that an expression
-    under `derive` gives it.
+    sqrt(n / density) is the side of a square world, with results identical to an
+    expression under `derive`.
     """
-    mistakes, columns = Mistakes(), dict[str, Values]()
-    n = np.array(given.n, np.float64)
-    numbers: dict[str, list[object]] = {NUMBER: [*given.n]}
-    if given.keep == "density":
+    mistakes = Mistakes()
+    columns: dict[str, Values] = {}
+    n = np.array(section.n, np.float64)
+    numbers: dict[str, list[object]] = {NUMBER: [*section.n]}
+    if section.keep == "density":
         boids, width, height = (float(preset[name]) for name in (NUMBER, *SIDES))
-        density = given.density or boids / (width * height)
+        density = section.density or boids / (width * height)
         with np.errstate(over="ignore", invalid="ignore"):  # refused as what they are
             areas = n / density
             numbers["width"] = np.sqrt(areas * (width / height)).tolist()
@@ -125,12 +145,21 @@ def _columns(
 
 
 def check_sizes(
-    root: Entry, given: Sizes, maps: Iterable[str], sized: Collection[str]
+    root: Entry, section: Sizes, maps: Iterable[str], sized: Collection[str]
 ) -> None:
-    """Raise SpecError where worlds cannot grow: those of a map among `maps` that is
-    `sized`, whose width and height are its own.
+    """Raise SpecError if worlds cannot grow.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    section : Sizes
+    maps : iterable of str
+        Maps that trials use.
+    sized : collection of str
+        Maps that have a width and height of their own, which cannot grow.
     """
-    if given.keep != "density":
+    if section.keep != "density":
         return
     for name in maps:
         if name in sized:

@@ -1,4 +1,4 @@
-"""The statistics that a search can take of the values of a metric.
+"""Statistics of the values of a metric that a search can use.
 
 To add one, write a function and enter it in STATISTICS.
 """
@@ -15,21 +15,32 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StatisticKind:
-    """One number for many values: how it is computed, and what is known of it.
+    """A kind of statistic: one number for many values.
 
-    `formula(values, share, maximize)` gives it along the last axis of `values`
-    (..., n), n above zero and none of them NaN; its result has the shape (...).
-    `maximize` says which values are the worse ones: the smaller, else the larger.
-
-    `text` says what it is. `takes_share` says that specs give it a share, above 0 and
-    below 1, as in `{quantile: 0.1}`; others get NaN for it. `words` is its name in
-    reports, where that is not its name in specs.
-
-    The rest decides which intervals and tests it has. `averages`: it is the mean over
-    blocks of the means of blocks, so that Student's hold. `extreme`: it is one of the
-    values, and more of them can only make it worse, so that no interval says how bad it
-    can get. All others are resampled: `bootstrap` is the kind of their interval, and
-    `tail` says which part of the values they rest on, by their share.
+    Attributes
+    ----------
+    formula
+        Returns the statistic along the last axis from `values`, `share` and `maximize`.
+        `values` has the shape (..., n), n above zero, without NaN; the result has the
+        shape (...). With `maximize` the smaller values are the worse, else the larger.
+    text
+        Description of the statistic.
+    takes_share
+        True if specs give it a share, above 0 and below 1, as in `{quantile: 0.1}`.
+        Other statistics get NaN.
+    words
+        Name in reports, if it is not the name in specs.
+    averages
+        True if the statistic is the mean over blocks of means of blocks. Student's
+        intervals and tests then hold.
+    extreme
+        True if the statistic is one of the values, and more values can only make it
+        worse. No confidence interval then tells how bad it can get.
+    bootstrap
+        Kind of the bootstrap interval of a statistic that neither averages nor is
+        extreme.
+    tail
+        Returns the fraction of the values that the statistic rests on, from its share.
     """
 
     formula: Callable[[Floats, float, bool], Floats]
@@ -43,33 +54,71 @@ class StatisticKind:
 
 
 def mean(values: Floats, _share: float, _maximize: bool) -> Floats:
-    """The mean."""
+    """Return the mean along the last axis.
+
+    Parameters
+    ----------
+    values : array
+        (..., n), n above zero, no NaN.
+    _share : float
+        Not used.
+    _maximize : bool
+        Not used.
+    """
     return np.asarray(values.mean(axis=-1))
 
 
 def worst(values: Floats, _share: float, maximize: bool) -> Floats:
-    """The smallest value where more is better, else the largest."""
+    """Return the worst value along the last axis.
+
+    Parameters
+    ----------
+    values : array
+        (..., n), n above zero, no NaN.
+    _share : float
+        Not used.
+    maximize : bool
+        Whether larger values are better.
+    """
     return np.asarray(values.min(axis=-1) if maximize else values.max(axis=-1))
 
 
 def quantile(values: Floats, share: float, _maximize: bool) -> Floats:
-    """The quantile with the probability `share`, whichever direction is better.
+    """Return the quantile along the last axis, whichever direction is better.
 
-    It is interpolated linearly, as numpy does it.
+    It is interpolated linearly, numpy's default.
+
+    Parameters
+    ----------
+    values : array
+        (..., n), n above zero, no NaN.
+    share : float
+        Probability of the quantile.
+    _maximize : bool
+        Not used.
     """
     return np.asarray(np.quantile(values, share, axis=-1))
 
 
 def cvar(values: Floats, share: float, maximize: bool) -> Floats:
-    """The mean of the part `share` of the values, from the worst on.
+    """Return the mean of the worst fraction of the values, along the last axis.
 
-    The last of the worst values is weighed by the fraction of it that belongs to the
+    The last of the worst values is weighted by the fraction of it that belongs to the
     share (Rockafellar and Uryasev 2000, Journal of Risk 2, 21-41).
+
+    Parameters
+    ----------
+    values : array
+        (..., n), n above zero, no NaN.
+    share : float
+        Fraction of the values.
+    maximize : bool
+        Whether larger values are better.
     """
     ordered = np.sort(values, axis=-1) if maximize else -np.sort(-values, axis=-1)
-    whole = share * ordered.shape[-1]
-    weights = np.clip(whole - np.arange(ordered.shape[-1]), 0.0, 1.0)
-    return np.asarray(ordered @ weights / whole)
+    size = share * ordered.shape[-1]
+    weights = np.clip(size - np.arange(ordered.shape[-1]), 0.0, 1.0)
+    return np.asarray(ordered @ weights / size)
 
 
 STATISTICS: dict[str, StatisticKind] = {
@@ -90,6 +139,6 @@ STATISTICS: dict[str, StatisticKind] = {
         tail=lambda share: share,
     ),
 }
-"""By their names in specs."""
+"""Statistics by their names in specs."""
 USUAL = "mean"
-"""What a constraint takes where it does not say it, and what goes without saying."""
+"""Statistic of a constraint that names none; reports leave its name out."""

@@ -1,9 +1,9 @@
 """Strict YAML: from a text to plain values whose lines are known, and back.
 
-It is YAML 1.2 without what surprises people: a key may not stand twice; tags, anchors
-and aliases are refused. A file may have several documents, each of which begins with a
-line `---`, and has its own text. The text may come from anyone: nothing in it is
-executed, and its size and depth are limited.
+It is YAML 1.2 without its surprises: a key may not appear twice; tags, anchors and
+aliases are rejected. A file may have several documents, each of which begins with a
+line `---`, and has its own text. The text may be untrusted: nothing in it is executed,
+and its size and depth are limited.
 """
 
 import re
@@ -38,20 +38,23 @@ CONTENT = re.compile(r"^(?!---)\s*[^\s#%]", re.MULTILINE)
 
 
 def read_document(path: Path) -> Entry:
-    """The content of a YAML file of one document. Raises SpecError where it cannot be
-    read, or is not strict YAML.
+    """Return the content of a YAML file of one document.
+
+    Raises SpecError if the file cannot be read, or is not strict YAML.
     """
     return parse_document(_text(path), path)
 
 
 def read_documents(path: Path) -> list[Entry]:
-    """The content of each document of a YAML file, at least one. Raises as
-    `read_document`.
+    """Return the content of each document of a YAML file, at least one.
+
+    Raises SpecError if the file cannot be read, or is not strict YAML.
     """
-    mistakes, pieces = Mistakes(), _pieces(_text(path))
-    found = [mistakes.read(_parsed, piece, path) for piece in pieces]
+    mistakes = Mistakes()
+    pieces = _pieces(_text(path))
+    roots = [mistakes.read(_parsed, piece, path) for piece in pieces]
     mistakes.check()
-    return [entry for entry in found if entry]
+    return [root for root in roots if root]
 
 
 def _text(path: Path) -> str:
@@ -73,32 +76,38 @@ def _text(path: Path) -> str:
 
 
 def as_document(mapping: Mapping[str, Any], path: Path) -> Entry:
-    """The content of a mapping, as if it stood in the file `path`; errors name its
-    keys. Raises TypeError as `dump`, and SpecError where it is no strict YAML.
+    """Return the content of a mapping, as if it were the file `path`.
+
+    Errors name the keys of the mapping. Raises TypeError as `dump`, and SpecError if
+    the mapping is not strict YAML.
     """
     return _parsed(_Piece(dump(mapping), 0), path, of_mapping=True)
 
 
 def parse_document(text: str, path: Path) -> Entry:
-    """The content of a YAML text of one document; errors name `path`. Raises SpecError
-    where it is not strict YAML.
+    """Return the content of a YAML text of one document.
+
+    Errors name `path`. Raises SpecError if the text is not strict YAML.
     """
-    first, *others = _pieces(text)
-    if others:
+    first, *further = _pieces(text)
+    if further:
         message = "begins another study; here a file has one: write each into its own"
-        raise Document(path, text).error_in_line(others[0].lines_before + 1, message)
+        raise Document(path, text).error_in_line(further[0].lines_before + 1, message)
     return _parsed(first, path)
 
 
 class _Piece(NamedTuple):
-    """The text of a document, and how many lines of the file stand before it."""
+    """The text of a document, and the number of lines of the file before it."""
 
     text: str
     lines_before: int
 
 
 def _pieces(text: str) -> list[_Piece]:
-    """The documents of a text. Comments and directives alone are none."""
+    """Return the documents of a text.
+
+    Comments and directives alone are not a document.
+    """
     starts = [0, *(mark.start() for mark in MARK.finditer(text) if mark.start())]
     if len(starts) > 1 and not CONTENT.search(text, 0, starts[1]):
         del starts[1]
@@ -127,38 +136,44 @@ def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
 
 @lru_cache(maxsize=8)  # of a megabyte each, at most
 def _composed(text: str) -> Node | None:
-    """The nodes of a text, which are only read. Some texts are asked for again and
-    again: the spec whose variants are tried one by one.
+    """Return the nodes of a text, which callers only read.
+
+    Some texts are composed many times, such as a spec whose variants are tried one by
+    one.
     """
     root: Node | None = YAML(typ="safe", pure=True).compose(text)
     return root
 
 
 def dump(mapping: Mapping[str, Any]) -> str:
-    """The YAML text of a mapping of dicts, lists, texts and numbers, also those of
-    numpy. Raises TypeError, with the key, for anything else.
+    """Return the YAML text of a mapping of dicts, lists, texts and numbers.
+
+    Numbers and arrays of numpy are allowed too. Raises TypeError, with the key, for
+    anything else.
     """
     yaml: Any = YAML(typ="safe", pure=True)
     stream = StringIO()
-    yaml.default_flow_style, yaml.sort_base_mapping_type_on_output = None, False
-    yaml.representer.ignore_aliases, yaml.width = lambda _: True, 110
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False
+    yaml.representer.ignore_aliases = lambda _: True
+    yaml.width = 110
     yaml.dump(_plain(mapping, ()), stream)
     return stream.getvalue()
 
 
 def _plain(value: Any, place: Place) -> Any:
-    """A value of dicts, lists, texts and numbers, also of numpy and pandas."""
+    """Return a value of dicts, lists, texts and numbers, also of numpy and pandas."""
     if len(place) > MOST_LEVELS:
         raise TypeError(f"{MAPPING}, {keys_in_words(place)}: is nested too deeply")
     if hasattr(value, "tolist"):  # an array or a number of numpy, a column of pandas
         value = value.tolist()
     if isinstance(value, Mapping):
         return {
-            _key(key, place): _plain(one, (*place, str(key)))
-            for key, one in value.items()
+            _key(key, place): _plain(child, (*place, str(key)))
+            for key, child in value.items()
         }
     if isinstance(value, list | tuple | range):
-        return [_plain(one, (*place, index)) for index, one in enumerate(value)]
+        return [_plain(child, (*place, index)) for index, child in enumerate(value)]
     if isinstance(value, PathLike):
         value = fspath(value)
     if isinstance(value, str):
@@ -178,9 +193,9 @@ def _key(key: Any, place: Place) -> str:
 
 def _not_plain(place: Place, value: Any) -> TypeError:
     where = f"{MAPPING}, {keys_in_words(place)}" if place else MAPPING
-    given = f"{type(value).__name__} {shortened(repr(value))}"
-    said = "a spec holds only dicts with texts as keys, lists, texts and numbers"
-    return TypeError(f"{where}: {said}, not {given}")
+    wrong = f"{type(value).__name__} {shortened(repr(value))}"
+    rule = "a spec holds only dicts with texts as keys, lists, texts and numbers"
+    return TypeError(f"{where}: {rule}, not {wrong}")
 
 
 def _syntax_error(document: Document, error: YAMLError) -> SpecError:
@@ -192,14 +207,28 @@ def _syntax_error(document: Document, error: YAMLError) -> SpecError:
 
 
 class _YamlReader:
-    """Makes plain values of YAML nodes, and writes the line of each into the
-    document.
+    """A maker of plain values from YAML nodes.
+
+    It writes the line of each value into the document.
     """
 
     def __init__(self, document: Document) -> None:
         self.document = document
 
     def read(self, node: Node, place: Place) -> Any:
+        """Return the value of a node.
+
+        Parameters
+        ----------
+        node : Node
+        place : tuple
+            Keys and indices that lead to the node.
+
+        Raises
+        ------
+        SpecError
+            If the node is not strict YAML.
+        """
         line = node.start_mark.line + 1
         self.document.lines.setdefault(place, line)
         if node.anchor is not None:
@@ -209,23 +238,25 @@ class _YamlReader:
         if len(place) > MOST_LEVELS:
             raise self.document.error_in_line(line, "is nested too deeply", place)
         if isinstance(node, ScalarNode):
-            return self.scalar(node, place)
+            return self._scalar(node, place)
         if isinstance(node, SequenceNode) and node.tag == TAG + "seq":
             return [
                 self.read(child, (*place, index))
                 for index, child in enumerate(node.value)
             ]
         if isinstance(node, MappingNode) and node.tag == TAG + "map":
-            return self.mapping(node, place)
+            return self._mapping(node, place)
         raise self.document.error_in_line(line, f"tag {node.tag} is not allowed")
 
-    def mapping(self, node: MappingNode, place: Place) -> dict[str, Any]:
+    def _mapping(self, node: MappingNode, place: Place) -> dict[str, Any]:
+        """Return the value of a mapping. Raises SpecError."""
         values: dict[str, Any] = {}
         for key_node, value_node in node.value:
-            line, key = key_node.start_mark.line + 1, key_node.value
+            line = key_node.start_mark.line + 1
+            key = key_node.value
             if key_node.tag != TAG + "str":
-                given = f', not "{key[:40]}"' if isinstance(key, str) else ""
-                raise self.document.error_in_line(line, "a key must be a name" + given)
+                wrong = f', not "{key[:40]}"' if isinstance(key, str) else ""
+                raise self.document.error_in_line(line, "a key must be a name" + wrong)
             if key in values:
                 first = self.document.lines[(*place, key)]
                 raise self.document.error_in_line(
@@ -235,7 +266,8 @@ class _YamlReader:
             values[key] = self.read(value_node, (*place, key))
         return values
 
-    def scalar(self, node: ScalarNode, place: Place) -> Any:
+    def _scalar(self, node: ScalarNode, place: Place) -> Any:
+        """Return the value of a scalar. Raises SpecError."""
         line = node.start_mark.line + 1
         convert = SCALARS.get(str(node.tag))
         if convert is None:
@@ -253,7 +285,7 @@ class _YamlReader:
 
 
 def _integer(text: str) -> int:
-    """010 is ten, as YAML 1.2 has it."""
+    """Return the integer of a text; 010 is ten, as in YAML 1.2."""
     value = int(text, 0) if "0o" in text or "0x" in text or "0b" in text else int(text)
     if abs(value) >= INTEGER_BOUND:
         raise OverflowError

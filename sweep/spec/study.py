@@ -1,4 +1,7 @@
-"""From a spec to a Study. All validation happens here and in what this module calls."""
+"""From a spec to a Study.
+
+All checks of specs happen here and in the functions that this module calls.
+"""
 
 import logging
 from collections.abc import Iterable, Iterator, Mapping
@@ -103,25 +106,30 @@ ALL_PAIRS: NeighbourSearch = "all_pairs"
 
 
 class MetricName(Text):
-    """The name of a metric; which there are depends on the model and on `derive`."""
+    """The name of a metric. The model and `derive` decide which exist."""
 
     def schema(self) -> Schema:
+        """Return a reference to the names of metrics."""
         return reference("metric")
 
 
 def _swept_schema() -> Schema:
-    """One design, or several in a list."""
+    """Return the schema of one design, or of several in a list."""
     return {"type": ["object", "array"], "minItems": 1}
 
 
 LAST_FLOCKS = "last_flocks"
-"""The key, and the table, of where boids are at the end of a trial, from which others
-begin.
+"""Key, and table, of the boids at the end of a trial.
+
+Trials of another study can begin with them.
 """
 TABLES = ("series", "heatmaps", "trajectories", LAST_FLOCKS)
-"""Tables that a spec asks for, under keys of these names."""
+"""Tables that a spec selects, under keys of these names."""
 LAST_STATES = "last_states"
-"""The key, and the table, of what longer trials go on from. No analysis reads it."""
+"""Key, and table, of the states with which trials of more steps resume.
+
+No analysis reads it.
+"""
 CHECKPOINT_SECONDS = 60.0
 STREAM = OneOf("kind of stream", get_args(Stream))
 ORDER = OneOf("order", get_args(Order))
@@ -132,10 +140,10 @@ SECONDS = Number(above=0, unit="seconds")
 
 @dataclass(frozen=True)
 class RecordSpec:
-    """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last.
+    """The record of a trial: frames 0, `every`, 2 `every`, ... and the last.
 
-    `metrics` are those of the kernels, with all that `derive` needs, each of which
-    stands after those that it needs. `series` are among both.
+    `metrics` are metrics of the kernels, with all that `derive` needs. A derived metric
+    follows the metrics that it needs. `series` are among both.
     """
 
     metrics: Annotated[
@@ -204,20 +212,21 @@ class RecordSpec:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All metrics of a trial, those that are derived last."""
-        return (*self.metrics, *(one.name for one in self.derive))
+        """All metrics of a trial, derived ones last."""
+        return (*self.metrics, *(metric.name for metric in self.derive))
 
     @property
     def tables(self) -> tuple[str, ...]:
         """The tables that are stored of a trial."""
-        kept = {name: getattr(self, name) for name in TABLES}
-        return ("trials", *(name for name, keeps in kept.items() if keeps))
+        return ("trials", *(name for name in TABLES if getattr(self, name)))
 
 
 @dataclass(frozen=True)
 class Streams:
-    """Whether the random numbers of each purpose are the same at all points (common) or
-    not (independent); lasting ones are the same at points that differ in `steps` alone.
+    """The kind of the random numbers of each purpose.
+
+    They are the same at all points (common), or others at each point (independent).
+    Lasting ones are the same at points that differ in `steps` alone.
     """
 
     start: Annotated[Stream, Key(STREAM, "of where boids start, and how fast")] = (
@@ -236,19 +245,22 @@ class Streams:
 
 @dataclass(frozen=True)
 class StudyName(Content[str]):
-    """A name that is a folder below the results, and none that results use."""
+    """A name of a folder below the results that results do not use."""
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return NAME_WORDS
 
     def read(self, entry: Entry) -> str:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         name = entry.text()
         if why := why_no_name(name):
             raise entry.error(why)
         return name
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of allowed names."""
         return {
             "type": "string",
             "pattern": f"^{STUDY_NAME.pattern}$",
@@ -258,11 +270,10 @@ class StudyName(Content[str]):
 
 
 class ModelName(Text):
-    """The name of a model, or a file that has one. In the schema each name has its
-    source.
-    """
+    """The name of a model, or a file that defines one."""
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of names, each with the source of the model."""
         names = [
             {"const": name, "description": model.source}
             for name, model in MODELS.items()
@@ -272,15 +283,26 @@ class ModelName(Text):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Study:
-    """A checked spec, whose keys are the fields that have a `Key`, and those of Policy.
+    """A checked spec.
 
-    `known` has what names of models, metrics, maps and starts stand for. `derive` is in
-    an order in which each expression needs only what stands before it.
-    `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
-    `sections` has the values of the sections of methods that the spec has, by key.
-    `checkpoint` is after how many seconds a trial writes down where it is, None for
-    never. One of `replicates` (trials per point) and `seeds` (a literal seed per trial)
-    is given, or a section is the form of `replicates`.
+    Its keys are the fields that have a `Key`, and the keys of Policy. One of
+    `replicates` (trials per point) and `seeds` (a literal seed per trial) is given, or
+    a section is the form of `replicates`. Some further fields:
+
+    Attributes
+    ----------
+    known
+        Models, metrics, maps and starts by name.
+    derive
+        Expressions by setting, each after the expressions that it needs.
+    maps
+        Maps of the spec's own.
+    policy
+        Treatment of failed trials.
+    sections
+        Values of the sections of methods that the spec has, by key.
+    checkpoint
+        Seconds after which a trial writes down its state, None for never.
     """
 
     document: Document
@@ -454,16 +476,18 @@ class Study:
 
     @property
     def path(self) -> Path:
-        """The file of the spec; tables and images stand relative to its folder."""
+        """The file of the spec, in whose folder relative paths start."""
         return self.document.path
 
     @cached_property
     def settings(self) -> dict[str, Setting]:
-        """Every setting of the model, and the spreads that the spec names; the choices
-        of `map` include the study's own.
+        """Every setting of the model, and the spreads that the spec names.
+
+        The choices of `map` include the study's own.
         """
-        derived = (one.expression for one in self.record.derive)
-        used = {name for one in (*self.expressions, *derived) for name in one.names}
+        derived = (metric.expression for metric in self.record.derive)
+        expressions = (*self.expressions, *derived)
+        used = {name for expression in expressions for name in expression.names}
         every = settings_of(self.model, self.known).of_study(self.maps)
         return {
             name: setting
@@ -478,15 +502,16 @@ class Study:
         return {name: values[name] for name in self.settings}
 
     def map_size(self, name: str) -> tuple[float, float] | None:
-        """The width and height of a map, built-in or the study's own; None for a map
-        that suits every size.
+        """Return the width and height of a map, built-in or the study's own.
+
+        None for a map that suits every size.
         """
         drawn = self.maps[name] if name in self.maps else self.known.maps[name]
         return drawn.size
 
     @property
     def rule(self) -> GrowthRule | None:
-        """What adds trials or points after looks at those that are stored."""
+        """The rule that adds trials or points after looks at stored trials."""
         values = self.sections.items()
         grown = (value for key, value in values if sections()[key].strategy)
         return next(grown, None)
@@ -501,25 +526,30 @@ class Study:
 
     @property
     def trials_per_point(self) -> int:
-        """The number of replicates or of seeds; the most trials where a rule adds
-        them.
+        """The number of replicates or of seeds.
+
+        If a rule adds trials, their largest number.
         """
         if self.rule:
             return self.rule.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
 
     def most_trials(self, points: int) -> int:
-        """The most trials of a study that has so many points at first."""
+        """Return the largest number of trials of a study.
+
+        `points` is the number of points that the study has at first.
+        """
         if self.rule:
             return self.rule.most_trials(points)
         return points * self.trials_per_point
 
     def distribution(self, column: str) -> Declaration:
-        """How the values of a column of its trials are distributed, and what they lie
-        in: as those of its metric.
+        """Return the distribution of a column of trials, with the range of its values.
+
+        It is the distribution of the metric of the column.
         """
         name = Column.read(column).metric
-        derived = {one.name: one.distribution for one in self.record.derive}
+        derived = {metric.name: metric.distribution for metric in self.record.derive}
         if name in derived:
             return in_full(derived[name])
         return declaration_of(self.known.metrics[name])
@@ -531,12 +561,15 @@ class Study:
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
-        """All that is computed at points: `when` of axes, `derive`, `require`."""
+        """All expressions over points: `when` of axes, `derive`, `require`."""
         conditions = [axis.when for axis in self.axes if axis.when]
         return (*conditions, *self.derive.values(), *self.require)
 
     def place_of(self, setting: str) -> Place | None:
-        """Where in the spec a setting has its value; None where the preset gives it."""
+        """Return the keys in the spec of the value of a setting.
+
+        None if the preset gives the value.
+        """
         if setting in self.fixed:
             return ("fixed", setting)
         if setting in self.derive:
@@ -551,10 +584,20 @@ def parse_spec(
     path: Path = Path("spec.yaml"),
     known: Catalogue = BUILT_IN,
 ) -> Study:
-    """The study that a YAML text or a mapping describes, as if it stood in the file
-    `path`; its names stand for what is `known`.
+    """Return the study of a YAML text or a mapping.
 
-    Raises SpecError.
+    Parameters
+    ----------
+    spec : str or mapping
+    path : Path, default "spec.yaml"
+        The spec is read as if it were this file.
+    known : Catalogue, optional
+        Models, metrics, maps and starts by name; by default the built-in ones.
+
+    Raises
+    ------
+    SpecError
+        If the spec is not valid.
     """
     text = spec if isinstance(spec, str) else dump(spec)
     return read_study(parse_document(text, path), known)
@@ -564,25 +607,25 @@ def parse_spec(
 def sections() -> Mapping[str, SpecSection]:
     """Return the sections of all methods by their keys.
 
-    A section of a package is left out, with a warning, where its key is one of a study
-    or of another method, or another one is the form of that key already.
+    A section of a package is left out, with a warning, if its key is a key of a study
+    or of another method, or if another section is the form of that key already.
     """
     own = {key.name for key in keys_of(Study, Policy)}
-    found = dict[str, SpecSection]()
+    by_key = dict[str, SpecSection]()
     for name, method in methods().items():
         for section in method.sections():
             key = section.key.name
-            taken = key in own or key in found
+            taken = key in own or key in by_key
             if taken or (section.form_of and form_of(section.form_of) is not section):
                 log.warning('the section "%s" of %s: its key is taken', key, name)
             else:
-                found[key] = section
-    return found
+                by_key[key] = section
+    return by_key
 
 
 def spec_parts() -> tuple[type[Any] | Key, ...]:
-    """Return what has the keys of a spec: classes, and keys of sections of methods."""
-    keys = (one.key for one in sections().values() if not one.form_of)
+    """Return the parts with the keys of a spec: classes, and keys of sections."""
+    keys = (section.key for section in sections().values() if not section.form_of)
     return (Study, Policy, *keys)
 
 
@@ -590,7 +633,7 @@ GONE = {
     "threads": "a trial takes one core now, as a launch keeps all cores busy with"
     " trials; several for one were 0.36 to 1.6 times as fast; remove the line",
 }
-"""Keys of earlier versions, and why they are gone."""
+"""Keys of earlier versions, and the reasons why they were removed."""
 
 
 def read_study(
@@ -598,12 +641,25 @@ def read_study(
     known: Catalogue = BUILT_IN,
     samplers: Mapping[str, Sampler] = SAMPLERS,
 ) -> Study:
-    """The study that a whole document describes, in which names stand for what is
-    `known`, and for these `samplers`. Raises SpecError.
+    """Return the study of a whole document.
 
-    All mistakes that are found are in one SpecError. What is wrong in one key hides
-    what depends on it, and nothing else. Of an unknown model those are found that a
-    spec of any model has; one that cannot be used hides all that depends on it.
+    A mistake in one key hides mistakes that depend on the key, and no others. Of an
+    unknown model only mistakes are found that a spec of any model has. A model that
+    cannot be used hides all that depends on it.
+
+    Parameters
+    ----------
+    root : Entry
+        The document.
+    known : Catalogue, optional
+        Models, metrics, maps and starts by name; by default the built-in ones.
+    samplers : mapping, optional
+        Samplers by name.
+
+    Raises
+    ------
+    SpecError
+        All mistakes are reported together.
     """
     if root.value is None:
         raise root.error("is empty")
@@ -611,107 +667,138 @@ def read_study(
     mistakes = Mistakes()
     with mistakes.noted():
         check_keys(root, *spec_parts(), gone=GONE)
-    given = read_values(Study, root, mistakes)
+    values = read_values(Study, root, mistakes)
     policy = mistakes.read(read_policy, root)
-    if flown := root.get("model"):
-        mistakes.read(flown.one_of, "model", known.models)
+    if model := root.get("model"):
+        mistakes.read(model.one_of, "model", known.models)
     read = None
-    if given.get("model") in known.models:
-        read = mistakes.read(_flown, root, given, known, samplers)
-    elif given.get("model") not in getattr(known.models, "refused", {}):
-        mistakes.note_common([*_as_each_model(root, given, known, samplers)])
+    if values.get("model") in known.models:
+        read = mistakes.read(_of_model, root, values, known, samplers=samplers)
+    elif values.get("model") not in getattr(known.models, "refused", {}):
+        mistakes.note_common([*_as_each_model(root, values, known, samplers)])
     mistakes.check()
     assert read
     assert policy
-    return Study(document=root.document, known=known, policy=policy, **(given | read))
+    return Study(document=root.document, known=known, policy=policy, **(values | read))
 
 
 def _as_each_model(
     root: Entry,
-    given: Mapping[str, Any],
+    values: Mapping[str, Any],
     known: Catalogue,
     samplers: Mapping[str, Sampler],
 ) -> Iterator[Mistakes]:
-    """What is wrong with a study of each of the models, those first whose names are
-    the most like the given one.
+    """Yield the mistakes of a study of each of the models.
+
+    Models whose names are most similar to the name in the spec are first.
     """
-    name, models = str(given.get("model", "")), [*known.models]
-    for model in get_close_matches(shortened(name), models, len(models), 0.0):
+    name = str(values.get("model", ""))
+    models = [*known.models]
+    for model in get_close_matches(shortened(name), models, n=len(models), cutoff=0.0):
         mistakes = Mistakes()
         with mistakes.noted():
-            _flown(root, {**given, "model": model}, known, samplers)
+            _of_model(root, {**values, "model": model}, known, samplers)
         yield mistakes
 
 
-def _flown(
+def _of_model(
     root: Entry,
-    given: Mapping[str, Any],
+    values: Mapping[str, Any],
     known: Catalogue,
     samplers: Mapping[str, Sampler],
 ) -> dict[str, Any]:
-    """The values of a study that depend on its model, by field. Raises SpecError.
+    """Return the values of a study that depend on its model, by field.
 
-    First each key is read alone. What needs several of them comes last, where all of
-    them are right.
+    First each key is read alone. Checks of several keys come last, if all keys are
+    right. Raises SpecError.
     """
-    mistakes, name, folder = Mistakes(), given["model"], root.document.path.parent
+    mistakes = Mistakes()
+    name = values["model"]
+    folder = root.document.path.parent
     usual = usual_preset(known.models[name])
     preset = mistakes.read(_preset, root, known.models[name]) or usual
-    drawn, recorded = given.get("maps"), given.get("record")
+    drawn = values.get("maps")
+    recorded = values.get("record")
     settings = settings_of(name, known).of_study(_names_in(drawn))
-    seed = given.get("seed", 0)
+    seed = values.get("seed", 0)
     keys = {key.name for key in keys_of(*spec_parts())}
-    reader = AxisReader(known, name, preset, settings, seed, folder, samplers, keys)
+    reader = AxisReader(
+        known=known,
+        model=name,
+        preset=preset,
+        settings=settings,
+        seed=seed,
+        folder=folder,
+        samplers=samplers,
+        keys=keys,
+    )
     maps = mistakes.read(read_maps, drawn, folder, known.maps)
-    fixed = mistakes.read(read_fixed, given.get("fixed"), settings, keys) or {}
-    derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
-    sizes = mistakes.read(read_section_sizes, given.get("sizes"))
+    fixed = mistakes.read(read_fixed, values.get("fixed"), settings, keys) or {}
+    derive = mistakes.read(read_derive, values.get("derive"), settings) or {}
+    sizes = mistakes.read(read_section_sizes, values.get("sizes"))
     taken = [*fixed, *derive, *(sizes.settings if sizes else ())]
-    swept = mistakes.read(read_designs, given.get("axes"), reader, taken)
-    values = usual_settings(name, preset, known)
+    swept = mistakes.read(read_designs, values.get("axes"), reader, taken)
+    preset_values = usual_settings(name, preset, known)
     if sizes and swept is not None:
-        swept = mistakes.read(with_sizes, root, sizes, swept, values, settings)
-    require = mistakes.read(read_require, given.get("require"), settings)
-    derived = mistakes.read(_derived, recorded, name, known, settings) or ()
+        swept = mistakes.read(
+            with_sizes, root, sizes, swept, preset=preset_values, settings=settings
+        )
+    require = mistakes.read(read_require, values.get("require"), settings)
+    derived = (
+        mistakes.read(
+            read_derived, _part(recorded, "derive"), name, known, settings=settings
+        )
+        or ()
+    )
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
     places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
-    search = mistakes.read(_search, root, reader, metrics, places)
+    search = mistakes.read(_search, root, reader, metrics, taken=places)
     columns = search.columns if search else ()
-    record = mistakes.read(_record, recorded, metrics, derived, columns)
+    record = mistakes.read(_record, recorded, metrics, derived, columns=columns)
     names = record.names if record else (*known.metrics, *metrics.derived)
     replication = mistakes.read(read_replication, root)
-    streams = mistakes.read(_streams, given.get("streams"), search)
-    context = SpecContext(name, swept, replication, names, metrics, settings)
-    asked = dict[str, Any]()
+    streams = mistakes.read(_streams, values.get("streams"), search)
+    context = SpecContext(
+        model=name,
+        axes=swept,
+        replication=replication,
+        recorded=names,
+        known=metrics,
+        settings=settings,
+    )
+    section_values: dict[str, Any] = {}
     for key, section in sections().items():
         if section.is_in(root):
             with mistakes.noted():
-                asked[key] = section.read(root, context)
+                section_values[key] = section.read(root, context)
             mistakes.read(check_beside, root, key, section.not_beside)
     mistakes.read(check_beside_continued, root, swept or ())
     mistakes.check()
     axes = swept or ()
     assert replication
     if sizes:
-        flown = _maps_flown(values, fixed, axes)
-        sized = {one for one in flown if ({**known.maps} | (maps or {}))[one].size}
-        mistakes.read(check_sizes, root, sizes, flown, sized)
+        used = _maps_used(preset_values, fixed, axes)
+        every = {**known.maps} | (maps or {})
+        sized = {map_ for map_ in used if every[map_].size}
+        mistakes.read(check_sizes, root, sizes, used, sized=sized)
     mistakes.read(_check_names, root, names, settings)
     if record and streams:
         mistakes.read(_check_lasting, root, record, streams)
-    mistakes.read(check_once, root, fixed, axes, derive)
+    mistakes.read(check_once, root, fixed, axes, derive=derive)
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
     mistakes.read(check_complete, root, axes)
     assert record
     assert streams
-    mistakes.read(check_continued, root, axes, settings, [*fixed, *derive])
-    mistakes.read(_check_rules, root, asked)
-    for key, value in asked.items():
+    with mistakes.noted():
+        check_continued(root, axes, settings, [*fixed, *derive])
+    mistakes.read(_check_rules, root, section_values)
+    for key, value in section_values.items():
         mistakes.read(sections()[key].check, root, value, context._replace(axes=axes))
     mistakes.check()
     if continued_axis(axes):
-        fixed, record = fixed | held(axes), replace(record, last_flocks=True)
+        fixed = fixed | held(axes)
+        record = replace(record, last_flocks=True)
     read = {
         "preset": preset,
         "maps": maps,
@@ -719,7 +806,7 @@ def _flown(
         "axes": axes,
         "sizes": sizes,
         "search": search,
-        "sections": asked,
+        "sections": section_values,
         "derive": derive,
         "require": require,
         "streams": streams,
@@ -728,9 +815,9 @@ def _flown(
     return read | replication._asdict()
 
 
-def _check_rules(root: Entry, asked: Mapping[str, Any]) -> None:
+def _check_rules(root: Entry, values: Mapping[str, Any]) -> None:
     """Raise SpecError for a second rule that adds trials or points."""
-    growing = [key for key in asked if sections()[key].strategy]
+    growing = [key for key in values if sections()[key].strategy]
     for key in growing[1:]:
         raise root.document.error(
             sections()[key].place,
@@ -739,10 +826,10 @@ def _check_rules(root: Entry, asked: Mapping[str, Any]) -> None:
         )
 
 
-def _maps_flown(
+def _maps_used(
     preset: Mapping[str, Value], fixed: Mapping[str, Value], axes: Iterable[Axis]
 ) -> list[str]:
-    """The maps in which points of these axes lie."""
+    """Return the maps of the points of these axes."""
     swept = [axis.columns["map"] for axis in axes if "map" in axis.columns]
     if not swept:
         return [str(fixed.get("map", preset["map"]))]
@@ -755,33 +842,34 @@ def _streams(entry: Entry | None, search: Search | None) -> Streams:
 
 
 def _check_lasting(root: Entry, record: RecordSpec, streams: Streams) -> None:
-    """Raise SpecError where longer trials could not go on from the last states that are
-    kept: their random numbers would be others from step 0 on.
+    """Raise SpecError if longer trials could not resume from the last states.
+
+    Their random numbers would be others from step 0 on.
     """
-    if record.last_states and (others := independent(streams)):
-        lasting = ", ".join(f"{name}: lasting" for name in others)
+    if record.last_states and (purposes := independent(streams)):
+        lasting = ", ".join(f"{name}: lasting" for name in purposes)
         raise root.document.error(
             ("record", LAST_STATES),
             "last_states are of no use: trials with more steps have other random"
-            f" numbers ({', '.join(others)}), and cannot go on; write"
+            f" numbers ({', '.join(purposes)}), and cannot go on; write"
             f" `streams: {{{lasting}}}`, or common",
         )
 
 
 def independent(streams: Streams) -> list[str]:
-    """The purposes whose random numbers are others for any other point."""
+    """Return the purposes whose random numbers differ at any other point."""
     return [name for name, kind in asdict(streams).items() if kind == "independent"]
 
 
 def _check_names(root: Entry, recorded: Iterable[str], settings: Iterable[str]) -> None:
-    """Raise SpecError where a metric has the name of a setting."""
+    """Raise SpecError for a metric with the name of a setting."""
     if taken := set(settings) & set(recorded):
         message = f"metrics have the names of settings: {', '.join(sorted(taken))}"
         raise root.document.error(("record",), message)
 
 
 def _preset(root: Entry, model: Model) -> str:
-    """The preset that the spec names, or the usual one."""
+    """Return the preset that the spec names, or the usual one."""
     entry = root.get("preset")
     if entry is None:
         return usual_preset(model)
@@ -793,7 +881,7 @@ def _part(entry: Entry | None, key: str) -> Entry | None:
 
 
 def _names_in(entry: Entry | None) -> tuple[str, ...]:
-    """The keys of a mapping, whatever stands below them."""
+    """Return the keys of a mapping, whatever their values."""
     return tuple(entry.value) if entry and isinstance(entry.value, dict) else ()
 
 
@@ -801,9 +889,10 @@ def _search(
     root: Entry,
     reader: AxisReader,
     metrics: KnownMetrics,
-    given: dict[str, Iterable[str]],
+    taken: Mapping[str, Iterable[str]],
 ) -> Search | None:
-    entry, mistakes = root.get("search"), Mistakes()
+    entry = root.get("search")
+    mistakes = Mistakes()
     if entry is None:
         return None
     with mistakes.noted():
@@ -823,14 +912,14 @@ def _search(
             raise order.error(
                 'a search asks for one candidate after the other: leave "order" out'
             )
-    places = {name: (key, name) for key, names in given.items() for name in names}
-    found = mistakes.read(read_search, entry, reader, metrics, places)
+    places = {name: (key, name) for key, names in taken.items() for name in names}
+    search = mistakes.read(read_search, entry, reader, metrics, taken=places)
     mistakes.check()
-    return found
+    return search
 
 
 def study_rules() -> Schema:
-    """What is checked of several keys, as JSON Schema."""
+    """Return the checks of several keys as JSON Schema."""
     pairs = [("search", other) for other in ("sweep", "order")]
     pairs += [("search", "sizes")]
     for key, section in sections().items():
@@ -840,11 +929,11 @@ def study_rules() -> Schema:
 
 
 def _lasting_rule() -> Schema:
-    """What `_check_lasting` checks, as JSON Schema."""
+    """Return the check of `_check_lasting` as JSON Schema."""
     keeps = {"properties": {LAST_STATES: {"const": True}}, "required": [LAST_STATES]}
-    usual = {one.name: one.default for one in fields(Streams)}
+    usual = {field.name: field.default for field in fields(Streams)}
     never = {name: {"not": {"const": "independent"}} for name in usual}
-    said = [name for name, kind in usual.items() if kind == "independent"]
+    needed = [name for name, kind in usual.items() if kind == "independent"]
     streams = {"properties": never}
     return {
         "if": {"properties": {"record": keeps}, "required": ["record"]},
@@ -854,17 +943,11 @@ def _lasting_rule() -> Schema:
                 {"required": ["search"]},
                 {
                     "required": ["streams"],
-                    "properties": {"streams": {"required": said}},
+                    "properties": {"streams": {"required": needed}},
                 },
             ],
         },
     }
-
-
-def _derived(
-    entry: Entry | None, model: str, known: Catalogue, settings: dict[str, Setting]
-) -> tuple[DerivedMetric, ...]:
-    return read_derived(_part(entry, "derive"), model, known, settings)
 
 
 def _record(
@@ -873,8 +956,9 @@ def _record(
     derived: tuple[DerivedMetric, ...],
     columns: Iterable[str],
 ) -> RecordSpec:
-    """What the spec says, and the metrics that `derived` ones and the `columns` of a
-    search need.
+    """Return the record of a spec.
+
+    It has the metrics that derived ones and the columns of a search need.
     """
     known = metrics.known
     usual = known.models[metrics.model].metrics
@@ -887,6 +971,6 @@ def _record(
     mistakes.check()
     assert record
     searched = [Column.read(column).metric for column in columns]
-    wanted = [*record.metrics, *record.series, *searched, *needed(derived)]
-    measured = dict.fromkeys(name for name in wanted if name in known.metrics)
+    required = [*record.metrics, *record.series, *searched, *needed(derived)]
+    measured = dict.fromkeys(name for name in required if name in known.metrics)
     return replace(record, metrics=tuple(measured), derive=derived)

@@ -1,7 +1,8 @@
-"""What lies in the folder of a study, and so what no study may be called.
+"""Files in the folder of a study, and the names that a study may therefore not have.
 
-A study may lie in the folder of another: study `a/b` lies in the folder of `a`. That is
-safe as long as no part of a study's name is a name that results use.
+The folder of a study may lie in the folder of another: study `a/b` lies in the folder
+of `a`. The results are safe if no part of a study's name is a name that results
+use.
 """
 
 import re
@@ -9,39 +10,50 @@ from pathlib import Path
 
 from sweep.text import shortened
 
-PARTS, WRITING, DAMAGED, LOCK = "parts", "writing", "damaged", "lock"
-CHECKPOINTS, FIGURES = "checkpoints", "figures"
-PLAN, ASKED, SPEC = "plan.parquet", "asked.parquet", "spec.yaml"
+PARTS = "parts"
+WRITING = "writing"
+DAMAGED = "damaged"
+LOCK = "lock"
+CHECKPOINTS = "checkpoints"
+FIGURES = "figures"
+PLAN = "plan.parquet"
+ASKED = "asked.parquet"
+SPEC = "spec.yaml"
 CODE = re.compile(r"code-([0-9a-f]{64})\.json")
-"""The code of the user's own by which trials were computed, a file for each sha256."""
+"""Custom code by which trials were computed, a file per sha256."""
 SCORECARD = ("scorecard.html", "scorecard.md", "scorecard.json")
 VARIANTS = "variants.json"
 STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
-"""What a launch writes; figures are drawn from it."""
+"""Files and folders that a launch writes; figures are drawn from them."""
 OWN = (*STORED, FIGURES, *SCORECARD, VARIANTS)
 
 SPEC_ENDINGS = (".yaml", ".yml")
-"""By which a name is that of a file with a spec, where it might be a study's."""
+"""Endings that tell the file of a spec from the name of a study."""
 
 PART_NAME = re.compile(r"0[0-9]{19}-[0-9a-f]+(\+[0-9a-f]+)?")
-"""The time at which the part was stored, in ns, and a token. The first digit is 0 until
-the year 2286.
+"""Time at which the part was stored, in ns, and a token.
+
+The first digit is 0 until the year 2286.
 """
 
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
-"""What a folder can be called. A study of an older version may have a name of OWN."""
+"""Allowed names of folders of studies.
+
+A study of an older version may have a name of OWN.
+"""
 
 
 def _any_case(word: str) -> str:
-    """The pattern of a word in small or capital letters. A JSON Schema knows no flag
-    for that.
+    """Return the pattern of a word in small or capital letters.
+
+    A JSON Schema has no flag for case.
     """
     signs = (dict.fromkeys(letter + letter.upper()) for letter in word)
     return "".join(f"[{''.join(sign)}]" for sign in signs)
 
 
 TAKEN = re.compile("|".join([*map(_any_case, OWN), CODE.pattern]))
-"""What results use themselves, within a study or beside the studies."""
+"""Names that results use, within a study or beside the studies."""
 DEVICES = "|".join(
     [
         *map(_any_case, ("con", "prn", "aux", "nul")),
@@ -49,7 +61,10 @@ DEVICES = "|".join(
     ]
 )
 NOWHERE = re.compile(rf"(({DEVICES})(\.[^/]*)?|[^/]*\.)")
-"""What no folder can be called on Windows; results are to be read on every system."""
+"""Names that no folder can have on Windows.
+
+Results are to be read on every system.
+"""
 
 
 MOST_NAME = 200
@@ -60,47 +75,50 @@ NAME_WORDS = (
 
 
 def why_no_name(study: str) -> str:
-    """Why no study can be called so, in words; empty if one can."""
+    """Return in words why no study can have a name.
+
+    "" if a study can.
+    """
     if not STUDY_NAME.fullmatch(study) or len(study) > MOST_NAME:
         return f'study "{shortened(study)}" is not allowed: {NAME_WORDS}'
     if taken := taken_name(study):
-        said = "is a name that results use themselves"
-        return f'study "{study}" is not allowed: "{taken}" {said}'
+        reason = "is a name that results use themselves"
+        return f'study "{study}" is not allowed: "{taken}" {reason}'
     if impossible := impossible_name(study):
-        said = "can be no folder on Windows, where its results should be read too"
-        return f'study "{study}" is not allowed: "{impossible}" {said}'
+        reason = "can be no folder on Windows, where its results should be read too"
+        return f'study "{study}" is not allowed: "{impossible}" {reason}'
     return ""
 
 
 def is_own(name: str) -> bool:
-    """Whether what has this name in the folder of a study is the study's."""
+    """Return whether a file of this name in the folder of a study is the study's."""
     return name in (*STORED, FIGURES) or CODE.fullmatch(name) is not None
 
 
 def code_file(sha: str) -> str:
-    """The name of the file of the code with this sha256."""
+    """Return the name of the file of the code with this sha256."""
     return f"code-{sha}.json"
 
 
 def impossible_name(study: str) -> str | None:
-    """The first part of a study's name that no folder can have on Windows."""
+    """Return the first part of a name that no folder can have on Windows."""
     return next(filter(NOWHERE.fullmatch, study.split("/")), None)
 
 
 def taken_name(study: str) -> str | None:
-    """The first part of a study's name that is TAKEN."""
+    """Return the first part of a study's name that is TAKEN."""
     return next(filter(TAKEN.fullmatch, study.split("/")), None)
 
 
 def launched_studies(results: Path) -> list[str]:
-    """The studies in a folder of results, which lie at most three folders deep."""
+    """Return the studies in a folder of results, at most three folders deep."""
     return studies_below(results, *("*/" * depth for depth in range(1, 4)))
 
 
 def studies_below(results: Path, *depths: str) -> list[str]:
-    """The studies in a folder, by patterns of how deep they lie.
+    """Return the studies in a folder, by patterns of their depth.
 
-    What a process is writing, or has left in `writing`, has a name of no study.
+    A study that a process writes, or has left in `writing`, has no valid name.
     """
     plans = (plan for depth in depths for plan in results.glob(depth + PLAN))
     names = (plan.parent.relative_to(results).as_posix() for plan in plans)

@@ -1,7 +1,7 @@
-"""Units of expressions: combined as the numbers are, or refused.
+"""Units of expressions: combined as the numbers are, or rejected.
 
-A number that is written has no unit of its own. In a sum or a comparison it has that of
-the others, as in `100 - coverage`, and elsewhere none.
+A literal number has no unit of its own. In a sum or a comparison it takes the unit of
+the other parts, as in `100 - coverage`, and elsewhere none.
 """
 
 import ast
@@ -13,32 +13,33 @@ from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError, evaluat
 from sweep.spec.settings import Setting
 
 Unit = dict[str, Fraction]
-"""The power of each base unit, as {"px": 1, "step": -1}; none of them is zero."""
+"""Power of each base unit, such as {"px": 1, "step": -1}; no power is zero."""
 
 NO_UNIT: Unit = {}
 FACTOR = re.compile(r"(?P<over>/)?(?P<base>[^*/^]+)(\^(?P<power>[0-9.]+))?")
 MOST_POWER = 20
-"""A power of a unit beyond this is a mistake."""
+"""Largest power of a unit. A larger one is a mistake."""
 SIMPLEST = 12
-"""The largest denominator of a power, so that roots of roots have units."""
+"""Largest denominator of a power, so that roots of roots have units."""
 
 
 def parsed(text: str) -> Unit:
-    """The unit that a text as "px^2/step^2" writes; "1/s" is one too.
+    """Return the unit of a text such as "px^2/step^2" or "1/s".
 
     >>> parsed("px/step")
     {'px': Fraction(1, 1), 'step': Fraction(-1, 1)}
     """
     unit = NO_UNIT
     for factor in FACTOR.finditer(text.replace(" ", "")):
-        base, power = factor["base"], Fraction(factor["power"] or 1)
+        base = factor["base"]
+        power = Fraction(factor["power"] or 1)
         if base != "1":
             unit = _product(unit, {base: -power if factor["over"] else power})
     return unit
 
 
 def written_out(unit: Unit) -> str:
-    """The text of a unit, as "px^2/step".
+    """Return the text of a unit, such as "px^2/step".
 
     >>> written_out({"step": Fraction(-1), "px": Fraction(1, 2)})
     'px^0.5/step'
@@ -52,8 +53,9 @@ def _factor(base: str, power: Fraction) -> str:
     return base if power == 1 else f"{base}^{float(power):.6g}"
 
 
-def _product(one: Unit, other: Unit) -> Unit:
-    powers = {base: one.get(base, 0) + other.get(base, 0) for base in {**one, **other}}
+def _product(left: Unit, right: Unit) -> Unit:
+    bases = {**left, **right}
+    powers = {base: left.get(base, 0) + right.get(base, 0) for base in bases}
     return {base: Fraction(power) for base, power in powers.items() if power}
 
 
@@ -63,20 +65,24 @@ def _raised(unit: Unit, power: Fraction) -> Unit:
 
 
 def unit_of(tree: ast.expr, known: Mapping[str, Setting]) -> str:
-    """The unit of a checked expression over `known`, "" for none.
+    """Return the unit of a checked expression over `known`, "" for none.
 
-    Raises ExpressionError where units do not go together.
+    Raises ExpressionError if units do not fit together.
     """
     return written_out(_Combining(known).unit(tree) or NO_UNIT)
 
 
 class _Combining:
-    """Finds the unit of every part; None for a part of written numbers alone."""
+    """Finder of the unit of every part of an expression.
+
+    None is the unit of a part of literal numbers alone.
+    """
 
     def __init__(self, known: Mapping[str, Setting]) -> None:
         self.known = known
 
     def unit(self, node: ast.expr) -> Unit | None:
+        """Return the unit of a part. Raises ExpressionError."""
         match node:
             case ast.Constant():
                 return None
@@ -94,8 +100,8 @@ class _Combining:
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 self.unit(test)
                 return self._equal(node, [body, orelse])
-            case ast.Compare(left=left, comparators=others):
-                self._equal(node, [left, *others])
+            case ast.Compare(left=left, comparators=rest):
+                self._equal(node, [left, *rest])
                 return NO_UNIT
             case ast.BoolOp(values=conditions):
                 for condition in conditions:
@@ -108,14 +114,16 @@ class _Combining:
     def _product(
         self, left: ast.expr, right: ast.expr, is_quotient: bool
     ) -> Unit | None:
-        first, second = self.unit(left), self.unit(right)
+        first = self.unit(left)
+        second = self.unit(right)
         if first is None and second is None:
             return None
         sign = Fraction(-1 if is_quotient else 1)
         return _product(first or NO_UNIT, _raised(second or NO_UNIT, sign))
 
     def _power(self, base: ast.expr, power: ast.expr) -> Unit | None:
-        unit, exponent = self.unit(base), self.unit(power)
+        unit = self.unit(base)
+        exponent = self.unit(power)
         self._without(power, exponent, "a power")
         if not unit:
             return unit if exponent is None else NO_UNIT
@@ -142,15 +150,18 @@ class _Combining:
             self._without(arguments[0], unit, name)
         return _raised(unit, Fraction(1, 2)) if rule == "root" and unit else unit
 
-    def _without(self, node: ast.expr, unit: Unit | None, what: str) -> None:
+    def _without(self, node: ast.expr, unit: Unit | None, operation: str) -> None:
         if unit:
             raise ExpressionError(
-                f"{what} needs a number without unit, but {_in(node, unit)};"
+                f"{operation} needs a number without unit, but {_in(node, unit)};"
                 f" {self._way_out(node, unit)}"
             )
 
-    def _equal(self, whole: ast.expr, nodes: Iterable[ast.expr]) -> Unit | None:
-        """The unit that all of these have. Written numbers have that of the others."""
+    def _equal(self, parent: ast.expr, nodes: Iterable[ast.expr]) -> Unit | None:
+        """Return the unit that all parts have.
+
+        Literal numbers take the unit of the other parts.
+        """
         having = [
             (node, unit)
             for node, unit in ((node, self.unit(node)) for node in nodes)
@@ -158,19 +169,22 @@ class _Combining:
         ]
         if not having:
             return None
-        (node, unit), *others = having
-        for other, found in others:
-            if found != unit:
+        (node, unit), *further = having
+        for other, own in further:
+            if own != unit:
                 known = node if unit else other
                 raise ExpressionError(
-                    f'"{ast.unparse(whole)}" needs equal units, but {_in(node, unit)}'
-                    f" and {_in(other, found)};"
-                    f" {self._way_out(known, unit or found)}"
+                    f'"{ast.unparse(parent)}" needs equal units, but {_in(node, unit)}'
+                    f" and {_in(other, own)};"
+                    f" {self._way_out(known, unit or own)}"
                 )
         return unit
 
     def _way_out(self, node: ast.expr, unit: Unit) -> str:
-        """How `node` loses its unit: divided by a setting, or a metric, of its unit."""
+        """Return how a part loses its unit.
+
+        It is divided by a setting, or a metric, of its unit.
+        """
         text = ast.unparse(node)
         quotient = text if isinstance(node, ast.Name) else f"({text})"
         divisor = next(
@@ -186,5 +200,5 @@ class _Combining:
 
 
 def _in(node: ast.expr, unit: Unit) -> str:
-    found = f"is in {written_out(unit)}" if unit else "has no unit"
-    return f'"{ast.unparse(node)}" {found}'
+    words = f"is in {written_out(unit)}" if unit else "has no unit"
+    return f'"{ast.unparse(node)}" {words}'

@@ -1,9 +1,9 @@
-"""Samples whose points count only together: the blocks of Saltelli, for Sobol indices,
-and the trajectories of Morris.
+"""Samples whose points count only together.
 
+They are the blocks of Saltelli, for Sobol indices, and the trajectories of Morris.
 SALib makes them (Herman and Usher 2017, Journal of Open Source Software 2(9), 97), an
 optional extra. Both are samples of the unit cube; every distribution of
-`sweep.spec.sampling` stretches its sides.
+`sweep.spec.distributions` stretches its sides.
 """
 
 import math
@@ -29,12 +29,14 @@ from sweep.spec.schema_parts import Schema
 from sweep.text import installing
 
 Problem = dict[str, Any]
-"""The settings as SALib has them: `num_vars`, `names` and `bounds`."""
+"""Settings in SALib's form: `num_vars`, `names` and `bounds`."""
 
 LEVELS = 4
 MOST_LEVELS = 1000
 TAIL = 0.005
-"""A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5
+"""Probability beyond the outermost levels of a setting without bounds.
+
+A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5
 and the 99.5 % quantile.
 """
 
@@ -47,9 +49,11 @@ class Levels(Content[int]):
 
     @property
     def words(self) -> str:
+        """The allowed values, in words."""
         return f"an even number from 2 to {MOST_LEVELS:,}"
 
     def read(self, entry: Entry) -> int:
+        """Return the value of an entry. Raise SpecError if it is not allowed."""
         levels = entry.whole(2, MOST_LEVELS)
         if levels % 2:
             raise entry.expected(
@@ -58,13 +62,24 @@ class Levels(Content[int]):
         return levels
 
     def schema(self) -> Schema:
+        """Return the JSON Schema of the allowed values."""
         return Whole(2, MOST_LEVELS).schema() | {"multipleOf": 2}
 
 
 @dataclass(frozen=True)
 class SampleBlocks:
-    """`count` blocks of `size` points, which are called `words`. `levels` is the number
-    of values of a setting in a grid, else None.
+    """A number of blocks of points.
+
+    Attributes
+    ----------
+    words
+        Name of such blocks, in the plural.
+    count
+        Number of blocks.
+    size
+        Points per block.
+    levels
+        Number of values of a setting in a grid. None without a grid.
     """
 
     words: str
@@ -73,7 +88,7 @@ class SampleBlocks:
     levels: int | None = None
 
     def note(self, axis: str) -> str:
-        """How many points there are and why, for the plan."""
+        """Return the number of points and its reason, for the plan."""
         points = self.count * self.size
         return (
             f"{axis}: {self.count:,} {self.words} of {self.size} points each"
@@ -84,11 +99,24 @@ class SampleBlocks:
 def read_blocks(
     entry: Entry, sampler: str, rules: BlockRules, settings: int
 ) -> SampleBlocks:
-    """The blocks that an axis over so many `settings` asks for: `points` is their
-    number, the base sample.
+    """Return the blocks that an axis selects.
 
-    Raises SpecError where `points` or an option of the sampler is not allowed, and
-    where there are too many points.
+    Parameters
+    ----------
+    entry : Entry
+        The axis. `points` is the number of blocks, the base sample.
+    sampler : str
+        Name of the sampler, for messages.
+    rules : BlockRules
+        Rules of the sampler.
+    settings : int
+        Number of settings that the axis varies.
+
+    Raises
+    ------
+    SpecError
+        If `points` or an option of the sampler is not allowed, or there are too many
+        points.
     """
     if "when" in entry.value:
         raise entry.child("when").error(
@@ -106,7 +134,9 @@ def read_blocks(
     return SampleBlocks(rules.words, count, size, levels)
 
 
-PAIRS, NO_PAIRS, TRAJECTORY = BlockSize(2, 2), BlockSize(1, 2), BlockSize(1, 1)
+PAIRS = BlockSize(2, 2)
+NO_PAIRS = BlockSize(1, 2)
+TRAJECTORY = BlockSize(1, 1)
 
 
 def _saltelli_size(entry: Entry) -> tuple[BlockSize, None]:
@@ -115,8 +145,8 @@ def _saltelli_size(entry: Entry) -> tuple[BlockSize, None]:
 
 
 def _morris_size(entry: Entry) -> tuple[BlockSize, int]:
-    given = entry.get("levels")
-    return TRAJECTORY, Levels().read(given) if given else LEVELS
+    levels = entry.get("levels")
+    return TRAJECTORY, Levels().read(levels) if levels else LEVELS
 
 
 def _problem(cube: UnitCube) -> Problem:
@@ -129,11 +159,11 @@ def _problem(cube: UnitCube) -> Problem:
 
 
 def saltelli(cube: UnitCube) -> list[Unit]:
-    """A block is A, A with a setting of B each, for pairs B with a setting of A each,
-    and B.
+    """Draw Saltelli's blocks.
 
-    A and B are halves of a point of the scrambled Sobol sequence. More blocks continue
-    the sample, another setting makes it another.
+    A block is A, A with a setting of B each, for pairs B with a setting of A each, and
+    B. A and B are halves of a point of the scrambled Sobol sequence. More blocks
+    continue the sample. Another setting changes all of it.
     """
     from SALib.sample import sobol
 
@@ -147,9 +177,10 @@ def saltelli(cube: UnitCube) -> list[Unit]:
 
 
 def morris(cube: UnitCube) -> list[Unit]:
-    """A block is a trajectory: each step changes one setting by half of its levels.
+    """Draw Morris's trajectories.
 
-    More trajectories continue the sample, another setting makes it another.
+    Each step of a trajectory changes one setting by half of its levels. More
+    trajectories continue the sample. Another setting changes all of it.
     """
     from SALib.sample import morris
 
@@ -188,14 +219,14 @@ SALTELLI = Sampler(
     saltelli,
     "blocks of points for Sobol indices",
     powers_of_two,
-    BlockRules(
+    blocks=BlockRules(
         "blocks",
         (PAIRS, NO_PAIRS),
         _saltelli_size,
         (SECOND_ORDER,),
     ),
-    "sobol",
-    SALIB,
+    analysis="sobol",
+    package=SALIB,
 )
 MORRIS = Sampler(
     morris,

@@ -8,7 +8,7 @@ import pytest
 
 from sweep.errors import SpecError
 from sweep.spec.continued_checks import COMMON, KEPT, LONGER
-from sweep.spec.mistakes import MOST_SAID
+from sweep.spec.mistakes import MOST_MESSAGES
 from sweep.spec.study import parse_spec
 
 SPEC = """
@@ -227,11 +227,11 @@ def test_without_a_model_the_rest_is_read_too() -> None:
 
 
 def test_very_many_mistakes_are_counted() -> None:
-    settings = ", ".join(f"a{number}: 1" for number in range(MOST_SAID + 5))
+    settings = ", ".join(f"a{number}: 1" for number in range(MOST_MESSAGES + 5))
     said = mistakes(
         f"study: many\nmodel: nguyen2024\nreplicates: 1\nfixed: {{{settings}}}"
     )
-    assert len(said) == MOST_SAID + 1
+    assert len(said) == MOST_MESSAGES + 1
     assert said[-1] == "and 5 more mistakes"
 
 
