@@ -1,4 +1,4 @@
-"""Options that several reports have."""
+"""Options of several reports."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -7,14 +7,14 @@ import typer
 
 
 class Over(StrEnum):
-    """Which value of a metric is meant."""
+    """The value of a metric: at the last frame, or the mean over the second half."""
 
     last = "last"
     half = "half"
 
 
 class Together(StrEnum):
-    """How the rows of a comparison are judged together."""
+    """The correction for the many rows of a comparison."""
 
     holm = "holm"
     bonferroni = "bonferroni"

@@ -1,6 +1,6 @@
-"""Ablation: what each detail does in which two presets differ.
+"""Ablation: the effect of each component in which two presets differ.
 
-analysis  paired effects of the details
+analysis  paired effects of the components
 figure    the same drawn
 method    its entry
 """

@@ -1,5 +1,6 @@
-"""What each detail in which two presets differ does: paired effects of an axis that
-ablates.
+"""Paired effects of the components in which two presets differ.
+
+A component, or detail, is a group of parameters that an axis with `ablate` changes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,7 +16,7 @@ from sweep.tables.stored_study import StoredStudy
 PAIRED = ("seed", "replicate")
 NOTHING = "nothing"
 OTHERS = "all others"
-"""To what a detail is added."""
+"""What a component is added to."""
 
 
 def paired_effects(
@@ -27,20 +28,35 @@ def paired_effects(
     factor: bool = False,
     over: Over = "last",
 ) -> pd.DataFrame:
-    """The mean change of each metric that each detail of `preset` makes, with its
-    simultaneous 95 % interval. Where the spec names the details, `preset` is the name
-    of the axis.
+    """Return the mean change of each metric that each component makes.
 
     A trial is paired with the trial of the same seed, replicate and value of `by` in
-    which no detail is changed. With `leave_out` the trials with all details are paired
-    too, with those that have all but one: the change is what this one makes where all
-    others are. It is their difference; with `factor` their ratio, for metrics above
-    zero, and its mean is the geometric one.
+    which no component is changed. With `leave_out` the trials with all components are
+    also paired with the trials that have all but one. Their change is the effect of
+    this component when it is added to all others.
 
-    Columns: `by`, if any, detail, added_to, metric, value, low, high, n. `added_to` is
-    `nothing` or `all others`. The intervals hold together (Bonferroni). A pair counts
-    only if both of its trials are done and have a value. `over="half"` takes the means
-    over the last half of each trial.
+    Parameters
+    ----------
+    study : StoredStudy
+    preset : str
+        Preset whose components are added. If the spec names the components, the name of
+        the axis.
+    metrics : sequence of str
+    by : str, optional
+        Parameter whose values are kept apart.
+    factor : bool, default False
+        Return ratios instead of differences, and their geometric means. For metrics
+        above zero.
+    over : {"last", "half"}, default "last"
+        The last frame, or the mean over the second half of each trial.
+
+    Returns
+    -------
+    DataFrame
+        One row per value of `by`, component, `added_to` and metric. Columns: `by`, if
+        any, detail, added_to ("nothing" or "all others"), metric, value, low, high, and
+        n, the number of pairs. A pair counts only if both trials are done and have a value.
+        The 95 % confidence intervals are simultaneous (Bonferroni).
     """
     metrics = [column_over(name, over) for name in metrics]
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
@@ -66,10 +82,10 @@ def paired_effects(
                 # Logarithms are about normal.
                 distribution="normal" if factor else study.distributions[metric],
             )
-            found = (pairs.value, *pairs.interval(level))
-            numbers = np.exp(found) if factor else found
-            place = [where] if by else []
-            rows.append((*place, detail, added_to, metric, *numbers, len(pairs.b)))
+            change = (pairs.value, *pairs.interval(level))
+            numbers = np.exp(change) if factor else change
+            group = [where] if by else []
+            rows.append((*group, detail, added_to, metric, *numbers, len(pairs.b)))
     columns = ["detail", "added_to", "metric", "value", "low", "high", "n"]
     return pd.DataFrame(rows, columns=[*apart, *columns])
 
@@ -77,14 +93,14 @@ def paired_effects(
 def _compared(
     values: pd.DataFrame,
 ) -> Iterator[tuple[str, str, pd.DataFrame, pd.DataFrame]]:
-    """Each detail, what it is added to, and the trials with it and without it."""
-    of = {
+    """Yield each component, what it is added to, and the trials with and without it."""
+    parts = {
         str(label): part.set_index(list(PAIRED))
         for label, part in values.groupby("detail", sort=False)
     }
-    for label, part in of.items():
+    for label, part in parts.items():
         if label.startswith(BUT):
-            if ALL in of:
-                yield label.removeprefix(BUT), OTHERS, of[ALL], part
-        elif label and "" in of:
-            yield label, NOTHING, part, of[""]
+            if ALL in parts:
+                yield label.removeprefix(BUT), OTHERS, parts[ALL], part
+        elif label and "" in parts:
+            yield label, NOTHING, part, parts[""]

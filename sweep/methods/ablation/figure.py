@@ -1,4 +1,4 @@
-"""The figure of details in which two presets differ: what each does, a row a detail."""
+"""The figure of the effects of the components in which two presets differ."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -30,7 +30,7 @@ from sweep.tables.stored_study import StoredStudy
 
 SMALLEST_LOGARITHMIC = 8.0
 LETTERS = 40
-"""Of a line that has the values of a detail."""
+"""Most characters of a line with the values of a component."""
 MOST_PANELS = 3
 IN_WORDS = {NOTHING: "added alone", OTHERS: "added to all others"}
 
@@ -45,12 +45,31 @@ def effects_figure(
     factor: bool = False,
     over: Over = "last",
 ) -> Figure:
-    """A forest of `paired_effects`: a panel a metric and a row a detail, those first
-    that change the first metric most. The last row has all details together.
+    """Draw the effects of components as a forest plot, one panel per metric.
 
-    `metrics` gives the words for each column, and `names` those for each value of `by`.
-    Both are in the order in which they are drawn. `over="half"` takes the means over
-    the last half of each trial.
+    Each component has a row. The components that change the first metric most are
+    first. The last row has all components together. See `paired_effects`.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    preset : str
+        Preset whose components are added. If the spec names the components, the name of
+        the axis.
+    metrics : mapping of str to str
+        Label of each metric, in the order of the panels.
+    by : str, optional
+        Parameter whose values are kept apart.
+    names : mapping, optional
+        Label of each value of `by`, in the order in which they are drawn.
+    factor : bool, default False
+        Draw ratios instead of differences. For metrics above zero.
+    over : {"last", "half"}, default "last"
+        The last frame, or the mean over the second half of each trial.
+
+    Returns
+    -------
+    Figure
     """
     metrics = {column_over(name, over): text for name, text in metrics.items()}
     table = paired_effects(study, preset, list(metrics), by, factor=factor)
@@ -67,7 +86,7 @@ def effects_figure(
             }
             _panel(axes, shown, list(rows), factor=factor)
             unit = f" ({study.units[metric]})" if study.units.get(metric) else ""
-            before = _unchanged(study, preset, metric, by, names or {})
+            before = _unchanged(study, preset, metric, by, names=names or {})
             axes.set_title(f"{text}\nunchanged{unit}:\n{before}", fontsize=7.5)
             axes.set_xlabel(
                 "factor" if factor else f"change{unit}".replace("%", "% points"),
@@ -91,16 +110,16 @@ def effects_figure(
 def _series(
     table: pd.DataFrame, by: str | None, names: Mapping[Any, str]
 ) -> dict[str, pd.DataFrame]:
-    """The rows of the table that have one mark each, by their words."""
-    found = {}
+    """Return the rows of each marker and colour, by their label."""
+    series = {}
     sides = list(dict.fromkeys(table["added_to"]))
     for value, words_of in names.items() if by else [(None, "")]:
         part = table[table[by] == value] if by else table
         for side in sides:
-            said = [words_of, IN_WORDS[side] if len(sides) > 1 else ""]
-            name = ", ".join(filter(None, said))
-            found[name] = part[part["added_to"] == side]
-    return found
+            parts = [words_of, IN_WORDS[side] if len(sides) > 1 else ""]
+            name = ", ".join(filter(None, parts))
+            series[name] = part[part["added_to"] == side]
+    return series
 
 
 def _panel(
@@ -122,8 +141,8 @@ def _panel(
             places,
             values,
             COLOURS[number % len(COLOURS)],
-            MARKERS[number % len(MARKERS)],
-            name,
+            marker=MARKERS[number % len(MARKERS)],
+            label=name,
         )
     if factor:
         _logarithmic(axes)
@@ -131,7 +150,10 @@ def _panel(
 
 
 def _logarithmic(axes: Axes) -> None:
-    """A logarithmic axis of factors, from 1/8 to 8 or more: small ones look small."""
+    """Give a panel a logarithmic axis of factors, at least from 1/8 to 8.
+
+    On a shorter axis small factors would look large.
+    """
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 1.0 / SMALLEST_LOGARITHMIC), max(high, SMALLEST_LOGARITHMIC))
@@ -145,11 +167,11 @@ def _unchanged(
     by: str | None,
     names: Mapping[Any, str],
 ) -> str:
-    """The metric's mean where nothing is changed, for each value of `by`."""
+    """Return the mean of a metric without a change, by value of `by`, in words."""
     before = study.trials[study.details(preset).to_numpy() == ""]
     if by:
-        found = before.groupby(by)[metric].mean()
-        means = [found[value] for value in names]
+        mean_of = before.groupby(by)[metric].mean()
+        means = [mean_of[value] for value in names]
     else:
         means = [before[metric].mean()]
     return " and ".join(
@@ -165,20 +187,21 @@ def _rows(
     *,
     factor: bool,
 ) -> dict[str, str]:
-    """Every detail, by its largest effect on the metric, and what it changes, in
-    words.
+    """Return the components, each with its label.
+
+    A component with a larger effect on the metric is earlier; all together are last.
     """
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
     values = trials.drop_duplicates("detail").set_index("detail").to_dict("index")
     of_metric = table[(table["metric"] == metric) & (table["detail"] != ALL)]
     sizes = (np.log(of_metric["value"]) if factor else of_metric["value"]).abs()
     largest = sizes.groupby(of_metric["detail"], sort=False).max()
-    found = largest.sort_values(ascending=False, kind="stable").index
+    details = largest.sort_values(ascending=False, kind="stable").index
     groups = study.about.ablated[preset]
-    of = dict(zip(study.detail_names(preset), groups, strict=True))
+    settings = dict(zip(study.detail_names(preset), groups, strict=True))
     rows = {
-        name: _row(study, name, of[name], values.get(name) or values[ALL])
-        for name in found
+        name: _row(study, name, settings[name], values.get(name) or values[ALL])
+        for name in details
     }
     last = ALL if study.about.details else f"{ALL}: {words(preset)}"
     return rows | ({ALL: last} if ALL in set(table["detail"]) else {})
@@ -187,24 +210,26 @@ def _rows(
 def _row(
     study: StoredStudy, name: str, settings: Sequence[str], values: Mapping[Any, Any]
 ) -> str:
-    """A detail and the values that it gives its settings, with their units."""
-    said = {one: _measure(study, one, values[one]) for one in settings}
+    """Return the label of a component: its name, and its parameters with units."""
+    texts = {setting: _measure(study, setting, values[setting]) for setting in settings}
     if not study.about.details:
-        return f"{words(name)}: {said[settings[0]]}"
-    text = ", ".join(f"{words(one)} {value}" for one, value in said.items())
+        return f"{words(name)}: {texts[settings[0]]}"
+    text = ", ".join(f"{words(setting)} {value}" for setting, value in texts.items())
     return "\n".join([name, *wrap(text, LETTERS)])
 
 
 def _measure(study: StoredStudy, setting: str, value: object) -> str:
-    """The value of a setting with its unit, if it is a finite number."""
+    """Return the value of a parameter in words, with its unit if it is finite."""
     is_number = isinstance(value, int | float | np.number)
     unit = study.units.get(setting, "") if is_number and value != np.inf else ""
     return f"{words(value)} {unit}".rstrip().replace("^2", "²")
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Figures of up to three metrics. Raises ChoiceError where no axis of the study
-    ablates, and where its trials have no pairs by one setting.
+    """Return figures of up to MOST_PANELS metrics.
+
+    Raises ChoiceError if no axis of the study ablates, or if its points differ by
+    several parameters apart from their component.
     """
     if not study.about.ablated:
         raise ChoiceError("no axis ablates a preset or details", study.name, "effects")
@@ -223,8 +248,8 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
                 study,
                 ablated,
                 {name: quantity(study, name).partition(" (")[0] for name in part},
-                by,
-                names,
+                by=by,
+                names=names,
             ),
         )
         for part in parts
@@ -234,19 +259,22 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 def _apart(
     study: StoredStudy, ablated: str, by: str | None
 ) -> tuple[str | None, dict[object, str]]:
-    """The setting by which points differ apart from their detail, and the words for
-    its values: none where they do not.
+    """Return the parameter by which points differ apart from their component.
+
+    The mapping has the label of each of its values. None and an empty mapping if the
+    points do not differ.
     """
     detail = study.detail(ablated)
     tried = study.points[study.tried]
-    others = [name for name in study.headings if name != detail]
-    varied = [name for name in others if tried[name].nunique() > 1]
+    varied = [
+        name for name in study.headings if name != detail and tried[name].nunique() > 1
+    ]
     if not varied:
         return None, {}
     for name in [by] if by else varied:
         if name in varied and not tried.duplicated([name, detail]).any():
-            found = dict.fromkeys(tried[name])
-            return name, {value: f"{words(name)} {words(value)}" for value in found}
+            values = dict.fromkeys(tried[name])
+            return name, {value: f"{words(name)} {words(value)}" for value in values}
     raise ChoiceError(
         "its points differ apart from their detail by several settings"
         f" ({', '.join(varied)}): choose with where so that one is left",

@@ -1,4 +1,4 @@
-"""What details do: its entry."""
+"""The entry of ablation."""
 
 from typing import TYPE_CHECKING
 

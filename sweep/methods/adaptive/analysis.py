@@ -1,4 +1,4 @@
-"""Which points of a study have all trials that its rule asks for."""
+"""Settled points: points that have all trials that the rule of their study needs."""
 
 from collections import Counter
 
@@ -38,22 +38,28 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
 
     Parameters
     ----------
-    study
+    study : StoredStudy
         A stored study whose `replicates` are a rule.
 
     Returns
     -------
-    One row per point and metric of the rule, in the order of the plan. Columns: point;
-    metric; n, the number of trials of the point, which is its last look; values, how
-    many of them have a value; undefined, the fraction of the done ones that have none;
-    half_width of the repeated confidence interval, and allowed, the largest that the
-    rule allows, both in the unit of the metric; reached, whether the interval is narrow
-    enough and final; why no trials follow, one of `REASONS`.
+    DataFrame
+        One row per point and metric of the rule, in the order of the plan. Columns:
+
+        - point
+        - metric
+        - n, the number of trials of the point, which is its last look
+        - values, how many of these trials have a value
+        - undefined, the fraction of the done trials without a value
+        - half_width of the repeated confidence interval, in the unit of the metric
+        - allowed, the largest half-width that the rule allows, in the same unit
+        - reached, whether the confidence interval is narrow enough and final
+        - why no trials follow, one of `REASONS`
 
     Raises
     ------
     ChoiceError
-        For a study with a fixed number of trials.
+        If the study has a fixed number of trials.
     """
     rule = rule_of(study)
     names = list(rule.widths)
@@ -113,7 +119,7 @@ def settled_points(study: StoredStudy) -> str:
 
 
 def why_unfinished(study: StoredStudy) -> str:
-    """Return why more trials follow, in words, or "" where none do."""
+    """Return why more trials follow, in words, or "" if none do."""
     if has_rule(study) and (stopping(study)["why"] == NOT_YET).any():
         return f"more trials of {study.name} follow by its rule"
     return ""

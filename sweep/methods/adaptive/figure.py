@@ -1,6 +1,4 @@
-"""How intervals narrow: half the width of the interval of each point against the number
-of its trials.
-"""
+"""The figure of half-widths of confidence intervals against numbers of trials."""
 
 from functools import partial
 from typing import NamedTuple
@@ -33,14 +31,15 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
 FEWEST = 6
-"""With fewer trials a point has no more than three half widths, which tell no slope."""
+"""With fewer trials a point has at most three half-widths, which show no slope."""
 MOST_PLAIN = 60
-"""So many lines are drawn in full; more are pale."""
+"""Up to this number lines are drawn in full; more lines are pale."""
 
 
 class Narrowing(NamedTuple):
-    """What a figure of half widths shows: a metric, and the setting `by` whose values
-    are colours.
+    """The layout of a figure of half-widths.
+
+    Colours show the values of the parameter `by`.
     """
 
     selection: Selection
@@ -55,23 +54,56 @@ def narrowing_figure(
     by: str | None = None,
     over: Over = "last",
 ) -> Figure:
-    """Half the width of the interval of the mean of `metric` against the number of
-    trials that it is of, a line a point, both on logarithmic scales.
+    """Draw half-widths of confidence intervals against numbers of trials.
 
-    The intervals are those of the first 3, 4, 6, 8, 12, ... done trials of a point
-    that have a value, by the number of their replicate, and of all of them: the last
-    one is that of `study.means`. The dashed line has the slope -1/2 of independent
-    values whose standard deviation is known. With few trials Student's factor makes
-    intervals wider than that. `over="half"` takes the mean over the last half of each
-    trial. Raises ChoiceError for names that the study does not have, and where no point
-    has `FEWEST` trials.
+    Each point has one line, and both scales are logarithmic. The intervals are those
+    of the mean of the first 3, 4, 6, 8, 12, ... done trials that have a value, by the
+    number of their replicate. The last interval is that of all such trials, as in
+    `study.means`. The dashed line has the slope -1/2 of independent values whose
+    standard deviation is known. With few trials Student's factor makes intervals wider.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    by : str, optional
+        Parameter whose values are colours.
+    over : {"last", "half"}, default "last"
+        The last frame, or the mean over the second half of each trial.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If the study does not have a name, or no point has `FEWEST` trials.
     """
     column = column_over(metric, over)
     return draw_narrowing(narrowing_layout(study, column, by=by))
 
 
 def narrowing_layout(study: StoredStudy, metric: str, *, by: str | None) -> Narrowing:
-    """What `narrowing_figure` will show. Raises ChoiceError as it does."""
+    """Return the layout that `narrowing_figure` draws.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+        Column of the trials.
+    by : str or None
+        Parameter whose values are colours.
+
+    Returns
+    -------
+    Narrowing
+
+    Raises
+    ------
+    ChoiceError
+        As for `narrowing_figure`.
+    """
     selection = select(study)
     recorded(study, metric)
     if (most := int(selection.trials["replicate"].max()) + 1) < FEWEST:
@@ -86,7 +118,7 @@ def narrowing_layout(study: StoredStudy, metric: str, *, by: str | None) -> Narr
 
 
 def draw_narrowing(layout: Narrowing) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     widths = half_widths(layout)
     drawn = _drawn(widths)
     with style.context(STYLE):
@@ -108,8 +140,10 @@ def draw_narrowing(layout: Narrowing) -> Figure:
 
 
 def half_widths(layout: Narrowing) -> pd.DataFrame:
-    """A row a point and number of trials: `point`, `n`, and `half`, half the width of
-    the interval of the first `n` trials.
+    """Return the half-widths of a figure, one row per point and number of trials.
+
+    Columns: `point`, `n`, and `half`, the half-width of the confidence interval of the
+    first `n` trials.
     """
     selection, metric, _ = layout
     trials = selection.trials
@@ -136,21 +170,23 @@ def half_widths(layout: Narrowing) -> pd.DataFrame:
 
 
 def _looks(most: int) -> list[int]:
-    """3, 4, 6, 8, 12, ... up to `most`."""
+    """Return 3, 4, 6, 8, 12, ... up to `most`."""
     powers = [2**k for k in range(1, most.bit_length())]
     return sorted(n for k in powers for n in (k, k * 3 // 2) if 2 < n <= most)
 
 
 def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
-    """What has a place on a logarithmic axis."""
+    """Return the half-widths that a logarithmic axis can show."""
     known = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
     drawn: pd.DataFrame = widths[known]
     return drawn
 
 
 def _reference(drawn: pd.DataFrame) -> MarkedLine:
-    """The line of slope -1/2 through the median half width at the largest number of
-    trials that half of the points have.
+    """Return the dashed line, of slope -1/2.
+
+    It goes through the median half-width at the largest number of trials that half of
+    the points have.
     """
     if drawn.empty:
         return MarkedLine()
@@ -164,10 +200,10 @@ def _reference(drawn: pd.DataFrame) -> MarkedLine:
 
 
 def _lines(axes: Axes, layout: Narrowing, drawn: pd.DataFrame) -> None:
-    selection, by = layout.selection, layout.by
-    colours = colours_of(selection, by, selection.points)
+    selection = layout.selection
+    colours = colours_of(selection, layout.by, selection.points)
     groups = drawn.sort_values("n", kind="stable").groupby("point", sort=False)
-    lines = {point: one[["n", "half"]].to_numpy(float) for point, one in groups}
+    lines = {point: widths[["n", "half"]].to_numpy(float) for point, widths in groups}
     many = len(lines) > MOST_PLAIN
     collection = LineCollection(
         [*lines.values()],
@@ -180,7 +216,8 @@ def _lines(axes: Axes, layout: Narrowing, drawn: pd.DataFrame) -> None:
 
 
 def _legend(figure: Figure, layout: Narrowing) -> None:
-    selection, by = layout.selection, layout.by
+    selection = layout.selection
+    by = layout.by
     values = selection.values(by) if by else []
     handles = [Line2D([], [], color=COLOURS[place]) for place in range(len(values))]
     reference = Line2D([], [], color=GREY, linestyle="--", linewidth=1.0)
@@ -193,15 +230,14 @@ def _legend(figure: Figure, layout: Narrowing) -> None:
 
 
 def _label(layout: Narrowing) -> str:
-    study, metric = layout.selection.study, layout.metric
-    return f"half width of {quantity(study, metric)}"
+    return f"half width of {quantity(layout.selection.study, layout.metric)}"
 
 
 def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
     selection, metric, _ = layout
     counts = widths.groupby("point")["n"].max()
     without = widths["point"].nunique() - _drawn(widths)["point"].nunique()
-    said = selection.note(
+    text = selection.note(
         f"{so_many(len(counts), 'point')}, {{n}} trials a point, the first ones by"
         " replicate",
         counts,
@@ -210,11 +246,11 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
     )
     have = "have" if without > 1 else "has"
     lacking = f"{so_many(without, 'point')} {have} no width above 0"
-    return f"{said}\n{lacking}" if without else said
+    return f"{text}\n{lacking}" if without else text
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of each metric. Raises ChoiceError where the study has none."""
+    """Return one figure per metric. Raises ChoiceError as `narrowing_figure`."""
     names = choices.plain(study)
     layouts = [narrowing_layout(study, name, by=choices.by) for name in names]
     return [
@@ -224,10 +260,11 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 
 def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
-    """The figure of the first metric as marks."""
+    """Return the figure of the first metric as marks."""
     metric = choices.plain(study)[0]
     layout = narrowing_layout(study, metric, by=choices.by)
-    widths, selection = half_widths(layout), layout.selection
+    widths = half_widths(layout)
+    selection = layout.selection
     drawn = _drawn(widths)
     colours = colours_of(selection, layout.by, selection.points)
     columns = {
@@ -247,8 +284,9 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
         line=_reference(drawn),
     )
     shown = (Column.read(metric).metric,)
-    legend = legend_of_marks(selection, layout.by)
-    return FigureMarks("paths", shown, [panel], _note(layout, widths), *legend)
+    by, values = legend_of_marks(selection, layout.by)
+    text = _note(layout, widths)
+    return FigureMarks("paths", shown, [panel], text, by=by, values=values)
 
 
 KIND = FigureKind(

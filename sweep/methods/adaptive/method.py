@@ -1,4 +1,4 @@
-"""Replicates until intervals are narrow: its entry."""
+"""The entry of adaptive replicates."""
 
 from typing import TYPE_CHECKING
 
@@ -20,14 +20,14 @@ def figures() -> "dict[str, FigureKind]":
 
 
 def status(study: "StoredStudy") -> dict[str, str]:
-    """Return how many points need no more trials."""
+    """Return how many points need no more trials, in words, by its label."""
     from sweep.methods.adaptive.analysis import has_rule, settled_points
 
     return {"settled": settled_points(study)} if has_rule(study) else {}
 
 
 def unfinished(study: "StoredStudy") -> str:
-    """Return why more trials follow, or "" where none do."""
+    """Return why more trials follow, or "" if none do."""
     from sweep.methods.adaptive.analysis import why_unfinished
 
     return why_unfinished(study)

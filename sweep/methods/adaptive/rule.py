@@ -1,7 +1,7 @@
-"""The rule of adaptive replicates: a point gets trials until the repeated confidence
-intervals of its means are narrow.
+"""The rule of adaptive replicates.
 
-The intervals of all looks hold together, see `sweep.analysis.sequential`.
+A point gets trials until the repeated confidence intervals of its means are narrow. The
+intervals of all looks are simultaneous, see `sweep.analysis.sequential`.
 """
 
 from collections.abc import Mapping
@@ -28,19 +28,21 @@ ALL_NORMAL: Mapping[str, Declared] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Until:
-    """A rule that gives a point trials until the confidence intervals of its means are
-    narrow, or until it has the most.
+    """A rule that gives a point trials until its confidence intervals are narrow.
+
+    A point with the largest number of trials gets no more trials either.
 
     Attributes
     ----------
-    widths
-        The largest half-width of the interval of a metric, by columns of the trials.
-    confidence
-        The confidence with which the intervals of all looks and all metrics hold.
-    least
-        The trials of a point at its first look.
-    most
-        The most trials of a point.
+    widths : mapping
+        Largest half-width of the confidence interval of a mean, by column of the
+        trials.
+    confidence : float
+        Simultaneous confidence of the intervals of all looks and all metrics.
+    least : int
+        Number of trials of a point at its first look.
+    most : int
+        Largest number of trials of a point.
     """
 
     place: ClassVar = ("replicates", "until")
@@ -57,17 +59,17 @@ class Until:
     most: int
 
     def most_trials(self, points: int) -> int:
-        """Return the most trials of a study that has so many points."""
+        """Return the largest number of trials of a study with a number of points."""
         return points * self.most
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """The numbers of trials after which a point is looked at."""
+        """Numbers of trials of a point at its looks."""
         return looks(self.least, self.most)
 
     @property
     def nominal(self) -> float:
-        """The confidence of the interval of each metric at each look.
+        """Confidence of the interval of each metric at each look.
 
         The first call takes about a second.
         """
@@ -76,7 +78,7 @@ class Until:
 
     @property
     def in_words(self) -> str:
-        """When no more trials are added, in words."""
+        """Condition under which no more trials are added, in words."""
         widths = ", ".join(
             f"of {name} is {width.in_words}" for name, width in self.widths.items()
         )
@@ -90,7 +92,7 @@ class Until:
 
 
 def from_json(record: Mapping[str, Any]) -> Until:
-    """Return the rule that `Until.as_json` has written.
+    """Return the rule that `Until.as_json` wrote.
 
     Up to 0.9 a rule had one `metric`, whose `half_width` was a number.
     """
@@ -116,13 +118,13 @@ class SeenMetric(NamedTuple):
 
     Attributes
     ----------
-    values
-        How many values each point has, shape (P,).
-    half_width
-        Half-widths of their confidence intervals, shape (P,). NaN where one is not
-        known, as for fewer than two values.
-    allowed
-        The largest half-widths that the rule allows, shape (P,).
+    values : array of int
+        Number of values of each point, (P,).
+    half_width : array
+        Half-widths of the confidence intervals of the means, (P,). NaN if unknown, such
+        as for fewer than two values.
+    allowed : array
+        Largest half-widths that the rule allows, (P,), in the same unit.
     """
 
     values: Counts
@@ -131,12 +133,12 @@ class SeenMetric(NamedTuple):
 
     @property
     def narrow(self) -> NDArray[np.bool_]:
-        """Which intervals are narrow enough."""
+        """True for each interval that is narrow enough, (P,)."""
         return np.asarray(self.half_width <= self.allowed)
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Which points have two values, as an interval needs."""
+        """True for each point with the two values that an interval needs, (P,)."""
         return np.asarray(self.values > 1)
 
 
@@ -145,11 +147,11 @@ class PointsSeen(NamedTuple):
 
     Attributes
     ----------
-    metrics
-        The metrics of the rule by their names.
-    further
-        How many trials each point gets from now on, shape (P,): the present number
-        where a point has had its last trial.
+    metrics : mapping of str to SeenMetric
+        The metrics of the rule by name.
+    further : array of int
+        Number of trials that each point has after the next round, (P,). It is the
+        present number if the point has had its last trial.
     """
 
     metrics: Mapping[str, SeenMetric]
@@ -165,25 +167,25 @@ def look(
 ) -> PointsSeen:
     """Look at P points, and find how many trials each needs.
 
-    A value that is not finite does not count. No point waits for a metric of which it
-    has fewer than two values: it might run to `most` without ever having one. The
-    half-width is half of the distance of both bounds before they are cut off at the
-    ends of the support: a bound of the support does not tell how well a mean is known.
-    It is NaN, and never narrow, where all values are equal, see
-    `sweep.analysis.mean_bounds`.
+    No point waits for a metric of which it has fewer than two values: it might run to
+    `most` without ever having one. The half-width is half of the distance of both
+    bounds before they are cut off at the ends of the support: a bound of the support
+    does not tell how well a mean is known. It is NaN, and never narrow, if all values
+    are equal, see `sweep.analysis.mean_bounds`.
 
     Parameters
     ----------
-    until
+    until : Until
         The rule.
-    nominal
-        The confidence of each interval, `until.nominal`.
-    trials
-        How many trials each point has, shape (P,).
-    values
-        The values of each metric, one point after another, shape (sum of trials,).
-    distributions
-        The distributions of the metrics, "normal" for a metric that is missing.
+    nominal : float
+        Confidence of each interval, `until.nominal`.
+    trials : array of int
+        Number of trials of each point, (P,).
+    values : mapping of str to array_like
+        Values of each metric, one point after another, (sum of `trials`,). Values that
+        are not finite do not count.
+    distributions : mapping, optional
+        Distribution by metric; "normal" for other metrics.
 
     Returns
     -------

@@ -1,5 +1,6 @@
-"""The form of `replicates` that is a mapping: trials are added until means are known
-well.
+"""The form of `replicates` that is a mapping.
+
+Trials are added until means are known well.
 """
 
 from collections.abc import Mapping
@@ -29,15 +30,17 @@ FORM_OF = "replicates"
 
 @dataclass(frozen=True)
 class HalfWidth(Content[Width]):
-    """A number in the unit of the metric, or a share of the mean, as 5%."""
+    """A number in the unit of the metric, or a fraction of the mean, such as 5%."""
 
     number = Number(above=0, note="in the unit of the metric")
 
     @property
     def words(self) -> str:
+        """The allowed values."""
         return f"{self.number.words}, or a share of the mean, as 5%"
 
     def read(self, entry: Entry) -> Width:
+        """Return the half-width of an entry. Raises SpecError if it is not allowed."""
         if not isinstance(entry.value, str):
             return Width(self.number.read(entry))
         part = share(entry.value)
@@ -46,52 +49,63 @@ class HalfWidth(Content[Width]):
         return Width(float(part), relative=True)
 
     def schema(self) -> Schema:
+        """Return the allowed values as JSON Schema."""
         part = {"type": "string", "pattern": f"^{NOT_ZERO}{SHARE.pattern}$"}
         return {"anyOf": [self.number.schema(), part]}
 
     def write(self, value: Width) -> Any:
+        """Return a half-width as a spec has it."""
         return value.as_json()
 
 
 @dataclass(frozen=True)
 class HalfWidths(Content[Width | Mapping[str, Width]]):
-    """A half width, or one for each of several metrics by name."""
+    """A half-width, or one for each of several metrics by name."""
 
-    one = HalfWidth()
+    single = HalfWidth()
 
     @property
     def words(self) -> str:
-        return f"{self.one.words}; or a mapping from metrics to such half widths"
+        """The allowed values."""
+        return f"{self.single.words}; or a mapping from metrics to such half widths"
 
     def read(self, entry: Entry) -> Width | Mapping[str, Width]:
+        """Return the half-widths of an entry. Raises SpecError if one is not allowed.
+
+        All mistakes are reported together.
+        """
         if not isinstance(entry.value, dict):
-            return self.one.read(entry)
-        mistakes, found = Mistakes(), {}
+            return self.single.read(entry)
+        mistakes = Mistakes()
+        widths = dict[str, Width]()
         for name, child in entry.mapping():
             with mistakes.noted():
-                found[name] = self.one.read(child)
+                widths[name] = self.single.read(child)
         mistakes.check()
-        if len(found) > MOST_METRICS:
+        if len(widths) > MOST_METRICS:
             raise entry.error(
-                f'"{entry.name}" has {len(found)} metrics; at most {MOST_METRICS} are'
+                f'"{entry.name}" has {len(widths)} metrics; at most {MOST_METRICS} are'
                 " allowed, as their intervals hold together"
             )
-        return found
+        return widths
 
     def schema(self) -> Schema:
-        several = named(self.one.schema()) | {"maxProperties": MOST_METRICS}
-        return {"anyOf": [*self.one.schema()["anyOf"], several]}
+        """Return the allowed values as JSON Schema."""
+        several = named(self.single.schema()) | {"maxProperties": MOST_METRICS}
+        return {"anyOf": [*self.single.schema()["anyOf"], several]}
 
     def write(self, value: Width | Mapping[str, Width]) -> Any:
+        """Return half-widths as a spec has them."""
         if isinstance(value, Width):
-            return self.one.write(value)
-        return {name: self.one.write(one) for name, one in value.items()}
+            return self.single.write(value)
+        return {name: self.single.write(width) for name, width in value.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """How narrow the intervals of the means of metrics must be: of one `metric`, or of
-    those that `half_width` names.
+    """The largest half-widths of the confidence intervals of the means of metrics.
+
+    There is one `metric`, or `half_width` names several metrics.
     """
 
     metric: Annotated[
@@ -122,9 +136,13 @@ class Precision:
 
 
 class PrecisionSection(SectionOf):
-    """The section `Precision`, with what its keys must fulfil together as schema."""
+    """The section `Precision`, whose schema has the rules for its keys together."""
 
     def schema(self) -> Schema:
+        """Return the schema of the section.
+
+        A single half-width needs `metric`, and a mapping of half-widths excludes it.
+        """
         several = {"properties": {"half_width": {"type": "object"}}}
         alone: Schema = {"not": {"required": ["metric"]}}
         rules = {"if": several, "then": alone, "else": {"required": ["metric"]}}
@@ -153,9 +171,9 @@ KEY = Key(
 
 
 def read_until(root: Entry, context: SpecContext) -> Until:
-    """Return the rule that the mapping under `replicates` writes.
+    """Return the rule of the mapping under `replicates`.
 
-    Raises SpecError.
+    Raises SpecError for all mistakes together.
     """
     entry = root.child(FORM_OF)
     mistakes = Mistakes()
@@ -175,7 +193,10 @@ def read_until(root: Entry, context: SpecContext) -> Until:
 
 
 def _read(entry: Entry) -> Until:
-    """Return the rule without a look at the rest of the spec. Raises SpecError."""
+    """Return the rule of an entry alone. Raises SpecError.
+
+    The rest of the spec is not checked.
+    """
     rule = read_section(UntilPrecise, entry)
     mistakes = Mistakes()
     with mistakes.noted():
@@ -225,7 +246,11 @@ def _check_metrics(until: Entry, context: SpecContext) -> None:
     mistakes = Mistakes()
     for name, entry in entries.items():
         mistakes.read(
-            check_recorded, entry, name, context.recorded, context.known.known.metrics
+            check_recorded,
+            entry,
+            name,
+            context.recorded,
+            metrics=context.known.known.metrics,
         )
     mistakes.check()
 
@@ -253,7 +278,7 @@ def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
 
 
 def _strategy(study: Study, rule: Until) -> Any:
-    """Return the strategy of a study, which imports campaigns."""
+    """Return the strategy of a study. The call imports `sweep.campaigns`."""
     from sweep.methods.adaptive.strategy import AdaptiveStrategy
 
     return AdaptiveStrategy(study, rule)

@@ -1,7 +1,7 @@
 """The strategy of adaptive replicates.
 
-All open points are looked at together, once the trials that were asked for before are
-stored: see `sweep.methods.adaptive.rule`.
+All open points are looked at together, after the trials of the round before are stored:
+see `sweep.methods.adaptive.rule`.
 """
 
 from collections.abc import Iterator
@@ -21,10 +21,11 @@ from sweep.spec.study import Study
 
 
 class AdaptiveStrategy:
-    """Asks for the least number of trials of each point, then after each look for more
-    trials of the points whose intervals are too wide, up to the most.
+    """The rounds of a study whose rule adds trials.
 
-    Raises SpecError for a design that cannot be.
+    The first round has the least number of trials of each point. After each look, the
+    next round has more trials of the points whose intervals are too wide, up to the
+    largest number. Raises SpecError for a design that cannot be.
     """
 
     grows = True
