@@ -1,7 +1,8 @@
 """What robots of a model can do: measure, hear, be driven, go to several goals, differ.
 
-A model declares it. `sweep check` compares the declaration with the source of the
-model. For a model that does not declare it, the source decides.
+A model declares it. A declaration only narrows what the source of the model does: to
+claim more would give wrong numbers. `sweep check` reports where both differ. For a model
+that declares nothing, the source decides.
 """
 
 import ast
@@ -43,14 +44,34 @@ class Abilities(NamedTuple):
     shared: tuple[str, ...]
 
 
+CALLS = {"publishes": "publish", "drives": "drive", "goals_in_turn": "goal_of"}
+"""The function that `advance` calls, by the ability."""
+
+
 def abilities(model: Model) -> Abilities:
-    """Return what a model declares, and of the rest what its source says."""
-    declared = _declared(model)
-    if None not in declared.values():
-        return Abilities(**declared)
-    found = in_source(model)._asdict()
-    given = {name: value for name, value in declared.items() if value is not None}
-    return Abilities(**(found | given))
+    """Return what the source of a model does and the model does not declare away."""
+    found = in_source(model)
+    shared = {*found.shared, *(model.shared or ())}
+    return Abilities(
+        found.publishes and model.publishes is not False,
+        found.drives and model.drives is not False,
+        found.goals_in_turn and model.goals_in_turn is not False,
+        tuple(name for name in model.params._fields if name in shared),
+    )
+
+
+def why_not(model: Model, ability: str) -> str:
+    """Return why robots of a model have none of the abilities of CALLS, or ""."""
+    if not getattr(in_source(model), ability):
+        return f"{model.name} calls no `{CALLS[ability]}`"
+    if not getattr(abilities(model), ability):
+        return f"{model.name} declares {ability}=False"
+    return ""
+
+
+def declared(model: Model) -> dict[str, Any]:
+    """Return what a model declares; a value is None where it declares nothing."""
+    return {name: getattr(model, name) for name in Abilities._fields}
 
 
 def in_source(model: Model) -> Abilities:
@@ -72,12 +93,8 @@ def in_source(model: Model) -> Abilities:
 def to_declare(model: Model) -> str:
     """Return what to add to a `Model` that does not declare all of it, or ""."""
     found = in_source(model)._asdict()
-    missing = [name for name, value in _declared(model).items() if value is None]
+    missing = [name for name, value in declared(model).items() if value is None]
     return ", ".join(f"{name}={found[name]!r}" for name in missing)
-
-
-def _declared(model: Model) -> dict[str, Any]:
-    return {name: getattr(model, name) for name in Abilities._fields}
 
 
 def _is_float(hint: Any) -> bool:

@@ -1,6 +1,6 @@
 """Requirements of several goals: positions in the world, and a model that has them."""
 
-from kernels.robots.abilities import abilities
+from kernels.robots.abilities import why_not
 from sweep.design.points import Points
 from sweep.spec.settings import places_of
 from sweep.spec.study import Study
@@ -19,11 +19,11 @@ def check_goals(study: Study, points: Points) -> None:
         return
     model = study.known.models[study.model]
     place = study.place_of(SETTING)
-    if not abilities(model).goals_in_turn:
+    if why := why_not(model, "goals_in_turn"):
         raise study.document.error(
             place or ("model",),
-            f"{SETTING} needs a model that goes to several goals, and {model.name}"
-            " calls no `goal_of`: in a rule that leads boids to the goal write"
+            f"{SETTING} needs a model that goes to several goals, and {why}: in a rule"
+            " that leads boids to the goal write"
             " `goal_x, goal_y = goal_of(world, work.goals, i)` for world.goal_x and"
             " world.goal_y, and see docs/own-models.md",
         )

@@ -1,6 +1,6 @@
 """The requirement that a model calls `publish`."""
 
-from kernels.robots.abilities import abilities, to_publish
+from kernels.robots.abilities import to_publish, why_not
 from sweep.spec.document import Place
 from sweep.spec.study import Study
 
@@ -23,14 +23,15 @@ def check_published(
     Raises
     ------
     SpecError
-        If the model calls no `publish`.
+        If the model calls no `publish`, or declares that it does not.
     """
     model = study.known.models[study.model]
-    if abilities(model).publishes:
+    why = why_not(model, "publishes")
+    if not why:
         return
     change = to_publish(model.advance)
     raise study.document.error(
         place or study.place_of(name) or ("model",),
-        f"{name} needs a model {ability}, and {model.name} calls no `publish`:"
+        f"{name} needs a model {ability}, and {why}:"
         f" {change + ', and ' if change else ''}see docs/own-models.md",
     )

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from unittest import SkipTest
 
-from kernels.robots.abilities import abilities, in_source, to_declare
+from kernels.robots.abilities import abilities, declared, in_source, to_declare
 from sweep.design.motors import LINE
 from sweep.testing.flights import every_way, fly, in_words
 from sweep.testing.places import of_field, of_function
@@ -22,9 +22,8 @@ def robots(subject: Subject) -> None:
     model = subject.model
     if missing := to_declare(model):
         raise SkipTest(f"its Model does not say what robots can do: add {missing}")
-    declared = abilities(model)._asdict()
     by_source = in_source(model)._asdict()
-    for name, value in declared.items():
+    for name, value in declared(model).items():
         in_order = sorted if name == "shared" else bool
         if in_order(value) != in_order(by_source[name]):
             raise AssertionError(

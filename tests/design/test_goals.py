@@ -121,6 +121,7 @@ def test_a_model_of_ones_own_may_have_several_goals(tmp_path: Path) -> None:
     for old, new in SEEKS.items():
         assert text.count(old) == 1
         text = text.replace(old, new + old)
+    text = text.replace("goals_in_turn=False", "goals_in_turn=True")
     (tmp_path / "vortex.py").write_text(text, encoding="utf-8")
     path = tmp_path / "spec.yaml"
     path.write_text(

@@ -8,7 +8,13 @@ import pytest
 from kernels.jit import jit
 from kernels.models import MODELS
 from kernels.robots import differing
-from kernels.robots.abilities import abilities, in_source, to_declare
+from kernels.robots.abilities import (
+    Abilities,
+    abilities,
+    in_source,
+    to_declare,
+    why_not,
+)
 from kernels.robots.differing import params_of
 from kernels.robots.readers import parameters_read, potential_of
 
@@ -131,7 +137,11 @@ def test_a_model_that_declares_nothing_can_do_what_its_source_says() -> None:
     )
 
 
-def test_the_declaration_of_a_model_decides() -> None:
-    declared = MODELS["nanobot"]._replace(drives=False, shared=("max_speed", "dt"))
-    assert not abilities(declared).drives
-    assert abilities(declared).shared == ("max_speed", "dt")
+def test_a_declaration_only_narrows_what_the_source_does() -> None:
+    narrowed = MODELS["nanobot"]._replace(
+        drives=False, goals_in_turn=True, shared=("max_speed",)
+    )
+    assert abilities(narrowed) == Abilities(True, False, False, ("max_speed", "dt"))
+    assert why_not(narrowed, "publishes") == ""
+    assert why_not(narrowed, "drives") == "nanobot declares drives=False"
+    assert why_not(narrowed, "goals_in_turn") == "nanobot calls no `goal_of`"

@@ -55,8 +55,8 @@ def paired_effects(
     DataFrame
         One row per value of `by`, component, `added_to` and metric. Columns: `by`, if
         any, detail, added_to ("nothing" or "all others"), metric, value, low, high, and
-        n, the number of pairs. A pair counts only if both trials are done and have a value.
-        The 95 % confidence intervals are simultaneous (Bonferroni).
+        n, the number of pairs. A pair counts only if both trials are done and have a
+        value. The 95 % confidence intervals are simultaneous (Bonferroni).
     """
     metrics = [column_over(name, over) for name in metrics]
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
