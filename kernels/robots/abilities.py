@@ -1,8 +1,8 @@
 """What robots of a model can do: measure, hear, be driven, go to several goals, differ.
 
 A model declares it. A declaration only narrows what the source of the model does: to
-claim more would give wrong numbers. `sweep check` reports where both differ. For a model
-that declares nothing, the source decides.
+claim more would give wrong numbers. `sweep check` reports where both differ. Where a
+model declares nothing, the source decides.
 """
 
 import ast
