@@ -38,8 +38,7 @@ from sweep.text import harmless, make_harmless, so_many
 from sweep.trial.compiled import OurKernels, check_kernels
 
 if TYPE_CHECKING:
-    from sweep.campaigns.search.plan import SearchPlan
-    from sweep.design.plan import Plan
+    from sweep.design.plan import StudyPlan
     from sweep.explorer.widget import Explored
     from sweep.loaded import LoadedStudy
     from sweep.methods.comparison import Comparison, Inference
@@ -121,7 +120,7 @@ def run(
 ) -> "LoadedStudy":
     """Run all missing trials of a study and return its stored results.
 
-    The function does the same as `sweep launch` and `sweep search`, and prints nothing.
+    The function does the same as `sweep launch`, and prints nothing.
     It also runs the variants that `validate` requests. After an interruption the same
     call resumes: finished trials are stored.
 
@@ -165,7 +164,7 @@ def run(
     """
     import warnings
 
-    from sweep.campaigns.launch import launch, search
+    from sweep.campaigns.launch import launch
     from sweep.own_code.reading import with_variants
     from sweep.store.locations import location
     from sweep.workers.executors import Loky, worker_count
@@ -179,8 +178,7 @@ def run(
     engine = Loky(worker_count(workers))
     try:
         for variant in studies:
-            run_trials = search if variant.search else launch
-            run_trials(variant, location(results), engine)
+            launch(variant, location(results), engine)
     finally:
         engine.stop()
     stored = load(study.name, results)
@@ -203,7 +201,7 @@ def plan(
     *,
     results: "str | Location" = "results",
     code_from: str | Path | None = None,
-) -> "Plan | SearchPlan":
+) -> "StudyPlan":
     """Estimate the trials, time and storage of a study without running it.
 
     Custom code runs in a few short trials, which measure its speed.
@@ -223,7 +221,7 @@ def plan(
 
     Returns
     -------
-    Plan or SearchPlan
+    StudyPlan
         Numbers of points and trials, and estimates in seconds and bytes. `as_text()` is
         the output of `sweep plan`.
 

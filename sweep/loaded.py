@@ -9,8 +9,6 @@ import pandas as pd
 
 from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.analysis.replication import CHANCE
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.findings import Findings
 from sweep.errors import ChoiceError
 from sweep.method import methods
 from sweep.methods.adaptive import stopping
@@ -18,6 +16,8 @@ from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
 from sweep.methods.scaling import Scaling, finite_size_scaling
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.findings import Findings
 from sweep.methods.sensitivity import RESAMPLES, sensitivity
 from sweep.spec.recorded import Over, column_over, is_half
 from sweep.spec.sampling import Analyses

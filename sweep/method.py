@@ -44,6 +44,12 @@ class Method:
     sections
         A function that returns sections that a spec may have, each a
         `sweep.spec.sections.SpecSection`. It imports them.
+    keep_apart
+        A function of a stored study that returns it with those of its trials apart
+        that nothing is averaged over, such as the phases of a search.
+    directions
+        A function of a stored study that returns the columns of trials that it
+        optimizes, first ones first, each with True if high values are better.
     status
         A function of a stored study that returns lines of `sweep status`, by their
         labels.
@@ -61,6 +67,8 @@ class Method:
     status: Callable[[Any], Mapping[str, str]] = lambda _study: {}
     unfinished: Callable[[Any], str] = lambda _study: ""
     sections: Callable[[], Sequence[Any]] = tuple
+    keep_apart: Callable[[Any], Any] = lambda study: study
+    directions: Callable[[Any], Mapping[str, bool]] = lambda _study: {}
 
 
 @cache

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import Distribution
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
 
 MEAN = Statistic("mean")
 GAIN = Objective("gain", True, MEAN)
@@ -18,7 +18,7 @@ RANGES = {"weight": {"uniform": [0.0, 1.0]}}
 
 @dataclass(frozen=True)
 class MadeUp:
-    """What `sweep.campaigns.search.asked_trials.AskedTrials` has."""
+    """What `sweep.methods.search.asked_trials.AskedTrials` has."""
 
     table: pd.DataFrame
     about: dict[str, Any]

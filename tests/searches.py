@@ -9,12 +9,12 @@ import pandas as pd
 import pytest
 
 import sweep.workers.flying as flying_module
-from sweep.campaigns.launch import search
-from sweep.campaigns.progress import SearchProgress
-from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
-from sweep.campaigns.search.known_values import KnownValues
-from sweep.campaigns.search.run import Run, RunSetup
+from sweep.campaigns.progress import Progress
 from sweep.design.jobs import Job
+from sweep.methods.search.asked_trials import AskedTrials, read_asked
+from sweep.methods.search.known_values import KnownValues
+from sweep.methods.search.run import Run, RunSetup
+from sweep.methods.search.strategy import search
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result
@@ -75,7 +75,7 @@ def asked_by(
     return read_asked(StoredStudy(study.name, results))
 
 
-def searched(spec: str, results: Path) -> SearchProgress:
+def searched(spec: str, results: Path) -> Progress:
     """The progress of a search that has run."""
     return search(parse_spec(spec), results, Serial())
 

@@ -18,20 +18,27 @@ import pytest
 from jsonschema import Draft7Validator
 from matplotlib.figure import Figure
 from numpy.random import Generator
+from sweep.methods.search.text_report import text
 
 from kernels.settings import Demand, StartSettings
 from kernels.starts import STARTS, Start
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.export import export
-from sweep.cli.search_report import text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.figures.kinds import KINDS, plan_figures
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
-from sweep.figures.search import history_figure
 from sweep.figures.selection import select
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.export import export
+from sweep.methods.search.figure import history_figure
+from sweep.methods.search.known_samplers import (
+    SEARCH_SAMPLERS,
+    Need,
+    SearchSampler,
+    Sought,
+)
+from sweep.methods.search.statistics import STATISTICS, Floats, StatisticKind
 from sweep.methods.sensitivity import sensitivity
 from sweep.spec.contents import Whole
 from sweep.spec.distributions import DISTRIBUTIONS, Distribution
@@ -39,9 +46,7 @@ from sweep.spec.keys import Key
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import BlockRules, BlockSize, Sampler, Unit, UnitCube
 from sweep.spec.schema import json_schema
-from sweep.spec.search_samplers import SEARCH_SAMPLERS, Need, SearchSampler, Sought
 from sweep.spec.settings import Setting, settings_of
-from sweep.spec.statistics import STATISTICS, Floats, StatisticKind
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
 from sweep.spec.whole_samples import TRAJECTORY, morris

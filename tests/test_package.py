@@ -15,7 +15,6 @@ from ruamel.yaml import YAML
 
 import sweep
 from sweep.analysis import offered
-from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import (
     ChoiceError,
     SpecError,
@@ -23,6 +22,7 @@ from sweep.errors import (
     UnreadableError,
     UserError,
 )
+from sweep.methods.search.asked_trials import read_asked
 from sweep.store.repository import git_state
 from sweep.text import installing
 from sweep.trial.compiled import OurKernels, check_kernels

@@ -1,15 +1,14 @@
-"""The plan of any study: what a launch or a search of it would run."""
+"""The plan of any study: what a launch of it would run."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from sweep.campaigns.search.plan import SearchPlan, make_search_plan
 from sweep.campaigns.stored_trials import StoredTrials
 from sweep.campaigns.warming import unlike
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, SomeJobs
-from sweep.design.plan import Plan, make_plan
+from sweep.design.plan import StudyPlan, make_plan
 from sweep.design.trial_ids import Ids
 from sweep.spec.study import Study
 from sweep.store.last_states import Earlier, earlier_trials
@@ -20,9 +19,7 @@ from sweep.trial.probe import measured_pace
 from sweep.trial.simulation import compiling_seconds, layers_of
 
 
-def plan_of(
-    study: Study, workers: int, results: Location | None = None
-) -> Plan | SearchPlan:
+def plan_of(study: Study, workers: int, results: Location | None = None) -> StudyPlan:
     """What `study` would run with so many workers.
 
     Of trials that keep their last states it says how many go on from those that are
@@ -30,9 +27,9 @@ def plan_of(
     StoreError for results that cannot be read, and as `measured_pace`.
     """
     seconds = _compiling_seconds(study)
-    if study.search:
-        search = make_search_plan(study, workers)
-        return replace(search, compiling_seconds=seconds)
+    if study.strategic and (make := study.strategic[0].plan):
+        own: StudyPlan = make(study, workers, seconds)
+        return own
     plan = make_plan(study, workers, measured_pace(study))
     plan = replace(plan, compiling_seconds=seconds)
     if results is None or not study.record.last_states:
@@ -44,10 +41,9 @@ def plan_of(
 
 def _compiling_seconds(study: Study) -> float:
     """How long it takes to compile the model, as all its trials have it: with each
-    choice of layers it is another kernel. Of a search it is as in its scenarios.
+    choice of layers it is another kernel.
     """
-    if study.search:
-        study = replace(study, axes=study.search.over, require=(), search=None)
+    study = study.stand_in
     jobs = {layers_of(job): job for job in unlike(study, expand(study))}
     return sum(map(compiling_seconds, jobs.values()))
 

@@ -18,7 +18,8 @@ class Progress:
     the last states of others, whose steps are `steps_saved` together. The plan grows to
     `most` trials at most. Where a rule decides how many trials a point gets, `settled`
     of the `points` have had their last one; `settled` is None where the number is
-    fixed.
+    fixed. `ahead` is true where `trials` counts from the beginning all that may be
+    asked for, until the campaign ends. `note` is what the strategy says of its state.
     """
 
     points: int = 0
@@ -29,11 +30,13 @@ class Progress:
     apart: int = 0
     continued: int = 0
     steps_saved: int = 0
+    ahead: bool = False
+    note: str = ""
     statuses: Counter[str] = field(default_factory=Counter)
 
     def count(self, trials: int, stored: int, /) -> None:
         """Count trials that are asked for now, and those of them that are stored."""
-        self.trials += trials
+        self.trials += 0 if self.ahead else trials
         self.stored += stored
 
     @property
@@ -51,21 +54,6 @@ class Progress:
     def troubled(self) -> int:
         """New trials that did not come to their end."""
         return sum(count for status, count in self.statuses.items() if status != "done")
-
-
-@dataclass
-class SearchProgress(Progress):
-    """How far a search is.
-
-    Until it ends, `trials` is the most that it can come to. `found` says in words what
-    there is so far.
-    """
-
-    found: str = ""
-
-    def count(self, _trials: int, stored: int, /) -> None:
-        """Count those that are stored; `trials` counts all from the beginning."""
-        self.stored += stored
 
 
 class Display(Protocol):

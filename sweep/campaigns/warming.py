@@ -41,12 +41,10 @@ def cache_folder() -> Path:
 
 def warm_study(study: Study) -> float:
     """Compile what the trials of a study need, alone and where they fly together; the
-    seconds that it took. Of a search that is what its scenarios need. Raises SpecError
-    where none of them can take a step.
+    seconds that it took. Raises SpecError where none of them can take a step.
     """
     began = time.perf_counter()
-    if study.search:
-        study = replace(study, axes=study.search.over, require=(), search=None)
+    study = study.stand_in
     design = expand(study)
     jobs = list(unlike(study, design))
     results = [warm(job) for job in jobs]

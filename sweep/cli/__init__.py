@@ -27,7 +27,6 @@ themselves, so that `sweep --help` answers at once.
     catalogue        models, maps, metrics, schema
     listing          tables of models, maps, metrics and stored trials
     progress         the progress of a launch, on stderr
-    search_progress  the progress of a search, on stderr
     progress_line    the progress of other work, on stderr
     search_report    the report of a search
     replay_files     the files that a replay writes

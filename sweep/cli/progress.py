@@ -48,6 +48,7 @@ class ProgressBar:
         self.began = time.monotonic()
         self.line_at = self.began
         self.paced_from: tuple[float, int] | None = None
+        self.has_begun = False
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
@@ -68,7 +69,7 @@ class ProgressBar:
         new = progress.statuses.total()
         if new == 0:
             self._first(progress)
-        pace = self._pace(new)
+        pace = ", ".join(filter(None, [self._pace(new), progress.note]))
         notes = [_settled(progress)] if progress.settled is not None else []
         notes += [f"[red]{progress.troubled} not done"] if progress.troubled else []
         self.bar.update(
@@ -109,6 +110,14 @@ class ProgressBar:
         return (new - already) / max(time.monotonic() - began, 1e-3)
 
     def _first(self, progress: Progress) -> None:
+        if progress.ahead:
+            if not self.has_begun:
+                self._line(
+                    f"at most {progress.trials:,} trials;"
+                    " what is stored already does not run again"
+                )
+            self.has_begun = True
+            return
         rule = progress.settled is not None
         settled = (
             f"{_settled(progress)}, at most {so_many(progress.most, 'trial')}; now "

@@ -77,12 +77,12 @@ def table(
 ) -> "Report":
     """Means of the metrics with 95 % intervals over the replicates of each point."""
     from sweep.tables.choosing import Refusals
+    from sweep.tables.kept_apart import keep_apart
     from sweep.tables.means_text import means_report
     from sweep.tables.point_means import point_means
-    from sweep.tables.search_phases import by_phase
     from sweep.tables.stored_study import StoredStudy
 
-    stored = by_phase(StoredStudy(study, results))
+    stored = keep_apart(StoredStudy(study, results))
     refusals = Refusals()
     chosen = stored
     with refusals.noted():

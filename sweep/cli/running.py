@@ -170,12 +170,12 @@ def search(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.campaigns.launch import search as run_search
-    from sweep.campaigns.search.export import check_export
-    from sweep.campaigns.search.export import export as write_export
     from sweep.cli import search_report as report
-    from sweep.cli.search_progress import SearchBar
+    from sweep.cli.progress import ProgressBar
     from sweep.cli.spec_files import check_spec_file
+    from sweep.methods.search.export import check_export
+    from sweep.methods.search.export import export as write_export
+    from sweep.methods.search.strategy import search as run_search
     from sweep.own_code.reading import load_spec
     from sweep.tables.stored_study import StoredStudy
 
@@ -185,7 +185,7 @@ def search(
         check_export(export, study.name)
     with (
         engine(executor, workers, address, scheduler_file) as factory,
-        SearchBar(study.name, quiet=quiet) as bar,
+        ProgressBar(study.name, quiet=quiet) as bar,
     ):
         progress = run_search(
             study,

@@ -5,9 +5,10 @@ from io import StringIO
 
 from rich.table import Table
 
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.findings import Findings, warnings
-from sweep.campaigns.search.report import (
+from sweep.cli.terminal import Terminal
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.findings import Findings, warnings
+from sweep.methods.search.report import (
     ReportTable,
     against_text,
     best_text,
@@ -18,7 +19,6 @@ from sweep.campaigns.search.report import (
     report_facts,
     searched_text,
 )
-from sweep.cli.terminal import Terminal
 from sweep.tables.stored_study import StoredStudy
 
 WIDTH = 10_000

@@ -10,6 +10,7 @@ from sweep.own_code.sources import SUFFIX
 from sweep.spec.study_folder import SPEC, SPEC_ENDINGS
 from sweep.store.finding import stored_names, studies_of
 from sweep.store.locations import Location
+from sweep.tables.stored_spec import command_of
 from sweep.text import shortened
 
 if TYPE_CHECKING:
@@ -55,8 +56,7 @@ def _again(name: str, results: Location) -> str:
 
 
 def _command(stored: "StoredStudy") -> str:
-    searches = stored.store.read_asked() is not None
-    return "sweep search" if searches else "sweep launch"
+    return f"sweep {command_of(stored.spec)}"
 
 
 def how_to_launch_on(study: "StoredStudy", laid: "LaidOut") -> str:

@@ -76,8 +76,7 @@ def init(
         return
     files = ", ".join(map(str, begun.written))
     print(f"{files}: study {begun.study.name}, as {model or study}", file=sys.stderr)
-    run = "search" if begun.study.search else "launch"
-    for command in ("plan", run):
+    for command in ("plan", begun.study.command):
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)
 
 

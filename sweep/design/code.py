@@ -44,9 +44,8 @@ def is_built_in(study: Study) -> bool:
 def _values(study: Study, setting: str) -> set[str]:
     """Return the values that a categorical parameter may have at points."""
     values = {study.fixed.get(setting, study.preset_settings[setting])}
-    search = study.search
-    for axis in (*study.axes, *search.over) if search else study.axes:
+    for axis in study.axes:
         values.update(axis.columns.get(setting, ()))
-    for parameter in search.parameters if search else ():
-        values.update(parameter.arguments if parameter.name == setting else ())
+    if given := study.given.get(setting):
+        values.update(given.values)
     return {str(value) for value in values}

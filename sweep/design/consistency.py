@@ -81,7 +81,7 @@ def _check_demand(study: Study, points: Points, demand: Demand) -> None:
 def _check_flocks(study: Study, points: Points) -> None:
     """Raise SpecError if a start with one flock per replicate does not fit the study.
 
-    It needs a study with `replicates`, not `seeds` or a search, and enough flocks.
+    It needs a study with `replicates` and a design, no `seeds`, and enough flocks.
     """
     for name, start in study.known.starts.items():
         if not start.by_replicate:
@@ -92,7 +92,7 @@ def _check_flocks(study: Study, points: Points) -> None:
             continue
         count = len(start.by_replicate)
         flocks = f"{start.source} has the flocks of {count} replicates"
-        if study.seeds or study.search:
+        if study.seeds or not study.has_design:
             raise study.document.error(
                 place, f"{flocks}: it is for a sweep with `replicates`, and no `seeds`"
             )

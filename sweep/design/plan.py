@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +21,43 @@ from sweep.text import so_many
 
 LEAST_SAID = 0.1
 """Shortest estimate that is printed with digits, in seconds."""
+
+
+class StudyPlan(Protocol):
+    """Estimates of any study, also of one whose section has a plan of its own.
+
+    The members are those of `Plan`.
+    """
+
+    @property
+    def study(self) -> str:
+        """Name of the study."""
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+
+    @property
+    def trials(self) -> int:
+        """Number of trials, or the largest number."""
+
+    @property
+    def cpu_seconds(self) -> float:
+        """Processor time of all trials."""
+
+    @property
+    def wall_seconds(self) -> float:
+        """Time with all workers."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences about effects that a user might not expect."""
+
+    def as_json(self) -> str:
+        """Return the plan as a JSON object."""
+
+    def as_text(self) -> str:
+        """Return the plan as text."""
 
 
 @dataclass(frozen=True)

@@ -117,11 +117,11 @@ class _Refined:
     def __init__(self, study: Study, extension: Extension) -> None:
         self.study = study
         self.extension = extension
-        if study.search or (study.rule and study.rule.adds_points):
-            chooses = "a search"
-            if study.rule:
-                chooses = f'"{study.rule.place[-1]}" in the spec'
-            raise ChoiceError(f"{chooses} chooses the points itself", study.name)
+        rule = study.rule
+        if study.strategic and (rule is None or rule.adds_points):
+            section, _ = study.strategic
+            message = f'"{section.key.name}" in the spec chooses the points itself'
+            raise ChoiceError(message, study.name)
         if not 2 <= extension.parts <= MOST_PARTS:
             raise ChoiceError(
                 f"parts: {extension.parts} is not allowed;"

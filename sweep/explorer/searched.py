@@ -6,11 +6,14 @@ row.
 
 from typing import Any
 
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.findings import Findings, warnings
-from sweep.campaigns.search.outcome import HELD_OUT, REFERENCES, SEARCH
-from sweep.campaigns.search.points_behind import PointsBehind
-from sweep.campaigns.search.report import (
+from sweep.explorer.asking import AskSearch
+from sweep.explorer.points import spelled_command
+from sweep.explorer.watching import Watched
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.findings import Findings, warnings
+from sweep.methods.search.outcome import HELD_OUT, REFERENCES, SEARCH
+from sweep.methods.search.points_behind import PointsBehind
+from sweep.methods.search.report import (
     ReportTable,
     against_text,
     best_text,
@@ -18,9 +21,6 @@ from sweep.campaigns.search.report import (
     report_tables,
     searched_text,
 )
-from sweep.explorer.asking import AskSearch
-from sweep.explorer.points import spelled_command
-from sweep.explorer.watching import Watched
 from sweep.spec.study_folder import SPEC
 
 

@@ -17,7 +17,6 @@ from sweep.store.origin import device_said
 from sweep.tables.causes import causes_of
 from sweep.tables.json_rows import json_rows
 from sweep.tables.overview import studies as overview
-from sweep.tables.search_phases import phases_said
 from sweep.tables.stored_study import StoredStudy
 
 DONE, NOT_DONE, MISSING = range(3)
@@ -65,7 +64,7 @@ def state(watched: Watched, question: AskState) -> dict[str, Any]:
         "metrics": study.metrics,
         "series": study.series_metrics,
         "settings": study.headings,
-        "search": phases_said(study),
+        "search": "; ".join(study.apart_notes),
     }
 
 

@@ -40,9 +40,9 @@ from sweep.replays.flight import Report
 from sweep.replays.verify import check_code
 from sweep.spec.recorded import Column
 from sweep.tables.json_rows import json_rows
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.means_text import point_rows
 from sweep.tables.point_means import PointMeans, point_means
-from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial, stored_trials
 from sweep.text import so_many
@@ -143,7 +143,7 @@ def planned(
     CodeError
         If custom code of the study may not run.
     """
-    chosen = by_phase(study).where(*choice.where)
+    chosen = keep_apart(study).where(*choice.where)
     if chosen.trials.empty:
         raise ChoiceError("no trial is stored yet; launch it first", study.name)
     column = Column(choice.metric or chosen.metrics[0], choice.half)

@@ -11,7 +11,7 @@ from sweep.explorer.publication import PaperTexts
 from sweep.sharing.citing import cite
 from sweep.store.origin import machine_said
 from sweep.store.provenance import machine
-from sweep.tables.search_phases import PHASE
+from sweep.tables.stored_spec import command_of
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import installing, so_many
 
@@ -23,7 +23,6 @@ NEEDS_CODE = (
 def front_of(study: StoredStudy, texts: PaperTexts) -> dict[str, Any]:
     """Return the texts around the figure of a supplement, ready for JSON."""
     stated = texts.or_else(PaperTexts(title=f"Study {study.name}"))
-    verb = "search" if PHASE in study.kept_apart else "launch"
     version = machine()["versions"]["boidsweep"]
     works = [work.as_text() for work in cite(study.whole).works]
     return {
@@ -35,7 +34,7 @@ def front_of(study: StoredStudy, texts: PaperTexts) -> dict[str, Any]:
         "cite": [*([stated.reference] if stated.reference else []), *works],
         "run": [
             f"{installing('view')}  # version {version}",
-            f"sweep {verb} spec.yaml",
+            f"sweep {command_of(study.spec)} spec.yaml",
             f"sweep view {study.name}",
         ],
         "needs": NEEDS_CODE if "own" in study.provenance else "",

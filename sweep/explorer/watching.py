@@ -15,7 +15,7 @@ from sweep.spec.recorded import Column
 from sweep.spec.study_folder import PLAN, STUDY_NAME, why_no_name
 from sweep.store.locations import Location
 from sweep.store.places import StudyPlace, place_of
-from sweep.tables.search_phases import by_phase
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.stored_study import StoredStudy
 
 MOST_KEPT = 4
@@ -79,7 +79,7 @@ class Watched:
         names = tuple(dict.fromkeys(metrics(revised.study)))
         with self._lock:
             if names not in revised.narrow:
-                revised.narrow[names] = by_phase(revised.study.narrow(names))
+                revised.narrow[names] = keep_apart(revised.study.narrow(names))
             return revised.revision, revised.narrow[names]
 
     def counted(self, name: str) -> tuple[str, StoredStudy]:
@@ -96,7 +96,7 @@ class Watched:
         """
         revised = self._study(name)
         with self._lock:
-            return by_phase(revised.study)
+            return keep_apart(revised.study)
 
     def _study(self, name: str) -> Revised:
         with self._lock:

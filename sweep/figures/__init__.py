@@ -20,10 +20,6 @@ The command line, notebooks and published studies draw them.
     pareto              two metrics, and their front
     coverage            visits of each pixel of the map
     trajectories        paths of boids
-    search              history and front of a search
-    search_layout       layout of both, drawn or as marks
-    search_marks        both as marks
-    search_repetitions  repetitions of a search
 """
 
 from importlib import import_module

@@ -21,10 +21,6 @@ from .planning import Planned as Planned
 from .saving import save as save
 from .saving import saved_about as saved_about
 from .scatter import scatter_figure as scatter_figure
-from .search import front_figure as front_figure
-from .search import history_figure as history_figure
-from .search_repetitions import comparison_figure as comparison_figure
-from .search_repetitions import hypervolume_figure as hypervolume_figure
 from .style import BLUE as BLUE
 from .style import COLOURS as COLOURS
 from .style import GREEN as GREEN

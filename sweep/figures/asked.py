@@ -12,7 +12,7 @@ from sweep.store.finding import stored_names
 from sweep.store.locations import Location
 from sweep.tables.choosing import Refusals
 from sweep.tables.joined import JoinedStudies
-from sweep.tables.search_phases import by_phase
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import similar, unknown
 
@@ -64,7 +64,7 @@ def plot_arguments(
     conditions = tuple(where)
     studies = list[StoredStudy]()
     for name in study_names:
-        stored = by_phase(StoredStudy(name, results))
+        stored = keep_apart(StoredStudy(name, results))
         with refusals.noted():
             studies.append(stored.where(*conditions))
     refusals.check()

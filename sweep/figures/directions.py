@@ -1,13 +1,13 @@
 """Directions of metrics: `coverage+` asks for high values, `coverage_cv-` for low ones.
 
-The objectives of a search have directions too.
+A column that a method optimizes, such as an objective of a search, has one too.
 """
 
 from typing import NamedTuple
 
 from kernels.metrics import Better
-from sweep.campaigns.search.asked_trials import asked_objectives
 from sweep.figures.selection import recorded
+from sweep.method import methods
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
@@ -42,7 +42,7 @@ def shown_metrics(study: StoredStudy) -> list[str]:
 
     They are the objectives of a search, or else all recorded metrics.
     """
-    return [aim.column for aim in asked_objectives(study)] or study.metrics
+    return [*_optimized(study)] or study.metrics
 
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
@@ -51,9 +51,9 @@ def opposed_metrics(study: StoredStudy) -> list[str]:
     They are the first two objectives of a search. Else they are the first metric whose
     high values are better, and the first whose low values are better.
     """
-    aims = asked_objectives(study)
+    aims = [*_optimized(study)]
     if len(aims) > 1:
-        return [aim.column for aim in aims[:2]]
+        return aims[:2]
     better, worse = (
         [name for name in study.metrics if _more_is_better(study, name) is high]
         for high in (True, False)
@@ -68,11 +68,11 @@ def better_values(study: StoredStudy, column: str) -> Better:
     the metric. A metric that this version does not know gives "neither".
     """
     metric = Column.read(column).metric
-    aims = asked_objectives(study)
-    exact = [aim for aim in aims if aim.column == column]
-    for aim in exact or aims:
-        if Column.read(aim.column).metric == metric:
-            return "high" if aim.maximize else "low"
+    high = _optimized(study)
+    exact = [column] if column in high else []
+    for optimized in exact or high:
+        if Column.read(optimized).metric == metric:
+            return "high" if high[optimized] else "low"
     known_metric = study.known.metrics.get(metric)
     return known_metric.better if known_metric else "neither"
 
@@ -80,3 +80,12 @@ def better_values(study: StoredStudy, column: str) -> Better:
 def _more_is_better(study: StoredStudy, column: str) -> bool:
     """Return True if high values are better, also if neither are."""
     return better_values(study, column) != "low"
+
+
+def _optimized(study: StoredStudy) -> dict[str, bool]:
+    """Return the columns that methods optimize, True if high values are better."""
+    return {
+        column: is_high
+        for method in methods().values()
+        for column, is_high in method.directions(study).items()
+    }

@@ -17,8 +17,6 @@ from sweep.figures import (
     parallel,
     pareto,
     scatter,
-    search,
-    search_repetitions,
     trajectories,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -39,10 +37,6 @@ KINDS: Registry[FigureKind] = Registry(
         "pareto": pareto.KIND,
         "coverage": coverage.KIND,
         "trajectories": trajectories.KIND,
-        "history": search.HISTORY,
-        "front": search.FRONT,
-        "comparison": search_repetitions.COMPARISON,
-        "hypervolume": search_repetitions.HYPERVOLUME,
     }
     | {
         name: kind

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweep.campaigns.search.fronts import nondominated
+from sweep.analysis.fronts import nondominated
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction, opposed_metrics
 from sweep.figures.drawing import (

@@ -16,8 +16,8 @@ from sweep.errors import ChoiceError
 from sweep.figures.drawing import named, span, words
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import spelled
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.overview import few_skewed, untried
-from sweep.tables.search_phases import by_phase, phases_said
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -350,8 +350,8 @@ class Selection:
         few = few_skewed(self.study, dict.fromkeys(drawn, known))
         differ = f"; they differ in {apart}" if apart else ""
         facts = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
-        phases = phases_said(self.study)
-        lines = [f"{self.study.name}{place}: {facts}", phases, few]
+        apart_notes = "; ".join(self.study.apart_notes)
+        lines = [f"{self.study.name}{place}: {facts}", apart_notes, few]
         return "\n".join(filter(None, lines))
 
     def _undefined(self, metric: str) -> float:
@@ -371,9 +371,10 @@ class Selection:
 def select(study: StoredStudy) -> Selection:
     """Return the points of a study with a stored trial, and their parameters.
 
-    The phases of a search are kept apart. Raises ChoiceError if no trial is done.
+    Parts over which nothing is averaged, such as phases of a search, are kept apart.
+    Raises ChoiceError if no trial is done.
     """
-    study = by_phase(study)
+    study = keep_apart(study)
     if not study.done.any():
         selected = " there" if study.restricted else ""
         raise ChoiceError(

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from sweep.campaigns.plan import plan_of
-from sweep.campaigns.search.plan import SearchPlan
 from sweep.campaigns.warming import cache_folder
-from sweep.design.plan import Plan
+from sweep.design.plan import StudyPlan
 from sweep.errors import CacheError, OutputError, SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.bibliography import FILE
@@ -35,7 +34,7 @@ class BuiltInStudy:
 
     name: str
     text: str
-    plan: Plan | SearchPlan
+    plan: StudyPlan
     at_most: bool
 
 
@@ -145,7 +144,7 @@ def for_editors(spec: str) -> str:
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
-    at_most = bool(study.search or study.rule)
+    at_most = study.strategic is not None
     plan = plan_of(study, workers)
     return BuiltInStudy(name, study.document.comment, plan, at_most)
 

@@ -114,7 +114,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         name: [value] for name, value in design.base.items()
     }
     searched: dict[str, list[Value]] = {
-        name: [SEARCHED] for name in values if _is_searched(study, name)
+        name: [SEARCHED] for name in values if name in study.given
     }
     most = "at most " if study.rule else ""
     axis = study.continued
@@ -133,7 +133,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         else f"made from the seed {study.seed}",
         streams={key.field: getattr(study.streams, key.field) for key in STREAMS},
         spec=study.text,
-        searches=study.search is not None,
+        searches=not study.has_design,
         continued=axis.name if axis else "",
         directions=axis.continued.directions if axis and axis.continued else (),
         code=True,
@@ -573,10 +573,6 @@ def _stored_record(study: StoredStudy) -> dict[str, tuple[str, str]]:
         name: (str(row["unit"]), str(row["text"]).removesuffix(", at the last frame"))
         for name, row in rows.items()
     }
-
-
-def _is_searched(study: Study, setting: str) -> bool:
-    return bool(study.search and study.search.place_of(setting))
 
 
 def _own_settings(model: Model) -> dict[str, About]:

@@ -31,7 +31,6 @@ from sweep.spec.schema_parts import (
     reference,
 )
 from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
-from sweep.spec.search_schema import statistic
 from sweep.spec.study import sections, spec_parts, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
@@ -101,7 +100,7 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
         "built_in_map": {"enum": list(known.maps)},
     }
     names |= {"own_code": OWN_CODE_FORM, "shape": shape_schema()}
-    return names | {"statistic": statistic()} | _forms(samplers) | kinds(known) | models
+    return names | _forms(samplers) | kinds(known) | models
 
 
 def _of_parts(known: Catalogue) -> str:
@@ -209,13 +208,17 @@ def _known_metrics(files: Iterable[str]) -> Schema:
     names = {"items": {"anyOf": [reference("built_in_metric"), OWN_CODE]}}
     columns = {"propertyNames": reference("built_in_column")}
     record = dict.fromkeys(("metrics", "series"), names)
-    search = dict.fromkeys(("objectives", "constraints"), columns)
+    by_section = {
+        key: {"properties": dict.fromkeys(section.columns_under, columns)}
+        for key, section in sections().items()
+        if section.columns_under
+    }
     return {
         "if": {"not": {"anyOf": [adding, _other_model(files)]}},
         "then": {
             "properties": {
                 "record": {"properties": record},
-                "search": {"properties": search},
+                **by_section,
             }
         },
     }

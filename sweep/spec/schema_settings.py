@@ -29,7 +29,7 @@ from sweep.spec.schema_parts import (
     named,
     reference,
 )
-from sweep.spec.search_schema import model_schema
+from sweep.spec.sections import ModelSchemas
 from sweep.spec.settings import (
     MOST_PLACE,
     MOST_PLACES,
@@ -38,6 +38,7 @@ from sweep.spec.settings import (
     settings_of,
     usual_settings,
 )
+from sweep.spec.study import sections
 
 ON_CONDITION: Schema = {"when": reference("when")}
 Presets = Mapping[str, Mapping[str, Value]]
@@ -144,10 +145,17 @@ def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
         "preset": {"enum": list(presets)},
         "fixed": settings,
         "sweep": each_design(axes),
-        "search": model_schema(_written(model, names, "parameter"), axes, settings),
         "derive": _named(derived, TEXT) | {"allOf": [reference(f"{model}.derived")]},
     }
-    return {"properties": properties}
+    forms = ModelSchemas(
+        ranges=_written(model, names, "parameter"), axes=axes, values=settings
+    )
+    by_section = {
+        key: section.model_schema(forms)
+        for key, section in sections().items()
+        if section.model_schema
+    }
+    return {"properties": properties | by_section}
 
 
 def each_design(design: Schema) -> Schema:

@@ -14,14 +14,14 @@ from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 from sweep.method import methods
-from sweep.spec.axes import Axis
+from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import Content
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.replication import Replication
 from sweep.spec.schema_parts import Schema
-from sweep.spec.settings import Setting
+from sweep.spec.settings import Setting, Value
 
 Shape = Any
 """Shape of a value from JSON, as `sweep.store.regular.fits` compares it."""
@@ -45,6 +45,10 @@ class SpecContext(NamedTuple):
         Metrics that are known.
     settings
         Settings of the study by name.
+    reader
+        Reader of axes of the study.
+    taken
+        Place in the spec of each setting that has a value under `fixed` or `derive`.
     """
 
     model: str
@@ -53,6 +57,41 @@ class SpecContext(NamedTuple):
     recorded: Sequence[str]
     known: KnownMetrics
     settings: Mapping[str, Setting]
+    reader: AxisReader
+    taken: Mapping[str, Place]
+
+
+class GivenValues(NamedTuple):
+    """Values that a section gives a setting, or asks for one after the other.
+
+    Attributes
+    ----------
+    place
+        Keys of the spec that lead to them.
+    values
+        The values, or the bounds of a range.
+    """
+
+    place: Place
+    values: Sequence[Value]
+
+
+class ModelSchemas(NamedTuple):
+    """Schemas of the settings of a model, for the section of a method.
+
+    Attributes
+    ----------
+    ranges
+        Schema of settings, each with a range.
+    axes
+        Schema of axes.
+    values
+        Schema of settings, each with a value.
+    """
+
+    ranges: Schema
+    axes: Schema
+    values: Schema
 
 
 class GrowthRule(Protocol):
@@ -167,8 +206,29 @@ class SpecSection:
         Raises SpecError if a value does not suit the number of points that a study has
         at first, from the study, the value and this number.
     strategy
-        Returns the strategy of a launch (`sweep.campaigns.strategy`) of a study and a
-        value. The value is then a `GrowthRule`.
+        Returns the strategy of a launch (`sweep.campaigns.strategy`), from the study,
+        the value, and the folder of results or None. One section of a spec may have a
+        strategy. The value is a `GrowthRule`, unless the section has `stand_in`.
+    stand_in
+        Returns a study of a design whose trials are like those that the strategy asks
+        for, from the study and the value. None if the points of the study are those of
+        its axes.
+    plan
+        Returns the plan of a study (`sweep.design.plan.StudyPlan`), from the study, the
+        number of workers and the seconds of compiling. None for the plan of a design.
+    command
+        Command that runs a study with the section and prints its report.
+    given
+        Returns the values that the section gives settings, by setting.
+    columns
+        Returns the columns of trials that are recorded for the section, from its value.
+        Such a section is read before the record: its context has all metrics.
+    columns_under
+        Keys of the section whose content has a key for each of some columns.
+    streams
+        Kinds of streams that a spec with the section leaves out, by purpose.
+    model_schema
+        Returns what the schema of one model demands of the section.
     looks_at
         Returns the columns of trials that the strategy looks at, from the record of a
         plan. The record of a `GrowthRule` has its `confidence` and
@@ -177,6 +237,7 @@ class SpecSection:
         Returns the variants of a study that a value requests. Raises SpecError.
     recorded
         Returns the record of a value in a plan, as JSON, from the study and the value.
+        None if the table of what the strategy has asked for describes the section.
     shape
         Shape of the record.
     check_recorded
@@ -186,13 +247,21 @@ class SpecSection:
 
     key: Key
     read: Callable[[Entry, SpecContext], Any]
-    recorded: Callable[[Any, Any], Any]
-    shape: Shape
+    recorded: Callable[[Any, Any], Any] | None = None
+    shape: Shape = None
     check: Callable[[Entry, Any, SpecContext], None] = _nothing_to_check
     not_beside: Mapping[str, str] = field(default_factory=dict)
     needs: Schema | None = None
     check_points: Callable[[Any, Any, int], None] = _no_points_to_check
-    strategy: Callable[[Any, Any], Any] | None = None
+    strategy: Callable[[Any, Any, Any], Any] | None = None
+    stand_in: Callable[[Any, Any], Any] | None = None
+    plan: Callable[[Any, int, float], Any] | None = None
+    command: str = "launch"
+    given: Callable[[Any], Mapping[str, GivenValues]] = lambda _value: {}
+    columns: Callable[[Any], Sequence[str]] | None = None
+    columns_under: Sequence[str] = ()
+    streams: Mapping[str, str] = field(default_factory=dict)
+    model_schema: Callable[[ModelSchemas], Schema] | None = None
     form_of: str = ""
     looks_at: Callable[[Any], tuple[str, ...]] = lambda _record: ()
     variants: Callable[[Any, Any], Sequence[StudyVariant]] = _no_variants

@@ -59,9 +59,8 @@ from sweep.spec.replication import SEEDS, TRIALS, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
-from sweep.spec.search import Search
-from sweep.spec.search_section import read_search
 from sweep.spec.sections import (
+    GivenValues,
     GrowthRule,
     OrForm,
     SpecContext,
@@ -371,14 +370,6 @@ class Study:
             otherwise="none",
         ),
     ]
-    search: Annotated[
-        Search | None,
-        Key(
-            LaterSectionOf(Search),
-            "what is searched for, instead of a sweep",
-            otherwise="none",
-        ),
-    ]
     derive: Annotated[
         dict[str, Expression],
         Key(
@@ -510,11 +501,38 @@ class Study:
         return drawn.size
 
     @property
+    def strategic(self) -> tuple[SpecSection, Any] | None:
+        """The section with a strategy of its own, and its value, if there is one."""
+        values = self.sections.items()
+        every = ((sections()[key], value) for key, value in values)
+        return next((pair for pair in every if pair[0].strategy), None)
+
+    @property
     def rule(self) -> GrowthRule | None:
         """The rule that adds trials or points after looks at stored trials."""
-        values = self.sections.items()
-        grown = (value for key, value in values if sections()[key].strategy)
-        return next(grown, None)
+        if self.strategic is None or self.strategic[0].stand_in:
+            return None
+        return self.strategic[1]
+
+    @property
+    def command(self) -> str:
+        """The command that runs the study and prints what is reported of it."""
+        return self.strategic[0].command if self.strategic else "launch"
+
+    @property
+    def has_design(self) -> bool:
+        """True if the points of the study are those of its axes, or begin with them."""
+        return self.strategic is None or self.rule is not None
+
+    @property
+    def stand_in(self) -> "Study":
+        """A study of a design with trials like those of this study.
+
+        It is the study itself if it has a design.
+        """
+        if self.strategic and (stand_in := self.strategic[0].stand_in):
+            return stand_in(self, self.strategic[1])
+        return self
 
     def variants(self) -> list[StudyVariant]:
         """Return the variants that sections ask for. Raises SpecError."""
@@ -555,6 +573,15 @@ class Study:
         return declaration_of(self.known.metrics[name])
 
     @property
+    def given(self) -> Mapping[str, GivenValues]:
+        """The values that sections give settings, by setting."""
+        return {
+            setting: given
+            for key, value in self.sections.items()
+            for setting, given in sections()[key].given(value).items()
+        }
+
+    @property
     def continued(self) -> Axis | None:
         """The axis along which trials are links of chains, if there is one."""
         return continued_axis(self.axes)
@@ -574,8 +601,8 @@ class Study:
             return ("fixed", setting)
         if setting in self.derive:
             return ("derive", setting)
-        if self.search and (place := self.search.place_of(setting)):
-            return place
+        if given := self.given.get(setting):
+            return given.place
         return next((axis.place for axis in self.axes if setting in axis.columns), None)
 
 
@@ -751,27 +778,42 @@ def _of_model(
         or ()
     )
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
-    places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
-    search = mistakes.read(_search, root, reader, metrics, taken=places)
-    columns = search.columns if search else ()
-    record = mistakes.read(_record, recorded, metrics, derived, columns=columns)
-    names = record.names if record else (*known.metrics, *metrics.derived)
     replication = mistakes.read(read_replication, root)
-    streams = mistakes.read(_streams, values.get("streams"), search)
     context = SpecContext(
         model=name,
         axes=swept,
         replication=replication,
-        recorded=names,
+        recorded=(*known.metrics, *metrics.derived),
         known=metrics,
         settings=settings,
+        reader=reader,
+        taken={setting: ("fixed", setting) for setting in fixed}
+        | {setting: ("derive", setting) for setting in derive},
     )
+    present = [section for section in sections().values() if section.is_in(root)]
     section_values: dict[str, Any] = {}
-    for key, section in sections().items():
-        if section.is_in(root):
-            with mistakes.noted():
-                section_values[key] = section.read(root, context)
-            mistakes.read(check_beside, root, key, section.not_beside)
+    # What a section records may be what another one looks at.
+    recording = [section for section in present if section.columns]
+    _read_sections(root, recording, context, section_values, mistakes=mistakes)
+    columns = [
+        column
+        for key, value in section_values.items()
+        if (columns_of := sections()[key].columns)
+        for column in columns_of(value)
+    ]
+    record = mistakes.read(_record, recorded, metrics, derived, columns=columns)
+    if record:
+        context = context._replace(recorded=record.names)
+    others = [section for section in present if not section.columns]
+    _read_sections(root, others, context, section_values, mistakes=mistakes)
+    usual_streams = {
+        purpose: kind
+        for section in present
+        for purpose, kind in section.streams.items()
+    }
+    streams = mistakes.read(
+        read_section, Streams, values.get("streams"), **usual_streams
+    )
     mistakes.read(check_beside_continued, root, swept or ())
     mistakes.check()
     axes = swept or ()
@@ -781,7 +823,7 @@ def _of_model(
         every = {**known.maps} | (maps or {})
         sized = {map_ for map_ in used if every[map_].size}
         mistakes.read(check_sizes, root, sizes, used, sized=sized)
-    mistakes.read(_check_names, root, names, settings)
+    mistakes.read(_check_names, root, context.recorded, settings)
     if record and streams:
         mistakes.read(_check_lasting, root, record, streams)
     mistakes.read(check_once, root, fixed, axes, derive=derive)
@@ -805,7 +847,6 @@ def _of_model(
         "fixed": fixed,
         "axes": axes,
         "sizes": sizes,
-        "search": search,
         "sections": section_values,
         "derive": derive,
         "require": require,
@@ -813,6 +854,22 @@ def _of_model(
         "record": record,
     }
     return read | replication._asdict()
+
+
+def _read_sections(
+    root: Entry,
+    present: Iterable[SpecSection],
+    context: SpecContext,
+    values: dict[str, Any],
+    *,
+    mistakes: Mistakes,
+) -> None:
+    """Enter the values of sections that a spec has, by key, and note mistakes."""
+    for section in present:
+        key = section.key.name
+        with mistakes.noted():
+            values[key] = section.read(root, context)
+        mistakes.read(check_beside, root, key, section.not_beside)
 
 
 def _check_rules(root: Entry, values: Mapping[str, Any]) -> None:
@@ -834,11 +891,6 @@ def _maps_used(
     if not swept:
         return [str(fixed.get("map", preset["map"]))]
     return [*dict.fromkeys(str(name) for column in swept for name in column.tolist())]
-
-
-def _streams(entry: Entry | None, search: Search | None) -> Streams:
-    noise = {"noise": "common"} if search else {}
-    return read_section(Streams, entry, **noise)
 
 
 def _check_lasting(root: Entry, record: RecordSpec, streams: Streams) -> None:
@@ -885,45 +937,13 @@ def _names_in(entry: Entry | None) -> tuple[str, ...]:
     return tuple(entry.value) if entry and isinstance(entry.value, dict) else ()
 
 
-def _search(
-    root: Entry,
-    reader: AxisReader,
-    metrics: KnownMetrics,
-    taken: Mapping[str, Iterable[str]],
-) -> Search | None:
-    entry = root.get("search")
-    mistakes = Mistakes()
-    if entry is None:
-        return None
-    with mistakes.noted():
-        if "sweep" in root.value:
-            raise entry.error(
-                'a spec has "search" or "sweep", not both: axes of the scenarios that a'
-                ' candidate must be good at together stand in "search" under "over"'
-            )
-    with mistakes.noted():
-        if sizes := root.get("sizes"):
-            raise sizes.error(
-                'a search takes no "sizes": scenarios that a candidate must be good at'
-                ' together stand in "search" under "over"'
-            )
-    with mistakes.noted():
-        if order := root.get("order"):
-            raise order.error(
-                'a search asks for one candidate after the other: leave "order" out'
-            )
-    places = {name: (key, name) for key, names in taken.items() for name in names}
-    search = mistakes.read(read_search, entry, reader, metrics, taken=places)
-    mistakes.check()
-    return search
-
-
 def study_rules() -> Schema:
     """Return the checks of several keys as JSON Schema."""
-    pairs = [("search", other) for other in ("sweep", "order")]
-    pairs += [("search", "sizes")]
-    for key, section in sections().items():
-        pairs += [(key, other) for other in section.not_beside]
+    pairs = [
+        (key, other)
+        for key, section in sections().items()
+        for other in section.not_beside
+    ]
     barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 
@@ -935,12 +955,17 @@ def _lasting_rule() -> Schema:
     never = {name: {"not": {"const": "independent"}} for name in usual}
     needed = [name for name, kind in usual.items() if kind == "independent"]
     streams = {"properties": never}
+    by_section: list[Schema] = [
+        {"required": [key]}
+        for key, section in sections().items()
+        if "independent" not in (usual | section.streams).values()
+    ]
     return {
         "if": {"properties": {"record": keeps}, "required": ["record"]},
         "then": {
             "properties": {"streams": streams},
             "anyOf": [
-                {"required": ["search"]},
+                *by_section,
                 {
                     "required": ["streams"],
                     "properties": {"streams": {"required": needed}},

@@ -78,7 +78,9 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     """
     origin = metadata(plan.schema, PROVENANCE, PLAN, file=file, remedy=LAUNCH_AGAIN)
     later = LATER if LATER.keys() & origin.keys() else {}
-    of_sections = {name: section.shape for name, section in sections().items()}
+    of_sections = {
+        name: section.shape for name, section in sections().items() if section.recorded
+    }
     if not fits(origin, later | _among(ALONE | of_sections, origin)):
         raise _unknown(file, LAUNCH_AGAIN)
     settings = [

@@ -136,8 +136,9 @@ class PlanAbout:
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             sections={
-                name: sections()[name].recorded(study, value)
+                name: recorded(study, value)
                 for name, value in study.sections.items()
+                if (recorded := sections()[name].recorded)
             },
             designs=united if len(united) > 1 else None,
             series=list(study.record.series),
@@ -163,7 +164,9 @@ class PlanAbout:
             tables=provenance.get("tables"),
             continued=provenance.get("continued"),
             sections={
-                name: provenance[name] for name in sections() if name in provenance
+                name: provenance[name]
+                for name, section in sections().items()
+                if section.recorded and name in provenance
             },
             details=provenance.get("details"),
         )

@@ -14,7 +14,7 @@ means_text        a table of means in words
 reports           answers for a reader and a program
 causes            why trials are not done
 joined            several studies as one
-search_phases     a search with separate phases
+kept_apart        a study with the parts apart that methods separate
 chains            links that cannot run
 spec_difference   effects of a change of a spec
 cleaning          removal of unused trials, checkpoints and code

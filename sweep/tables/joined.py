@@ -72,6 +72,12 @@ class JoinedStudies(StoredStudy):
         return [STUDY, *dict.fromkeys(names)]
 
     @property
+    def apart_notes(self) -> list[str]:
+        """Sentences about the parts that are kept apart, each once."""
+        notes = (text for study in self.parts for text in study.apart_notes)
+        return [*dict.fromkeys(notes)]
+
+    @property
     def parts(self) -> tuple[StoredStudy, ...]:
         """The studies."""
         return self._studies

@@ -18,7 +18,6 @@ from sweep.tables.json_rows import json_rows
 from sweep.tables.overview import constant, few_skewed, undeclared, untried
 from sweep.tables.point_means import PointMeans
 from sweep.tables.reports import MAX_ROWS, Report, TextTable
-from sweep.tables.search_phases import phases_said
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_tables import command
 from sweep.text import shortened, so_many
@@ -136,7 +135,7 @@ def caption(study: StoredStudy, table: PointMeans) -> str:
     counts = {name: table.rows[f"{name}_n"] for name in table.metrics}
     notes = [
         _intervals(study, table),
-        phases_said(study),
+        "; ".join(study.apart_notes),
         few_skewed(study, counts),
         constant(table.rows, table.metrics),
         _undeclared(study, table),

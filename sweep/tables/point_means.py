@@ -12,7 +12,7 @@ from sweep.analysis import MeanKind, by_point, pooled
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import Refusals, as_names
-from sweep.tables.search_phases import by_phase
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -88,7 +88,7 @@ def point_means(
         If a metric is not recorded, a parameter does not vary, or a column to sort by
         is unknown. All mistakes are reported together.
     """
-    study = by_phase(study)
+    study = keep_apart(study)
     refusals = Refusals()
     requested = as_names(metrics) or study.metrics
     chosen = _known("metric", requested, study.metrics, study, refusals=refusals)

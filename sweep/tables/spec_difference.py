@@ -164,12 +164,13 @@ def _version(
             trials=study.plan["trial_id"].combine_chunks(),
             points=study.plan["point"].combine_chunks(),
         )
-    if study.search:
+    if study.strategic and not study.has_design:
+        section, _ = study.strategic
         message = (
-            "a search asks for its trials as it goes:"
+            f'"{section.key.name}" asks for its trials as it goes:'
             " what it would add is not known before"
         )
-        raise study.document.error(("search",), message)
+        raise study.document.error(section.place, message)
     design = expand(study)
     replicates = None
     if study.rule and study.rule.adds_points:

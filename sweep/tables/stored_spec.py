@@ -19,7 +19,8 @@ from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
 from sweep.spec.setting_values import read_fixed
 from sweep.spec.settings import Value, settings_of
-from sweep.spec.study import Study, read_study, spec_parts
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import Study, read_study, sections, spec_parts
 from sweep.tables.stored_trials import StoredTrial
 
 LATER = (
@@ -28,6 +29,14 @@ LATER = (
     *Medium._fields,
 )
 """Parameters that trials before 0.17 lack; they have the values of the preset."""
+
+
+def command_of(spec: str) -> str:
+    """Return the command that runs a stored spec and prints what is reported of it."""
+    root = parse_document(spec, Path("stored spec"))
+    strategic = [section for section in sections().values() if section.strategy]
+    commands = (section.command for section in strategic if section.is_in(root))
+    return next(commands, "launch")
 
 
 def check_recorded(

@@ -496,6 +496,11 @@ class StoredStudy:
         return [DIRECTION] if DIRECTION in self.varied else []
 
     @property
+    def apart_notes(self) -> list[str]:
+        """Sentences about the parts that are kept apart."""
+        return []
+
+    @property
     def parts(self) -> "tuple[StoredStudy, ...]":
         """The studies that it is made of: itself."""
         return (self,)

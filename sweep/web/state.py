@@ -231,9 +231,9 @@ class ViewState:
             )
         if name not in self._known_settings:
             raise SpecError(unknown("setting", name, self._known_settings))
-        if self.opened and self.opened.study.search:
+        if self.opened and not self.opened.study.has_design:
             raise SpecError(
-                f"{name}: the spec is that of a search, which sweeps nothing"
+                f"{name}: the spec sweeps nothing, as it asks for trials as it goes"
             )
         if self._known_settings[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: only numbers are swept over a range")

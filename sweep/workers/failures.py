@@ -106,8 +106,7 @@ class Failures:
     def _sentence(self) -> str:
         study = self.study
         count = len(self.trials)
-        growing = study.rule or study.search
-        most = "at most " if growing else ""
+        most = "at most " if study.strategic else ""
         budget = (
             f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
         )

@@ -14,9 +14,9 @@ from scipy.stats.qmc import LatinHypercube
 import sweep.spec.document
 import sweep.spec.limits as limits
 import sweep.spec.replication as replication
-from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
+from sweep.methods.search.strategy import search
 from sweep.spec.sampling import UnitCube, generator, latin_hypercube
 from sweep.spec.schema import json_schema
 from sweep.spec.study import Study, parse_spec

@@ -8,9 +8,9 @@ from pathlib import Path
 import optuna
 import pytest
 
-from sweep.campaigns.search import export as module
-from sweep.campaigns.search.export import PASSWORD, check_export
 from sweep.errors import OutputError, StoreError
+from sweep.methods.search import export as module
+from sweep.methods.search.export import PASSWORD, check_export
 from sweep.store.locations import location
 from tests.commands import sweep
 from tests.searches import TINY

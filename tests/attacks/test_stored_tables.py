@@ -18,10 +18,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sweep.campaigns.launch import launch, search
+from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import StoreError, UnreachableError, UnreadableError
+from sweep.methods.search.strategy import search
 from sweep.spec.study import parse_spec
 from sweep.store import bounds, manifest, regular
 from sweep.store.bounds import FREE_ROWS, excess_rows

@@ -11,15 +11,16 @@ import pytest
 
 from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.design_plan import plan_tables
-from sweep.campaigns.launch import launch, search
+from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.outcome import candidates
 from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
 from sweep.cli import search_report
 from sweep.design.design import expand
 from sweep.design.jobs import Counts, Job, Jobs, SomeJobs
 from sweep.errors import FailedTrialsError
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.outcome import candidates
+from sweep.methods.search.strategy import search
 from sweep.replays.replay import replay
 from sweep.spec.study import Study, parse_spec
 from sweep.store.shares import Share
@@ -237,9 +238,8 @@ def test_what_is_stored_when_a_launch_ends_is_in_its_plan(
             raise Killed
 
     study = parse_spec(spec)
-    run = search if study.search else launch
     with pytest.raises(Killed):
-        run(study, tmp_path, Serial(), report=report)
+        launch(study, tmp_path, Serial(), report=report)
     stored = StoredStudy(study.name, tmp_path)
     trials = set(stored.store.trial_ids())
     assert len(trials) > after

@@ -12,10 +12,10 @@ import numpy as np
 import optuna
 import pytest
 
-from sweep.campaigns.search import export as module
-from sweep.campaigns.search.export import check_export, export
 from sweep.errors import OutputError
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search import export as module
+from sweep.methods.search.export import check_export, export
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 LOSS = Objective("loss", False, MEAN)

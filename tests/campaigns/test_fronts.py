@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sweep.campaigns.search.fronts import (
+from sweep.analysis.fronts import (
     hypervolume,
     knee,
     nondominated,

@@ -10,15 +10,15 @@ import pytest
 from scipy.stats import binom
 
 from sweep.analysis import mean_interval
-from sweep.campaigns.search.block_intervals import block_interval, difference_interval
-from sweep.campaigns.search.held_out import (
+from sweep.methods.search.block_intervals import block_interval, difference_interval
+from sweep.methods.search.held_out import (
     differences,
     front,
     references,
     shown,
     winners,
 )
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from tests.cases import slow_but
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 

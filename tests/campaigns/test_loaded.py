@@ -11,9 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import sweep
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.held_out import front, winners
-from sweep.campaigns.search.outcome import candidates
 from sweep.errors import ChoiceError
 from sweep.figures import (
     heatmap_figure,
@@ -23,6 +20,9 @@ from sweep.figures import (
     scatter_figure,
 )
 from sweep.loaded import LoadedStudy
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.held_out import front, winners
+from sweep.methods.search.outcome import candidates
 from sweep.methods.sensitivity import morris, rank_correlations, sensitivity, sobol
 from tests.plotted import study
 from tests.sampled import axis, study_of

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.campaigns.search.outcome import candidates, chosen
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.outcome import candidates, chosen
 from tests.made_up_searches import GAIN, MEAN, rows, searched
 
 LOSS = Objective("loss", False, MEAN)

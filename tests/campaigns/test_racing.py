@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from sweep.campaigns.search.racing import LEAST_BLOCKS, Race, Samples
-from sweep.spec.objectives import Constraint, Floats, Objective, Statistic
+from sweep.methods.search.objectives import Constraint, Floats, Objective, Statistic
+from sweep.methods.search.racing import LEAST_BLOCKS, Race, Samples
 
 MEAN, WORST = Statistic("mean"), Statistic("worst")
 GAIN, COST = Objective("gain", True, MEAN), Objective("cost", False, MEAN)

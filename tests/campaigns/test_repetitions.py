@@ -5,14 +5,14 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from sweep.campaigns.search.repetitions import (
+from sweep.methods.search.objectives import Constraint, Objective
+from sweep.methods.search.repetitions import (
     AgainstRandom,
     against_random,
     best_so_far,
     reference_point,
     runs,
 )
-from sweep.spec.objectives import Constraint, Objective
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 LOSS = Objective("loss", False, MEAN)

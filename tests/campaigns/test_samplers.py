@@ -13,14 +13,14 @@ from typing import Any
 import optuna
 import pytest
 
-from sweep.campaigns.search.samplers import (
+from sweep.methods.search.known_samplers import SEARCH_SAMPLERS, OfOptuna
+from sweep.methods.search.samplers import (
     distributions,
     new_study,
     quiet,
     size_of,
 )
-from sweep.spec.search import Parameter, Search
-from sweep.spec.search_samplers import SEARCH_SAMPLERS, OfOptuna
+from sweep.methods.search.section_keys import Parameter, Search
 from sweep.spec.study import parse_spec
 from tests import ROOT
 from tests.searches import TINY, asked_by, edited, equal, phase
@@ -41,7 +41,7 @@ def with_sampler(spec: str, name: str) -> str:
 
 
 def search_of(spec: str) -> Search:
-    search = parse_spec(spec).search
+    search = parse_spec(spec).sections["search"]
     assert search is not None
     return search
 
@@ -142,7 +142,7 @@ def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
         import sys, types, IPython
         sys.modules["ipykernel.zmqshell"] = types.ModuleType("shell")
         sys.modules["ipywidgets"] = None
-        from sweep.campaigns.search.samplers import quiet
+        from sweep.methods.search.samplers import quiet
         with quiet():
             print("optuna" in sys.modules)
     """

@@ -10,20 +10,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.campaigns.search.run as run_module
-from sweep.campaigns.launch import launch, search
-from sweep.campaigns.progress import SearchProgress
-from sweep.campaigns.search.asked_trials import (
+import sweep.methods.search.run as run_module
+from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import Progress
+from sweep.cli.listing import status_json
+from sweep.design.jobs import Job
+from sweep.errors import ChoiceError, SpecError, StoreError
+from sweep.methods.search.asked_trials import (
     AskedTrials,
     read_asked,
     stored_repetitions,
 )
-from sweep.campaigns.search.outcome import candidates
-from sweep.campaigns.search.plan import make_search_plan
-from sweep.campaigns.search.run import RunSetup
-from sweep.cli.listing import status_json
-from sweep.design.jobs import Job
-from sweep.errors import ChoiceError, SpecError, StoreError
+from sweep.methods.search.outcome import candidates
+from sweep.methods.search.plan import make_search_plan
+from sweep.methods.search.run import RunSetup
+from sweep.methods.search.strategy import search
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
 from sweep.store.store import Store
@@ -84,7 +85,7 @@ def interrupted(spec: str, results: Path, after: int) -> int:
     have been stored.
     """
 
-    def report(progress: SearchProgress) -> None:
+    def report(progress: Progress) -> None:
         if progress.statuses.total() > after:
             raise KeyboardInterrupt
 
@@ -119,7 +120,7 @@ def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
 def test_one_process_at_a_time_searches(whole: AskedTrials, tmp_path: Path) -> None:
     refused = []
 
-    def report(progress: SearchProgress) -> None:
+    def report(progress: Progress) -> None:
         if progress.statuses.total() == 1:
             with pytest.raises(
                 StoreError, match="lock: this study is being launched by"

@@ -12,13 +12,13 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from sweep.analysis.notation import with_interval
-from sweep.campaigns.search.sentences import (
+from sweep.cli import search_report as report
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.sentences import (
     edges,
     thin_tail,
     verdict,
 )
-from sweep.cli import search_report as report
-from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.strict_yaml import parse_document
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched

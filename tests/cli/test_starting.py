@@ -11,8 +11,8 @@ import pytest
 from jsonschema import Draft7Validator
 
 from kernels.models import MODELS
-from sweep.campaigns.search.plan import make_search_plan
 from sweep.design.plan import make_plan
+from sweep.methods.search.plan import make_search_plan
 from sweep.own_code.reading import load_spec
 from sweep.published import model_studies
 from sweep.published.model_studies import (

@@ -23,9 +23,10 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-from sweep.campaigns.launch import launch, search
+from sweep.campaigns.launch import launch
 from sweep.campaigns.measure import measure
 from sweep.errors import ChoiceError
+from sweep.methods.search.strategy import search
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table
 from sweep.store.store import Store
@@ -128,8 +129,7 @@ read = cache(read_spec)
 def launched(spec: str, results: Path) -> Counter[str]:
     """Launch a study, or a search; the new trials by status."""
     study = read(spec)
-    run = search if study.search else launch
-    return run(study, results, Serial()).statuses
+    return launch(study, results, Serial()).statuses
 
 
 def done(kind: Kind, results: Path) -> int:

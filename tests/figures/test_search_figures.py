@@ -10,12 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
-from sweep.figures import search as history_module
-from sweep.figures import search_layout as layout_module
-from sweep.figures import search_repetitions as runs_module
-from sweep.figures.search import front_figure, history_figure
-from sweep.figures.search_repetitions import comparison_figure, hypervolume_figure
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search import figure as history_module
+from sweep.methods.search import figure_layout as layout_module
+from sweep.methods.search import figure_repetitions as runs_module
+from sweep.methods.search.figure import front_figure, history_figure
+from sweep.methods.search.figure_repetitions import (
+    comparison_figure,
+    hypervolume_figure,
+)
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 LOSS = Objective("loss", False, MEAN)

@@ -8,10 +8,10 @@ from kernels.models import MODELS
 from kernels.starts import STARTS
 from sweep.figures.kinds import KINDS
 from sweep.method import own_methods
+from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
+from sweep.methods.search.statistics import STATISTICS
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.samplers import SAMPLERS
-from sweep.spec.search_samplers import SEARCH_SAMPLERS
-from sweep.spec.statistics import STATISTICS
 from tests.house.sources import Checkout, Finding, Module
 
 OWN_PLACES = (
@@ -53,8 +53,8 @@ PLACES_OF_ENTRIES: dict[str, Collection[str]] = {
     "sweep/spec/samplers.py": SAMPLERS,
     "sweep/spec/whole_samples.py": SAMPLERS,
     "sweep/spec/distributions.py": DISTRIBUTIONS,
-    "sweep/spec/search_samplers.py": SEARCH_SAMPLERS,
-    "sweep/spec/statistics.py": STATISTICS,
+    "sweep/methods/search/known_samplers.py": SEARCH_SAMPLERS,
+    "sweep/methods/search/statistics.py": STATISTICS,
     "sweep/figures/kinds.py": KINDS,
 } | {f"sweep/figures/{name}.py": {name} for name in KINDS}
 PLACES_OF_ENTRIES |= {
@@ -63,8 +63,8 @@ PLACES_OF_ENTRIES |= {
     for file in ("analysis", "collapse", "figure", "method")
 }
 PLACES_OF_ENTRIES |= {
-    "sweep/figures/search.py": {"history", "front"},
-    "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
+    "sweep/methods/search/figure.py": {"history", "front"},
+    "sweep/methods/search/figure_repetitions.py": {"comparison", "hypervolume"},
 }
 """The registries, and what they gather."""
 WORDS_OF_ENTRIES = {
@@ -77,9 +77,9 @@ WORDS_OF_ENTRIES = {
     },
     "random": {  # the runs that a search is compared with
         "kernels/generator.py",  # a method of NumPy's generator
-        "sweep/campaigns/search/repetitions.py",
-        "sweep/campaigns/search/report.py",
-        "sweep/figures/search_repetitions.py",
+        "sweep/methods/search/repetitions.py",
+        "sweep/methods/search/report.py",
+        "sweep/methods/search/figure_repetitions.py",
         "sweep/own_code/description.py",  # a field of a start
     },
     "uniform": {"kernels/generator.py"},  # a method of NumPy's generator
@@ -90,11 +90,11 @@ WORDS_OF_ENTRIES = {
     },
     "sobol": {
         "sweep/spec/axis_keys.py",  # an example for the guide
-        "sweep/spec/search_samplers.py",  # an option of optuna
+        "sweep/methods/search/known_samplers.py",  # an option of optuna
         "sweep/spec/sampling.py",
         "sweep/methods/sensitivity/analysis.py",  # an analysis
     },
-    "nsga3": {"sweep/spec/search.py"},  # an example for the guide
+    "nsga3": {"sweep/methods/search/section_keys.py"},  # an example for the guide
     "morris": {"sweep/spec/sampling.py", "sweep/methods/sensitivity/analysis.py"},
     "sensitivity": {
         "sweep/spec/whole_samples.py",  # an extra
@@ -123,32 +123,32 @@ WORDS_OF_ENTRIES = {
         "sweep/analysis/mean_bounds.py",
         "sweep/analysis/replication.py",
         "sweep/analysis/sequential.py",
-        "sweep/campaigns/search/repetitions.py",
-        "sweep/campaigns/search/report.py",
+        "sweep/methods/search/repetitions.py",
+        "sweep/methods/search/report.py",
         "sweep/methods/ablation/analysis.py",
         "sweep/methods/adaptive/rule.py",
-        "sweep/spec/objectives.py",
+        "sweep/methods/search/objectives.py",
         "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",
     },
     "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
     "collapse": {"sweep/methods/scaling/report.py"},  # a key of its JSON
     "front": {
-        "sweep/campaigns/search/report.py",  # a part of the report
-        "sweep/figures/search_layout.py",  # in a legend
+        "sweep/methods/search/report.py",  # a part of the report
+        "sweep/methods/search/figure_layout.py",  # in a legend
         "sweep/explorer/supplement.py",  # what stands about a figure
         "sweep/web/recording.py",
     },
-    "hypervolume": {"sweep/campaigns/search/repetitions.py"},  # a quantity
+    "hypervolume": {"sweep/methods/search/repetitions.py"},  # a quantity
     "phase": {  # of a search: who is judged
-        "sweep/campaigns/search/asked_trials.py",
-        "sweep/campaigns/search/export.py",
-        "sweep/campaigns/search/findings.py",
-        "sweep/campaigns/search/outcome.py",
-        "sweep/campaigns/search/points_behind.py",
-        "sweep/campaigns/search/repetitions.py",
+        "sweep/methods/search/asked_trials.py",
+        "sweep/methods/search/export.py",
+        "sweep/methods/search/findings.py",
+        "sweep/methods/search/outcome.py",
+        "sweep/methods/search/points_behind.py",
+        "sweep/methods/search/repetitions.py",
         "sweep/spec/derived_metrics.py",
-        "sweep/tables/search_phases.py",
+        "sweep/methods/search/separate_phases.py",
     },
     "choice": {  # settings and expressions of this kind
         "sweep/spec/expressions.py",

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import sweep as boidsweep
-from sweep.campaigns.launch import search
 from sweep.errors import SpecError
 from sweep.methods.adaptive import stopping
+from sweep.methods.search.strategy import search
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation
 from sweep.web.replaying import Replay

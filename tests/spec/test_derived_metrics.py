@@ -8,10 +8,10 @@ from ruamel.yaml import YAML
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.campaigns.search.asked_trials import COLUMNS
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import SpecError
+from sweep.methods.search.asked_trials import COLUMNS
 from sweep.spec.derived_metrics import TAKEN
 from sweep.spec.limits import MOST_DERIVED
 from sweep.spec.recorded import lacks
@@ -176,8 +176,7 @@ def test_a_search_may_ask_for_it() -> None:
         "every: 9}", 'every: 9, derive: {gain: "1 / speed"}}'
     )
     study = parse_spec(derived)
-    assert study.search is not None
-    assert study.search.columns == ("gain_mean",)
+    assert study.sections["search"].columns == ("gain_mean",)
     assert study.record.names == ("flock_radius", "speed", "gain")
     assert is_valid(derived)
     with pytest.raises(

@@ -16,12 +16,12 @@ import pandas as pd
 import pytest
 
 import sweep.workers.flying as flying_module
-from sweep.campaigns.search.asked_trials import read_asked
-from sweep.campaigns.search.plan import make_search_plan
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import FailedTrialsError, SpecError
+from sweep.methods.search.asked_trials import read_asked
+from sweep.methods.search.plan import make_search_plan
 from sweep.spec.failure_policy import Policy
 from sweep.spec.study import parse_spec
 from sweep.store.store import Store

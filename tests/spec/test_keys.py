@@ -8,6 +8,7 @@ import pytest
 from jsonschema import Draft7Validator
 
 from sweep.errors import SpecError
+from sweep.methods.search.section_keys import LEVEL, Racing
 from sweep.spec import key_table, schema, study
 from sweep.spec.axes import forms
 from sweep.spec.axis_keys import axis_keys
@@ -17,7 +18,6 @@ from sweep.spec.failure_policy import FailureBudget
 from sweep.spec.key_table import described
 from sweep.spec.keys import Key, differing, keys_of, read_section, written
 from sweep.spec.samplers import SAMPLERS
-from sweep.spec.search import LEVEL, Racing
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import RecordSpec, Streams, Study, parse_spec, spec_parts
 from tests.specs import short

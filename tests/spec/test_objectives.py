@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
 
 MEAN, WORST = Statistic("mean"), Statistic("worst")
 GRID = (np.arange(20_000) + 0.5) / 20_000

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
-from sweep.campaigns.search.candidates import (
+from sweep.errors import SpecError
+from sweep.methods.search.candidates import (
     HELD_OUT,
     RANDOM,
     REPETITION,
@@ -18,10 +19,9 @@ from sweep.campaigns.search.candidates import (
     repeated,
     sampler_seed,
 )
-from sweep.errors import SpecError
-from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.objectives import Constraint, Objective, Statistic
+from sweep.methods.search.section_keys import HeldOut, Parameter, Search
 from sweep.spec.schema import json_schema
-from sweep.spec.search import HeldOut, Parameter, Search
 from sweep.spec.study import Streams, parse_spec
 from tests.searches import TINY, edited
 
@@ -62,7 +62,7 @@ record: {metrics: [coverage]}
 
 
 def search_of(spec: str) -> Search:
-    search = parse_spec(spec).search
+    search = parse_spec(spec).sections["search"]
     assert search is not None
     return search
 
@@ -122,7 +122,7 @@ def test_defaults() -> None:
             ("  held_out: {candidates: 2, replicates: 3}\n", ""),
         )
     )
-    search = study.search
+    search = study.sections["search"]
     assert search is not None
     assert (search.sampler, search.batch, search.level, search.held_out) == (
         "tpe",
@@ -424,12 +424,16 @@ def test_what_a_sampler_cannot_do_is_said(
 
 def test_gp_needs_torch(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = edited(TINY, ("  budget", "  sampler: gp\n  budget"))
-    monkeypatch.setattr("sweep.spec.search_samplers.find_spec", lambda _name: None)
+    monkeypatch.setattr(
+        "sweep.methods.search.known_samplers.find_spec", lambda _name: None
+    )
     with pytest.raises(
         SpecError, match=r'^spec\.yaml:12: sampler gp needs torch: pip .*sweep\[gp\]"$'
     ):
         parse_spec(spec)
-    monkeypatch.setattr("sweep.spec.search_samplers.find_spec", lambda _name: object())
+    monkeypatch.setattr(
+        "sweep.methods.search.known_samplers.find_spec", lambda _name: object()
+    )
     assert search_of(spec).sampler == "gp"
 
 

@@ -18,8 +18,8 @@ import pyarrow as pa
 import pytest
 
 from sweep.campaigns.measure import measure
-from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import StoreError, UnreachableError
+from sweep.methods.search.asked_trials import read_asked
 from sweep.store import buckets, locations
 from sweep.store import lock as lock_module
 from sweep.store import store as store_module
@@ -615,7 +615,7 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
 
 
 def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> None:
-    from sweep.campaigns.launch import search
+    from sweep.methods.search.strategy import search
     from sweep.spec.study import parse_spec
     from sweep.workers.executors import Serial
     from tests.searches import TINY

@@ -8,9 +8,9 @@ from sweep.cli.reporting import print_report
 from sweep.errors import ChoiceError, StoreError
 from sweep.figures import heatmap_figure, pareto_figure, scatter_figure
 from sweep.methods.comparison import compare_sides, read_side
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.means_text import means_report
 from sweep.tables.point_means import point_means
-from sweep.tables.search_phases import by_phase
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep
 from tests.plotted import legend_texts, shown, study, titles
@@ -54,7 +54,7 @@ def test_a_mean_is_over_the_trials_of_one_phase(searched: StoredStudy) -> None:
 def test_a_table_says_which_trials_it_shows(
     searched: StoredStudy, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    apart = by_phase(searched)
+    apart = keep_apart(searched)
     print_report(means_report(apart, point_means(apart, "speed")))
     printed = capsys.readouterr().out
     assert SEARCH in printed
@@ -76,10 +76,10 @@ def test_a_table_says_which_trials_it_shows(
 
 def test_where_may_come_first(searched: StoredStudy) -> None:
     weight = searched.trials["separation_weight"].iloc[0]
-    part = by_phase(searched.where(separation_weight=weight))
+    part = keep_apart(searched.where(separation_weight=weight))
     assert set(part.trials["separation_weight"]) == {weight}
     assert part.units == searched.units
-    assert by_phase(part) is part
+    assert keep_apart(part) is part
 
 
 def test_figures_tell_phases_apart(searched: StoredStudy) -> None:
@@ -131,7 +131,7 @@ def test_a_comparison_never_pools_phases(searched: StoredStudy) -> None:
 
 def test_a_study_that_is_no_search_is_as_it_was() -> None:
     small = study("small")
-    assert by_phase(small) is small
+    assert keep_apart(small) is small
     assert small.kept_apart == []
 
 
@@ -144,4 +144,4 @@ def test_what_no_search_has_written_is_refused(
         type(searched.store), "read_asked", lambda _: asked.drop_columns("phase")
     )
     with pytest.raises(StoreError, match="no column phase; delete it and search again"):
-        by_phase(searched)
+        keep_apart(searched)

@@ -12,11 +12,11 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from sweep.analysis import by_point
-from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.errors import StoreError
 from sweep.figures import metric_curves, scatter_figure
 from sweep.figures.directions import direction
 from sweep.methods.adaptive import stopping
+from sweep.methods.search.asked_trials import AskedTrials
 from sweep.replays.replay import replay
 from sweep.replays.verify import verify
 from sweep.spec.derived_metrics import read_derived

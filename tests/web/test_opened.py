@@ -50,7 +50,7 @@ def survivors(study: Study) -> list[object]:
     ]
     kept = (study.name, study.record, study.replicates, study.seeds, study.streams)
     policy = (study.policy, study.order, study.time_limit, study.checkpoint)
-    return [axes, *kept, *policy, study.require, study.search is None]
+    return [axes, *kept, *policy, study.require, study.has_design]
 
 
 def is_in(state: ViewState, study: Study) -> bool:

@@ -21,6 +21,7 @@ from sweep.spec.recorded import ANY_METRIC, check_recorded
 from sweep.spec.schema_parts import Schema, named
 from sweep.spec.sections import SpecContext, SpecSection, recorded_rule
 from sweep.spec.study import Study
+from sweep.store.locations import Location
 
 FIRST_LOOK = 10
 LOOK = Whole(LEAST_LOOK, MOST_TRIALS)
@@ -277,7 +278,7 @@ def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
         raise ValueError(f"nominal_confidence is {record['nominal_confidence']}")
 
 
-def _strategy(study: Study, rule: Until) -> Any:
+def _strategy(study: Study, rule: Until, _results: Location | None) -> Any:
     """Return the strategy of a study. The call imports `sweep.campaigns`."""
     from sweep.methods.adaptive.strategy import AdaptiveStrategy
 

@@ -11,7 +11,7 @@ from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import label
 from sweep.store.locations import Location
 from sweep.tables.choosing import Choice
-from sweep.tables.search_phases import by_phase
+from sweep.tables.kept_apart import keep_apart
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -57,7 +57,7 @@ def read_side(text: str, results: Location) -> Side:
 
     StoreError if the folder `results` has no such study.
     """
-    return side_of(text, by_phase(StoredStudy(study_named(text), results)))
+    return side_of(text, keep_apart(StoredStudy(study_named(text), results)))
 
 
 def study_named(text: str) -> str:
@@ -71,7 +71,7 @@ def side_of(text: str, study: StoredStudy) -> Side:
     The name of the study and a colon come first, then values of parameters or presets.
     A preset needs a study that ablates one: the study's own preset stands for no
     change, the other one for all changes. The phases of a search are separate points in
-    `study`, see `sweep.tables.search_phases.by_phase`.
+    `study`, see `sweep.tables.kept_apart`.
 
     Raises
     ------

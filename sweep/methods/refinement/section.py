@@ -35,6 +35,7 @@ from sweep.spec.replication import Replication
 from sweep.spec.schema_parts import Schema
 from sweep.spec.sections import SpecContext, SpecSection, check_names, recorded_rule
 from sweep.spec.study import Study
+from sweep.store.locations import Location
 from sweep.text import shortened, unknown
 
 LEAST_REPLICATES = 2
@@ -327,7 +328,7 @@ def check_record(rule: dict[str, Any], plan: Mapping[str, Any]) -> None:
         raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")
 
 
-def _strategy(study: Study, rule: Refinement) -> Any:
+def _strategy(study: Study, rule: Refinement, _results: Location | None) -> Any:
     """Return the strategy of a study. The import of campaigns waits until here."""
     from sweep.methods.refinement.strategy import RefineStrategy
 

@@ -1,0 +1,162 @@
+"""The table of what a search has asked for, which its plan has, beside its trials. If
+it is lost, the same search writes it again.
+
+It has one row for each block and scenario of a candidate:
+
+    run        "search", "repetition 1", "random 1" and so on, or "references"
+    phase      "search" or "held_out"; a held-out row has the run that it judges
+    candidate  its number in the order asked in the run; the place of a reference
+    batch      -1 where there is none
+    block
+    scenario
+    trial_id
+
+What the search was is in the metadata.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+
+from sweep.analysis import Declared
+from sweep.errors import ChoiceError, StoreError, UserError
+from sweep.methods.search.objectives import Objective
+from sweep.methods.search.statistics import STATISTICS
+from sweep.spec.distributions import DISTRIBUTIONS
+from sweep.spec.recorded import columns_of
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import Study
+from sweep.spec.study_folder import PLAN
+from sweep.store.locations import Location
+from sweep.store.origin import metadata, plan_provenance
+from sweep.store.store import SEARCH_AGAIN, Store
+from sweep.tables.stored_study import StoredStudy
+
+ABOUT = b"search"
+"""The key, in the metadata of that table, of what the search was, as JSON."""
+
+SHAPE = {
+    "parameters": [str],
+    "ranges": {str: {str: list}},
+    "objectives": [{"statistic": str}],
+    "constraints": [{"statistic": str}],
+    "blocks": {str: int},
+    "rejected": {str: int},
+    "repeated": {str: int},
+}
+
+COLUMNS = pa.schema(
+    [
+        ("run", pa.string()),
+        ("phase", pa.string()),
+        ("candidate", pa.int64()),
+        ("batch", pa.int64()),
+        ("block", pa.int64()),
+        ("scenario", pa.int64()),
+        ("trial_id", pa.string()),
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class AskedTrials:
+    """`table` has the rows of that table, each with its trial's `status`, parameters
+    and metric columns.
+
+    The status is "missing" where the trial is not stored. `about` says what the search
+    was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
+    has them, "references", "budget", "sampler" and "options", "batch", "level",
+    "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
+    that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
+    `distributions` says how the values of each column are distributed.
+    """
+
+    table: pd.DataFrame
+    about: dict[str, Any]
+    distributions: Mapping[str, Declared]
+
+
+def stored_repetitions(study: Study, results: Location) -> int:
+    """How often the search that is stored of this very spec is repeated, so that the
+    same command goes on with it; 0 where another spec, or nothing that can be read, is
+    stored. Comments make no other spec.
+    """
+    store = Store(results / study.name, results)
+    try:
+        asked, plan = store.read_asked(), store.read_plan()
+        if asked is None:
+            return 0
+        about = _about(store, asked)
+        spec = plan_provenance(plan, store.folder / PLAN)["spec"]
+        stored = parse_document(spec, study.path).value
+    except UserError:  # the launch says what is wrong, or writes it anew
+        return 0
+    given = parse_document(study.text, study.path).value
+    found = about.get("repetitions")
+    return found if stored == given and type(found) is int and found > 0 else 0
+
+
+def read_asked(study: StoredStudy) -> AskedTrials:
+    """What a stored search has asked for.
+
+    Raises ChoiceError where the study is no search, and where `where` has restricted
+    it, and StoreError for a statistic or a distribution that is not known here.
+    """
+    asked = study.store.read_asked()
+    if asked is None:
+        raise ChoiceError("not a search", study.name)
+    if study.restricted:
+        raise ChoiceError("a search is a whole: ask it before where", study.name)
+    about = _about(study.store, asked)
+    _check_known(study.store.folder / PLAN, about)
+    metrics = columns_of(study.metrics)
+    stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
+    known = stored.reindex(columns=["trial_id", "status", *metrics])
+    planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()
+    table = (
+        asked.to_pandas()
+        .merge(planned, on="trial_id", how="left")
+        .merge(known, on="trial_id", how="left")
+    )
+    return AskedTrials(
+        table.assign(status=table["status"].fillna("missing")),
+        about,
+        study.distributions,
+    )
+
+
+def asked_objectives(study: StoredStudy) -> list[Objective]:
+    """The objectives of the search of a stored study, in the order of its spec; none
+    where it is no search.
+
+    Raises StoreError for a statistic that is not known here.
+    """
+    if study.asked is None:
+        return []
+    about = _about(study.store, study.asked)
+    _check_known(study.store.folder / PLAN, about)
+    return [Objective.from_json(one) for one in about["objectives"]]
+
+
+def _about(store: Store, asked: pa.Table) -> dict[str, Any]:
+    """What a search was, from what it has asked for. Raises StoreError."""
+    return metadata(asked.schema, ABOUT, SHAPE, store.folder / PLAN, SEARCH_AGAIN)
+
+
+def _check_known(file: Location, about: Mapping[str, Any]) -> None:
+    """Whether a search uses only what is entered here: it may come from anyone."""
+    wanted = (*about["objectives"], *about["constraints"])
+    statistics = {one["statistic"] for one in wanted} - STATISTICS.keys()
+    forms = {form for one in about["ranges"].values() for form in one}
+    for what, names in (
+        ("statistic", statistics),
+        ("distribution", forms - DISTRIBUTIONS.keys()),
+    ):
+        if names:
+            raise StoreError(
+                f'{file}: there is no {what} "{min(names)}" here; enter it, or'
+                f" {SEARCH_AGAIN}"
+            )

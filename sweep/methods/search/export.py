@@ -1,0 +1,265 @@
+"""A search as a study of optuna, in any of its storages, for its dashboard, plots."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweep.errors import OutputError
+from sweep.methods.search.asked_trials import AskedTrials, read_asked
+from sweep.methods.search.findings import plain
+from sweep.methods.search.held_out import held_out_values
+from sweep.methods.search.objectives import Constraint, Objective
+from sweep.methods.search.outcome import (
+    FAILED,
+    HELD_OUT,
+    SEARCH,
+    candidates,
+    constraints,
+    objectives,
+    trials_of,
+)
+from sweep.methods.search.samplers import distributions, quiet
+from sweep.methods.search.section_keys import Parameter
+from sweep.methods.search.trials_by_block import TrialsByBlock
+from sweep.tables.stored_study import StoredStudy
+
+PASSWORD = "SWEEP_EXPORT_PASSWORD"
+
+if TYPE_CHECKING:
+    from optuna.distributions import BaseDistribution
+    from optuna.storages import RDBStorage
+    from optuna.trial import FrozenTrial
+
+
+def export(study: StoredStudy, url: str, name: str | None = None) -> str:
+    """Write the main search into the storage at `url`, as `sqlite:///gains.db`, and
+    return the study's name there.
+
+    That is `name`, by default the name of our study. Candidates with most blocks are
+    complete trials there, so that optuna's best is our winner; the others are pruned
+    ones, and failed ones have failed. With one objective a trial has as intermediate
+    values the estimates after 1, 2, ... blocks. User attributes are candidate, batch,
+    status, blocks, trial_ids, and for those that are judged held_out. Raises
+    OutputError where the study is no search, or the storage cannot be written, or has a
+    study of that name, which is left as it is. The password of a database is that of
+    the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
+    """
+    asked = read_asked(study)
+    name = name or study.name
+    with quiet():
+        import optuna
+
+        kinds = optuna.study.StudyDirection
+        directions = [
+            kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
+            for objective in objectives(asked)
+        ]
+        trials = list(_trials(asked))
+        with _storage(url) as storage:
+            _check_free(storage, url, name)
+            written = optuna.create_study(
+                storage=storage, study_name=name, directions=directions
+            )
+            try:
+                written.set_metric_names(
+                    [objective.column for objective in objectives(asked)]
+                )
+                written.set_user_attr(
+                    "boidsweep", {"study": study.name, "spec": study.spec}
+                )
+                written.add_trials(trials)
+            except BaseException:
+                optuna.delete_study(study_name=name, storage=storage)
+                raise
+    return name
+
+
+def check_export(url: str, name: str) -> None:
+    """Raise OutputError, before any work, where `export` to this URL would do so."""
+    with quiet(), _storage(url) as storage:
+        _check_free(storage, url, name)
+
+
+def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
+    try:
+        storage.get_study_id_from_name(name)  # all else that is there stays unread
+    except KeyError:
+        return
+    raise OutputError(
+        f'{url}: has a study "{name}" already, which is left as it is; give another'
+        f' URL, or delete that study with "optuna delete-study --storage {url}'
+        f' --study-name {name}"'
+    )
+
+
+@contextmanager
+def _storage(url: str) -> "Iterator[RDBStorage]":
+    """The storage at `url`, closed at the end. Raises OutputError for a wrong one."""
+    from optuna.exceptions import DuplicatedStudyError, StorageInternalError
+    from optuna.storages import RDBStorage
+    from sqlalchemy.exc import SQLAlchemyError
+
+    example = "allowed: the URL of a database, as sqlite:///gains.db"
+    try:
+        storage = RDBStorage(_with_password(url, example))
+    except (SQLAlchemyError, ImportError, ValueError, RuntimeError) as error:
+        raise OutputError(
+            f"{url}: cannot be opened ({_first_line(error)}); {example}"
+        ) from error
+    try:
+        yield storage
+    except (SQLAlchemyError, StorageInternalError, DuplicatedStudyError) as error:
+        raise OutputError(
+            f"{url}: cannot be written ({_first_line(error.__cause__ or error)})"
+        ) from error
+    finally:
+        storage.remove_session()
+        storage.engine.dispose()
+
+
+def _with_password(url: str, example: str) -> str:
+    """The URL with the password of the environment. Raises OutputError where it has one
+    of its own, which is not said.
+
+    Other users of a machine can read the arguments of a command, and shells and logs
+    keep them.
+    """
+    from sqlalchemy.engine import make_url
+    from sqlalchemy.exc import ArgumentError
+
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError):  # its words may have a part of a password
+        shown = f"{url.partition('://')[0]}://..." if "://" in url else url
+        raise OutputError(
+            f"{shown}: not the URL of a storage of optuna; {example}"
+        ) from None
+    secret = parsed.password is not None or any(
+        "passw" in key.lower() for key in parsed.query
+    )
+    if secret:
+        plain = parsed.set(query={}).render_as_string(hide_password=True)
+        raise OutputError(
+            f"--export {plain}: a URL with a password can be read by others in the list"
+            f" of processes; leave it out, and set the variable {PASSWORD}"
+        )
+    if parsed.username and (password := os.environ.get(PASSWORD)):
+        parsed = parsed.set(password=password)
+    return parsed.render_as_string(hide_password=False)
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error) or type(error).__name__).splitlines()[0]
+
+
+def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
+    """The candidates of the main search as trials of optuna, in the order asked."""
+    table, found, judged = (
+        candidates(asked),
+        trials_of(asked, SEARCH, "search"),
+        trials_of(asked, SEARCH, HELD_OUT),
+    )
+    ranges = {
+        name: next(iter(one.items())) for name, one in asked.about["ranges"].items()
+    }
+    asking = distributions(
+        tuple(
+            Parameter(name, form, tuple(values))
+            for name, (form, values) in ranges.items()
+        )
+    )
+    rows = asked.table[
+        (asked.table["run"] == SEARCH) & (asked.table["phase"] == "search")
+    ]
+    ids = (
+        rows.sort_values(["candidate", "block", "scenario"])
+        .groupby("candidate")["trial_id"]
+        .agg(list)
+    )
+    most = table.loc[table["status"] != FAILED, "blocks"].max()
+    wanted, bounds = objectives(asked), constraints(asked)
+    for place, row in enumerate(table.to_dict("records")):
+        about = {
+            name: plain(row[name])
+            for name in ("candidate", "batch", "status", "blocks")
+        }
+        about["trial_ids"] = ids[row["candidate"]]
+        if row["candidate"] in judged.candidates:
+            values = held_out_values(judged, [int(row["candidate"])], wanted)[0]
+            about["held_out"] = {
+                one.column: plain(value)
+                for one, value in zip(wanted, values, strict=True)
+            }
+        settings = {str(name): plain(row[name]) for name in asking}
+        yield _trial(
+            settings,
+            asking,
+            about,
+            _estimates(found, place, wanted),
+            _limits(found, place, bounds),
+            int(most),
+        )
+
+
+def _trial(
+    settings: dict[str, Any],
+    asking: "dict[str, BaseDistribution]",
+    about: dict[str, Any],
+    estimates: list[list[float]],
+    limits: dict[str, float],
+    most: int,
+) -> "FrozenTrial":
+    """One trial; `estimates` are those of the objectives after each block."""
+    from optuna.trial import TrialState, create_trial
+
+    known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
+    if about["status"] == FAILED or not known:
+        return create_trial(
+            state=TrialState.FAIL,
+            params=settings,
+            distributions=asking,
+            user_attrs=about,
+        )
+    steps = (
+        {step: values[0] for step, values in enumerate(estimates)}
+        if len(estimates[-1]) == 1
+        else None
+    )
+    complete = about["blocks"] == most
+    return create_trial(
+        state=TrialState.COMPLETE if complete else TrialState.PRUNED,
+        values=estimates[-1],
+        params=settings,
+        distributions=asking,
+        user_attrs=about,
+        intermediate_values=steps,
+        constraints=limits or None,
+    )
+
+
+def _estimates(
+    found: TrialsByBlock, place: int, wanted: list[Objective]
+) -> list[list[float]]:
+    """The estimates of a candidate after 1, 2, ... of its blocks."""
+    columns = [(objective, found.of(place, objective.column)) for objective in wanted]
+    number = int(found.counts()[place])
+    return [
+        [objective.value(values[: k + 1]) for objective, values in columns]
+        for k in range(number)
+    ]
+
+
+def _limits(
+    found: TrialsByBlock, place: int, bounds: list[Constraint]
+) -> dict[str, float]:
+    """The violations of a candidate, by the constraint in words; those that are not
+    known are left out.
+    """
+    each = {
+        f"{one.column} {one.statistic}": one.violation(found.of(place, one.column))
+        for one in bounds
+    }
+    return {name: value for name, value in each.items() if not np.isnan(value)}

@@ -1,0 +1,325 @@
+"""What a search has chosen, judged on seeds that it has never seen, beside what the
+search itself saw.
+
+The winner is the luckiest among good candidates, so its search estimate is too good:
+the winner's curse. Its held-out estimate is not, for the choice was made before.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sweep.analysis import Interval, paired_contrast, simultaneous_confidence
+from sweep.analysis.fronts import knee, nondominated, shares_on_front
+from sweep.methods.search.block_intervals import block_interval, difference_interval
+from sweep.methods.search.objectives import Floats, Objective
+from sweep.methods.search.outcome import (
+    HELD_OUT,
+    REFERENCES,
+    SEARCH,
+    candidates,
+    chosen,
+    constraints,
+    objectives,
+    trials_of,
+)
+from sweep.methods.search.trials_by_block import TrialsByBlock
+
+if TYPE_CHECKING:
+    from sweep.methods.search.asked_trials import AskedTrials
+
+RESAMPLES, RESAMPLING_SEED = 2000, 20
+UNFINISHED_SHOWN = 5
+"""How many candidates are shown while none has been judged on held-out seeds."""
+UNKNOWN = Interval(np.nan, np.nan, np.nan, 0)
+
+
+class HeldOutDifference(NamedTuple):
+    """A chosen candidate minus a reference, on the held-out blocks of both."""
+
+    candidate: int
+    reference: str
+    objective: str
+    difference: float
+    low: float
+    high: float
+    n: int
+    variance_reduction: float
+
+
+def shown(asked: "AskedTrials", run: str = SEARCH) -> list[int]:
+    """The candidates that a run has chosen and judged on held-out seeds, the winner
+    first; before that the best.
+    """
+    judged = set(trials_of(asked, run, HELD_OUT).candidates.tolist())
+    order = chosen(
+        candidates(asked, run), objectives(asked), len(judged) or UNFINISHED_SHOWN
+    )
+    return [number for number in order if number in judged or not judged]
+
+
+def winners(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+    """One row a chosen candidate and objective, in the order of `chosen`: the winner
+    first.
+
+    Columns: candidate, objective, then search and held_out, each with `_low`, `_high`
+    and `_n`, the number of blocks, optimism, violation and not_done. Intervals are
+    those of `block_interval`, 95 %: of the search each for itself and as if the
+    candidate had not been chosen; the held-out ones hold together (Bonferroni) over all
+    rows and those of the references. `optimism` is by how much the search estimate is
+    the better one; NaN for a worst value, which differs by the number of blocks alone.
+    `violation` is the largest on held-out seeds, minus infinity without constraints,
+    and `not_done` the number of held-out trials without a result, for which nothing is
+    known.
+    """
+    numbers, searched, judged = (
+        shown(asked, run),
+        trials_of(asked, run, SEARCH),
+        trials_of(asked, run, HELD_OUT),
+    )
+    confidence = together(asked, numbers)
+    rows = []
+    for number in numbers:
+        for objective in objectives(asked):
+            seen = block_interval(
+                objective, searched.of(searched.find(number), objective.column)
+            )
+            fresh = held_out_interval(judged, number, objective, confidence)
+            optimism = _optimism(objective, seen, fresh)
+            rows.append((number, objective.column, *seen, *fresh, optimism))
+    names = [
+        "candidate",
+        "objective",
+        *_interval_columns("search"),
+        *_interval_columns("held_out"),
+        "optimism",
+    ]
+    table = pd.DataFrame(rows, columns=names)
+    table["violation"] = [
+        _violation(asked, judged, number) for number in table["candidate"]
+    ]
+    table["not_done"] = [_not_done(judged, number) for number in table["candidate"]]
+    return table
+
+
+def references(asked: "AskedTrials") -> pd.DataFrame:
+    """One row a reference and objective.
+
+    Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
+    not_done, as `winners` has them; the intervals hold together with those.
+    """
+    judged, confidence = (
+        trials_of(asked, REFERENCES, HELD_OUT),
+        together(asked, shown(asked)),
+    )
+    rows = [
+        (
+            name,
+            objective.column,
+            *held_out_interval(judged, place, objective, confidence),
+            place,
+        )
+        for place, name in enumerate(asked.about["references"])
+        for objective in objectives(asked)
+    ]
+    table = pd.DataFrame(
+        rows,
+        columns=["reference", "objective", *_interval_columns("held_out"), "place"],
+    )
+    places = table.pop("place")
+    table["violation"] = [_violation(asked, judged, place) for place in places]
+    table["not_done"] = [_not_done(judged, place) for place in places]
+    return table
+
+
+def differences(asked: "AskedTrials") -> pd.DataFrame:
+    """The winner minus each reference, or with several objectives each member of the
+    front; columns of `HeldOutDifference`.
+
+    Pairs are held-out blocks, which both have with the same seeds;
+    `variance_reduction`, of means only, says how many times as many independent blocks
+    that saves. The 95 % intervals hold together over all rows (Bonferroni).
+    """
+    wanted, numbers = objectives(asked), shown(asked)
+    numbers = numbers if len(wanted) > 1 else numbers[:1]
+    judged, others = (
+        trials_of(asked, SEARCH, HELD_OUT),
+        trials_of(asked, REFERENCES, HELD_OUT),
+    )
+    names = asked.about["references"]
+    confidence = simultaneous_confidence(
+        max(1, len(numbers) * len(names) * len(wanted))
+    )
+    rows = []
+    for number in numbers:
+        for place, name in enumerate(names):
+            for objective in wanted:
+                first, second = (
+                    _judged(side, who, objective)
+                    for side, who in ((judged, number), (others, place))
+                )
+                rows.append(
+                    _difference(number, name, objective, first, second, confidence)
+                )
+    return pd.DataFrame(rows, columns=list(HeldOutDifference._fields))
+
+
+def front(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+    """One row a member of the Pareto front that a run has chosen: candidate, on_front,
+    share, beaten_by, knee.
+
+    All are of the held-out estimates. `on_front`: no other chosen one dominates it;
+    `share`: in which part of 2000 bootstrap resamples of the blocks that is so;
+    `beaten_by`: a candidate that is better in every objective beyond the 95 % intervals
+    of the paired differences, which hold together over all pairs and objectives
+    (Bonferroni), else -1; `knee`: whether it is the knee of those on the front. Empty
+    before held-out trials have run.
+    """
+    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
+    numbers = [number for number in shown(asked, run) if number in judged.candidates]
+    maximize = [objective.maximize for objective in wanted]
+    values = held_out_values(judged, numbers, wanted)
+    on_front = nondominated(values, maximize)
+    place = knee(values[on_front], maximize)
+    table = pd.DataFrame({"candidate": numbers, "on_front": on_front})
+    table["share"] = _shares(judged, numbers, wanted)
+    table["beaten_by"] = _beaten_by(judged, numbers, wanted)
+    table["knee"] = np.arange(len(numbers)) == (
+        -1 if place is None else np.flatnonzero(on_front)[place]
+    )
+    return table
+
+
+def together(asked: "AskedTrials", numbers: list[int]) -> float:
+    """The confidence of each held-out interval with which those of these candidates and
+    the references all hold.
+    """
+    rows = (len(numbers) + len(asked.about["references"])) * len(
+        asked.about["objectives"]
+    )
+    return simultaneous_confidence(max(1, rows))
+
+
+def held_out_interval(
+    judged: TrialsByBlock, number: int, objective: Objective, confidence: float
+) -> Interval:
+    """The held-out estimate of a candidate with its interval; NaN, with no blocks,
+    where there is none.
+    """
+    if number not in judged.candidates:
+        return UNKNOWN
+    return block_interval(objective, _judged(judged, number, objective), confidence)
+
+
+def held_out_values(
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+) -> Floats:
+    """The held-out estimates of judged candidates, shape (candidates, objectives)."""
+    values = [
+        [objective.value(_judged(judged, number, objective)) for objective in wanted]
+        for number in numbers
+    ]
+    return np.array(values, np.float64).reshape(len(numbers), len(wanted))
+
+
+def _judged(judged: TrialsByBlock, number: int, objective: Objective) -> Floats:
+    if number not in judged.candidates:
+        return np.empty((0, 1))
+    return judged.of(judged.find(number), objective.column)
+
+
+def _difference(
+    number: int,
+    name: str,
+    objective: Objective,
+    first: Floats,
+    second: Floats,
+    confidence: float,
+) -> HeldOutDifference:
+    n = min(len(first), len(second))
+    found = difference_interval(objective, first[:n], second[:n], confidence)
+    reduction = np.nan
+    if objective.statistic.about.averages and n > 0:
+        one, other = (pd.Series(side[:n].mean(axis=1)) for side in (first, second))
+        reduction = paired_contrast(one, other).variance_reduction
+    return HeldOutDifference(number, name, objective.column, *found, reduction)
+
+
+def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:
+    if objective.statistic.about.extreme:
+        return np.nan
+    return seen.value - fresh.value if objective.maximize else fresh.value - seen.value
+
+
+def _violation(asked: "AskedTrials", judged: TrialsByBlock, number: int) -> float:
+    if number not in judged.candidates:
+        return np.nan
+    place = judged.find(number)
+    each = [one.violation(judged.of(place, one.column)) for one in constraints(asked)]
+    return float(np.max([-np.inf, *each]))
+
+
+def _not_done(judged: TrialsByBlock, number: int) -> int:
+    if number not in judged.candidates:
+        return 0
+    place = judged.find(number)
+    return int((judged.stored[place] & ~judged.done[place]).sum())
+
+
+def _shares(
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+) -> Floats:
+    if not numbers:
+        return np.empty(0)
+    n = min(int(judged.counts()[judged.find(number)]) for number in numbers)
+    if n == 0:
+        return np.full(len(numbers), np.nan)
+    drawn = np.random.default_rng(RESAMPLING_SEED).integers(0, n, (RESAMPLES, n))
+    draws = np.empty((RESAMPLES, len(numbers), len(wanted)))
+    for row, number in enumerate(numbers):
+        for column, objective in enumerate(wanted):
+            resampled = _judged(judged, number, objective)[drawn].reshape(RESAMPLES, -1)
+            draws[:, row, column] = objective.statistic.along(
+                resampled, maximize=objective.maximize
+            )
+    known = ~np.isnan(draws).any(axis=(0, 2))
+    shares = np.full(len(numbers), np.nan)
+    if known.any():
+        shares[known] = shares_on_front(
+            draws[:, known], [objective.maximize for objective in wanted]
+        )
+    return shares
+
+
+def _beaten_by(
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+) -> list[int]:
+    confidence = simultaneous_confidence(
+        max(1, len(numbers) * (len(numbers) - 1) // 2 * len(wanted))
+    )
+    better = {
+        (one, other): all(
+            _better(judged, one, other, objective, confidence) for objective in wanted
+        )
+        for one in numbers
+        for other in numbers
+        if one != other
+    }
+    return [
+        next((one for one in numbers if better.get((one, other))), -1)
+        for other in numbers
+    ]
+
+
+def _better(
+    judged: TrialsByBlock, one: int, other: int, objective: Objective, confidence: float
+) -> bool:
+    first, second = (_judged(judged, number, objective) for number in (one, other))
+    n = min(len(first), len(second))
+    found = difference_interval(objective, first[:n], second[:n], confidence)
+    return found.low > 0.0 if objective.maximize else found.high < 0.0
+
+
+def _interval_columns(name: str) -> list[str]:
+    return [name, f"{name}_low", f"{name}_high", f"{name}_n"]

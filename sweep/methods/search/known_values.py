@@ -1,0 +1,43 @@
+"""The values by which a search decides, of the trials that it has asked for."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pyarrow as pa
+
+from sweep.methods.search.objectives import Floats
+
+Trial = tuple[float, ...] | None
+"""The values of a trial; None where it is not done, or one of them is not finite."""
+
+
+class KnownValues:
+    """For each trial the values of some columns, in the order of `columns`."""
+
+    def __init__(self, columns: Sequence[str]) -> None:
+        self.columns = tuple(columns)
+        self.trials: dict[str, Trial] = {}
+
+    def enter(self, ids: Sequence[str], seen: pa.Table) -> None:
+        """Enter trials; `seen` has a row each, with its `status` and the columns."""
+        for trial, row in zip(ids, seen.to_pylist(), strict=True):
+            values = [row[name] for name in self.columns]
+            known = row["status"] == "done" and all(map(_finite, values))
+            self.trials[trial] = tuple(values) if known else None
+
+    def of(self, trials: Sequence[Sequence[str]]) -> dict[str, Floats] | None:
+        """The values of `trials`, ids by block and scenario: an array (blocks,
+        scenarios) for each column; None if a trial has none.
+        """
+        rows = [[self.trials[trial] for trial in block] for block in trials]
+        if any(row is None for block in rows for row in block):
+            return None
+        values = np.array(rows, np.float64).reshape(len(trials), -1, len(self.columns))
+        return {
+            column: values[:, :, place] for place, column in enumerate(self.columns)
+        }
+
+
+def _finite(value: float | None) -> bool:
+    return value is not None and math.isfinite(value)

@@ -1,0 +1,184 @@
+"""What became of the candidates of a search, and which of them it chooses."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sweep.analysis.fronts import nondominated, thinned
+from sweep.methods.search.objectives import Constraint, Floats, Objective
+from sweep.methods.search.trials_by_block import TrialsByBlock, by_block
+
+if TYPE_CHECKING:
+    from sweep.methods.search.asked_trials import AskedTrials
+
+SEARCH = "search"
+HELD_OUT = "held_out"
+REFERENCES = "references"
+COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "failed"
+
+
+def objectives(asked: "AskedTrials") -> list[Objective]:
+    """The objectives of a search, in the order of its spec."""
+    found = [Objective.from_json(one) for one in asked.about["objectives"]]
+    return [replace(one, distribution=asked.distributions[one.column]) for one in found]
+
+
+def constraints(asked: "AskedTrials") -> list[Constraint]:
+    """The constraints of a search, in the order of its spec."""
+    return [Constraint.from_json(one) for one in asked.about["constraints"]]
+
+
+def trials_of(asked: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
+    """The trials of a run's candidates in a phase, with objectives and constraints."""
+    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
+    columns = [one.column for one in objectives(asked)] + [
+        one.column for one in constraints(asked)
+    ]
+    return by_block(rows, columns)
+
+
+def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+    """One row a candidate of a run, in the order asked.
+
+    Columns: candidate, batch, the parameters, `same_as` (the first candidate with the
+    same parameters: itself for most), blocks, trials, violation (the largest of those
+    of the constraints, each in its metric's unit), feasible, status, and each
+    objective's estimate over the candidate's search blocks, under the name of its
+    column. The status is
+
+    - "complete": it has all blocks that a candidate of this run can get;
+    - "raced out": it has fewer, and is clearly worse than others;
+    - "cut short": it has fewer, and is of the last batch before the budget ended, or
+      of an unfinished one. Its trials do not tell whether it was raced out;
+    - "failed": one of its trials is not done, or its result is not finite.
+
+    What is not known is NaN, and a candidate whose violation is not known is not
+    feasible.
+    """
+    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
+    found = trials_of(asked, run, SEARCH)
+    first = rows.drop_duplicates("candidate").sort_values("candidate")
+    parameters = list(asked.about["parameters"])
+    table: pd.DataFrame = first[["candidate", "batch", *parameters]].reset_index(
+        drop=True
+    )
+    table["same_as"] = table.groupby(parameters, dropna=False)["candidate"].transform(
+        "first"
+    )
+    table["blocks"] = found.counts()
+    table["trials"] = found.stored.sum(axis=(1, 2))
+    table["violation"] = _violations(found, constraints(asked))
+    table["feasible"] = table["violation"] <= 0.0
+    table["status"] = _statuses(asked, run, table, found)
+    for objective in objectives(asked):
+        table[objective.column] = _estimates(found, objective)
+    return table
+
+
+def undefined_shares(asked: "AskedTrials") -> dict[str, float]:
+    """The share of the done trials of all runs that have no value, by the columns of
+    objectives and constraints of which some have none. Their candidates have failed.
+    """
+    wanted = [one.column for one in objectives(asked)]
+    wanted += [one.column for one in constraints(asked)]
+    trials = asked.table.drop_duplicates("trial_id")
+    done = trials[trials["status"] == "done"]
+    shares = {column: float(done[column].isna().mean()) for column in wanted}
+    return {column: share for column, share in shares.items() if share > 0.0}
+
+
+def chosen(
+    candidates: pd.DataFrame, objectives: Sequence[Objective], most: int
+) -> list[int]:
+    """The candidates that a search chooses, at most `most`, from the table of
+    `candidates`; the winner comes first.
+
+    Those count that are feasible, have not failed, and have as many blocks as any such
+    one: estimates of fewer are the luckier ones. With one objective they are the best
+    estimates in order, of equal ones the first asked, and no setting comes twice. With
+    several they are the Pareto front in the order of the first objective, thinned to
+    `most` by taking away, one at a time, the one that adds least to the hypervolume.
+    """
+    pool = eligible(candidates, objectives)
+    if pool.empty or most < 1:
+        return []
+    values = values_of(pool, objectives)
+    maximize = [objective.maximize for objective in objectives]
+    if len(objectives) > 1:
+        front = nondominated(values, maximize)
+        reference = worst(values, maximize)
+        pool = pool[front].iloc[thinned(values[front], maximize, reference, most)]
+    ordered = pool.sort_values(
+        [objectives[0].column, "candidate"], ascending=[not maximize[0], True]
+    )
+    return [int(number) for number in ordered["candidate"].head(most)]
+
+
+def eligible(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> pd.DataFrame:
+    """The rows of `candidates` from which `chosen` chooses: feasible ones with most
+    blocks, no setting twice.
+    """
+    known = (
+        candidates[[objective.column for objective in objectives]].notna().all(axis=1)
+    )
+    pool = candidates[known & candidates["feasible"] & (candidates["status"] != FAILED)]
+    with_most: pd.DataFrame = pool[pool["blocks"] == pool["blocks"].max()]
+    return with_most.drop_duplicates("same_as")
+
+
+def values_of(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> Floats:
+    """The estimates of candidates as an array (candidates, objectives)."""
+    return candidates[[objective.column for objective in objectives]].to_numpy(
+        np.float64
+    )
+
+
+def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
+    """The worst of each column of `values` (k, m), k above zero, as a point (m,)."""
+    return np.asarray(np.where(maximize, values.min(axis=0), values.max(axis=0)))
+
+
+def _violations(found: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
+    """The largest violation of each candidate (k,), zero or below if feasible; minus
+    infinity without constraints.
+    """
+    largest = np.full(len(found.candidates), -np.inf)
+    for constraint in constraints:
+        each = [
+            constraint.violation(found.of(place, constraint.column))
+            for place in range(len(largest))
+        ]
+        largest = np.maximum(largest, each)
+    return largest
+
+
+def _estimates(found: TrialsByBlock, objective: Objective) -> list[float]:
+    return [
+        objective.value(found.of(place, objective.column))
+        for place in range(len(found.candidates))
+    ]
+
+
+def _statuses(
+    asked: "AskedTrials", run: str, table: pd.DataFrame, found: TrialsByBlock
+) -> NDArray[Any]:
+    full = asked.about["blocks"][run]
+    ended = table["batch"] == table["batch"].max()
+    if (
+        asked.about["finished"]
+        and asked.about["budget"] - _spent(asked, run) >= found.stored.shape[2]
+    ):
+        ended &= False
+    failed = (found.stored & ~found.done).any(axis=(1, 2))
+    kinds = [failed, table["blocks"] >= full, ended]
+    return np.select(kinds, [FAILED, COMPLETE, CUT_SHORT], RACED_OUT)
+
+
+def _spent(asked: "AskedTrials", run: str) -> int:
+    """How many trials of a run count against its budget; a shared one counts once."""
+    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
+    return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())

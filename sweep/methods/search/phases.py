@@ -1,0 +1,147 @@
+"""What a search has asked for so far, by phases, and the tables of it."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import pandas as pd
+import pyarrow as pa
+
+from sweep.campaigns.strategy import Origin, PlanTables
+from sweep.design.jobs import Job
+from sweep.methods.search.asked_trials import ABOUT, COLUMNS, AskedTrials
+from sweep.methods.search.candidates import section_of
+from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
+from sweep.methods.search.known_values import KnownValues
+from sweep.methods.search.run import AskedCandidate
+from sweep.spec.settings import Value
+from sweep.spec.study import Study
+from sweep.store.plan_about import AxisAbout, PlanAbout
+
+
+class AskedRow(NamedTuple):
+    """A row of what was asked for, with a job in place of its id."""
+
+    run: str
+    phase: str
+    candidate: int
+    batch: int
+    block: int
+    scenario: int
+    job: Job
+
+
+class AskedPhase(NamedTuple):
+    """The candidates of one phase of a run, in the order asked: a list that may grow,
+    like the trials of each.
+    """
+
+    run: str
+    phase: str
+    candidates: list[AskedCandidate]
+
+    def rows(self) -> Iterator[AskedRow]:
+        """A row a trial, by candidate, block and scenario."""
+        for one in self.candidates:
+            for block, jobs in enumerate(one.trials):
+                for scenario, job in enumerate(jobs):
+                    about = self.run, self.phase, one.number, one.batch
+                    yield AskedRow(*about, block, scenario, job)
+
+
+def plan_tables(
+    study: Study,
+    phases: Sequence[AskedPhase],
+    about: Mapping[str, Any],
+    origin: Origin,
+) -> PlanTables:
+    """The plan of a search, which lists each trial once, and what it has asked for,
+    with `about` in the metadata of the latter.
+    """
+    rows = [row for phase in phases for row in phase.rows()]
+    jobs = {row.job.trial_id: row.job for row in rows}
+    columns = {
+        name: [getattr(row, name) for row in rows] for name in COLUMNS.names[:-1]
+    }
+    columns["trial_id"] = [row.job.trial_id for row in rows]
+    asked = pa.table(columns, COLUMNS.with_metadata({ABOUT: json.dumps(about)}))
+    return _plan(study, jobs.values(), origin).to_reader(), asked
+
+
+def known_trials(
+    study: Study, phase: AskedPhase, known: KnownValues, about: dict[str, Any]
+) -> AskedTrials:
+    """What `read_asked` would return of a phase whose trials are all stored."""
+    distributions = {name: study.distribution(name) for name in known.columns}
+    parameters = about["parameters"]
+    rows = []
+    for *where, job in phase.rows():
+        values = known.trials[job.trial_id]
+        settings = [job.settings[name] for name in parameters]
+        status = "failed" if values is None else "done"
+        cells = values or [None] * len(known.columns)
+        rows.append([*where, job.trial_id, *settings, status, *cells])
+    names = [*COLUMNS.names, *parameters, "status", *known.columns]
+    return AskedTrials(pd.DataFrame(rows, columns=names), about, distributions)
+
+
+def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:
+    search, varied = section_of(study), _varied(study)
+    parameters = [parameter.name for parameter in search.parameters]
+    candidates = {"candidates": AxisAbout(parameters, search.sampler)}
+    about = PlanAbout.of(study, varied, search.over)
+    about = replace(about, axes=(about.axes or {}) | candidates)
+    rows = [_planned(job, varied) for job in jobs]
+    return about.into(pa.Table.from_pylist(rows), origin)
+
+
+def _varied(study: Study) -> list[str]:
+    """The settings that can differ between trials: parameters, scenarios, and what
+    follows from them.
+    """
+    search = section_of(study)
+    names = [setting for axis in search.over for setting in axis.columns]
+    names += [parameter.name for parameter in search.parameters]
+    if "map" in names:
+        names += [side for side in ("width", "height") if study.place_of(side) is None]
+    for name, expression in study.derive.items():
+        names += [name] if expression.names & set(names) else []
+    return names
+
+
+def about_search(
+    study: Study, blocks: Mapping[str, int], repetitions: int
+) -> dict[str, Any]:
+    """The metadata of a new search; `blocks` are the most of a candidate, by run."""
+    search = section_of(study)
+    return {
+        "parameters": [parameter.name for parameter in search.parameters],
+        "ranges": {
+            one.name: {one.form: list(one.arguments)} for one in search.parameters
+        },
+        "objectives": [objective.as_json() for objective in search.objectives],
+        "constraints": [constraint.as_json() for constraint in search.constraints],
+        "references": list(search.references),
+        "budget": search.budget,
+        "sampler": search.sampler,
+        "options": SEARCH_SAMPLERS[search.sampler].options(search),
+        "batch": search.batch,
+        "level": search.level,
+        "scenarios": search.scenarios,
+        "blocks": dict(blocks),
+        "rejected": dict.fromkeys(blocks, 0),
+        "repeated": dict.fromkeys(blocks, 0),
+        "finished": False,
+        "repetitions": repetitions,
+    }
+
+
+def _planned(job: Job, varied: Sequence[str]) -> dict[str, Value]:
+    about: dict[str, Value] = {
+        "trial_id": job.trial_id,
+        "point": job.point,
+        "replicate": job.replicate,
+        "seed": job.seed,
+    }
+    return about | {name: job.settings[name] for name in varied}

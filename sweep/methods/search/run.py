@@ -1,0 +1,253 @@
+"""One run of a search: a batch of candidates is asked for, raced, and told, until the
+budget is spent.
+
+Nothing depends on the order in which trials come back: all of a rung are there before
+anything is decided.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from sweep.design.jobs import Job
+from sweep.errors import SpecError
+from sweep.methods.search.candidates import Candidate, sampler_seed, section_of
+from sweep.methods.search.known_values import KnownValues
+from sweep.methods.search.objectives import Floats
+from sweep.methods.search.racing import Race
+from sweep.methods.search.samplers import distributions, new_study, quiet, size_of
+from sweep.spec.settings import Value
+from sweep.spec.study import Study
+
+if TYPE_CHECKING:
+    from optuna.trial import Trial
+
+MOST_IDLE = 1000
+"""Candidates in a row that bring no new trial, after which a search ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunSetup:
+    """What tells one run of a search from another.
+
+    `study` has the seed of the run. A candidate gets at most so many `blocks`. `level`
+    is that of the tests of a race; it is None where there are no races.
+    """
+
+    name: str
+    study: Study
+    sampler: str
+    blocks: int
+    level: float | None
+
+    def rungs(self) -> list[int]:
+        """How many blocks candidates have after each rung: 1, 2, 4, ... and the last;
+        without races only the last.
+        """
+        if self.level is None:
+            return [self.blocks]
+        doubling = [
+            2**power
+            for power in range(self.blocks.bit_length())
+            if 2**power < self.blocks
+        ]
+        return [*doubling, self.blocks]
+
+
+@dataclass(eq=False)
+class AskedCandidate:
+    """A candidate, and the trials that it has got so far, by block and scenario.
+
+    `number` is its place among all that were proposed, and `batch` is -1 where there is
+    none. `samples` has the values of the trials by column, or None where one of them
+    has no result.
+    """
+
+    number: int
+    batch: int
+    candidate: Candidate
+    trials: list[list[Job]] = field(default_factory=list)
+    samples: dict[str, Floats] | None = None
+
+    def give(self, blocks: Iterable[int]) -> list[Job]:
+        """Give it the trials of some blocks more."""
+        scenarios = range(len(self.candidate.points))
+        more = [
+            [self.candidate.job(block, place) for place in scenarios]
+            for block in blocks
+        ]
+        self.trials += more
+        return [job for block in more for job in block]
+
+    def ids(self) -> list[list[str]]:
+        """The trial ids by block and scenario."""
+        return [[job.trial_id for job in block] for block in self.trials]
+
+
+@dataclass(eq=False)
+class Run:
+    """A run on its way.
+
+    `asked` has its candidates so far, in the order asked. `rejected` counts proposals
+    that the spec does not allow, and `repeated` those that were made before. `found`
+    says in words what there is after the last batch.
+    """
+
+    setup: RunSetup
+    known: KnownValues
+    rejected: int = 0
+    repeated: int = 0
+    number: int = 0
+    idle: int = 0
+    asked: list[AskedCandidate] = field(default_factory=list)
+    spent: set[str] = field(default_factory=set)
+    seen: dict[tuple[str, ...], AskedCandidate] = field(default_factory=dict)
+    proposed: set[tuple[Value, ...]] = field(default_factory=set)
+    refusal: SpecError | None = None
+    found: str = ""
+
+    def rounds(self) -> Iterator[list[Job]]:
+        """The trials of one rung after the other.
+
+        Whoever takes the next ones has entered the values of the last ones in `known`.
+        Raises SpecError where MOST_IDLE candidates in a row are rejected, or all.
+        """
+        search = section_of(self.setup.study)
+        self.optuna = new_study(
+            self.setup.sampler, search, sampler_seed(self.setup.study)
+        )
+        self.ranges = distributions(search.parameters)
+        batch = 0
+        while self._left() >= 1 and not self._exhausted():
+            affordable = max(1, self._left() // self.setup.rungs()[0])
+            proposed = [self._ask(batch) for _ in range(min(search.batch, affordable))]
+            fresh = list(
+                {
+                    id(asked): asked
+                    for _, asked in proposed
+                    if asked and not asked.trials
+                }.values()
+            )
+            yield from self._race(fresh)
+            self._tell(proposed)
+            self.found = self.leading()
+            batch += 1
+
+    def leading(self) -> str:
+        """The best so far, in words."""
+        search = section_of(self.setup.study)
+        race = Race(search.objectives, search.constraints, 0.0, self.setup.blocks)
+        leaders = race.leaders([one.samples for one in self.asked if one.samples])
+        if not leaders:
+            return "none complete yet"
+        if len(search.objectives) > 1:
+            return f"{len(leaders)} on the front"
+        (best,) = search.objectives
+        return f"best {best.column} {best.value(leaders[0][best.column]):.5g}"
+
+    def _left(self) -> int:
+        """For how many blocks the budget still suffices."""
+        search = section_of(self.setup.study)
+        return (search.budget - len(self.spent)) // search.scenarios
+
+    def _exhausted(self) -> bool:
+        size = size_of(section_of(self.setup.study).parameters)
+        ended = self.idle >= MOST_IDLE or len(self.proposed) >= size
+        if ended and self.refusal and not self.asked:
+            raise SpecError(
+                f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
+            )
+        return ended
+
+    def _ask(self, batch: int) -> "tuple[Trial, AskedCandidate | None]":
+        """What the sampler proposes next, and the candidate: an earlier one where it is
+        the same, None if rejected.
+        """
+        with quiet():
+            trial = self.optuna.ask(self.ranges)
+        number, self.number = self.number, self.number + 1
+        study = self.setup.study
+        values: dict[str, Value] = {
+            name: study.settings[name].coerce(value)
+            for name, value in trial.params.items()
+        }
+        self.proposed.add(tuple(values.values()))
+        self.idle += 1
+        try:
+            candidate = Candidate(study, values)
+        except SpecError as error:
+            self.rejected, self.refusal = self.rejected + 1, error
+            return trial, None
+        if candidate.points in self.seen:
+            self.repeated += 1
+        else:
+            self.idle = 0
+            self.seen[candidate.points] = AskedCandidate(number, batch, candidate)
+        return trial, self.seen[candidate.points]
+
+    def _race(self, fresh: list[AskedCandidate]) -> Iterator[list[Job]]:
+        """The trials of a batch's candidates, rung by rung."""
+        search, setup = section_of(self.setup.study), self.setup
+        race = (
+            Race(search.objectives, search.constraints, setup.level, setup.blocks)
+            if setup.level
+            else None
+        )
+        earlier = [asked.samples for asked in self.asked if asked.samples]
+        self.asked += fresh
+        running, had = fresh, 0
+        for rung in setup.rungs():
+            jobs, allowed = self._allot(running, had, rung)
+            yield jobs
+            for asked in running:
+                asked.samples = self.known.of(asked.ids()) if asked.trials else None
+            running, had = [asked for asked in running if asked.samples], rung
+            if not allowed:
+                break
+            if race and rung < setup.blocks:
+                dropped = race.dropped(
+                    earlier, [asked.samples for asked in running if asked.samples]
+                )
+                running = [
+                    asked
+                    for asked, out in zip(running, dropped, strict=True)
+                    if not out
+                ]
+
+    def _allot(
+        self, running: list[AskedCandidate], had: int, rung: int
+    ) -> tuple[list[Job], bool]:
+        """Give each candidate its blocks from `had` to `rung`, block after block: their
+        trials, and whether the budget was enough.
+        """
+        jobs: list[Job] = []
+        for block in range(had, rung):
+            for asked in running:
+                if self._left() < 1:
+                    return jobs, False
+                given = asked.give([block])
+                self.spent.update(job.trial_id for job in given)
+                jobs += given
+        return jobs, True
+
+    def _tell(self, proposed: "list[tuple[Trial, AskedCandidate | None]]") -> None:
+        """What became of the batch, in the order asked; what has no value is worse than
+        all that has.
+        """
+        from optuna.trial import TrialState
+
+        search = section_of(self.setup.study)
+        with quiet():
+            for trial, asked in proposed:
+                if asked is None or asked.samples is None:
+                    self.optuna.tell(trial, state=TrialState.PRUNED)
+                    continue
+                for place, constraint in enumerate(search.constraints):
+                    trial.set_constraint(
+                        str(place),
+                        constraint.violation(asked.samples[constraint.column]),
+                    )
+                self.optuna.tell(
+                    trial,
+                    [one.value(asked.samples[one.column]) for one in search.objectives],
+                )

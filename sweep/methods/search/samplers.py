@@ -1,0 +1,94 @@
+"""Optuna at work: a study of it that proposes candidates, and what it asks for."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
+from sweep.methods.search.section_keys import Parameter, Search
+from sweep.spec.distributions import DISTRIBUTIONS
+from sweep.spec.settings import Value
+
+if TYPE_CHECKING:
+    from optuna import Study as OptunaStudy
+    from optuna.distributions import BaseDistribution
+
+
+def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
+    """An optuna study in memory for these objectives, with the sampler `name` and its
+    `seed` of 32 bits.
+    """
+    with quiet():
+        import optuna
+
+        kinds = optuna.study.StudyDirection
+        directions = [
+            kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
+            for objective in search.objectives
+        ]
+        about = SEARCH_SAMPLERS[name]
+        sampler = about.make(seed=seed, **about.options(search))
+        return optuna.create_study(directions=directions, sampler=sampler)
+
+
+def distributions(parameters: tuple[Parameter, ...]) -> "dict[str, BaseDistribution]":
+    """What optuna is to ask for each parameter."""
+    return {
+        parameter.name: _distribution(parameter.form, parameter.arguments)
+        for parameter in parameters
+    }
+
+
+def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
+    from optuna.distributions import (
+        CategoricalDistribution,
+        FloatDistribution,
+        IntDistribution,
+    )
+
+    about = DISTRIBUTIONS[form]
+    if about.kind == "listed":
+        return CategoricalDistribution(arguments)
+    if about.kind == "whole":
+        return IntDistribution(int(arguments[0]), int(arguments[1]))
+    return FloatDistribution(arguments[0], arguments[1], log=about.logarithmic)
+
+
+def size_of(parameters: tuple[Parameter, ...]) -> float:
+    """How many candidates there are: infinite where a parameter is continuous."""
+    size = 1.0
+    for parameter in parameters:
+        size *= _count(parameter.form, parameter.arguments)
+    return size
+
+
+def _count(form: str, arguments: tuple[Value, ...]) -> float:
+    kind = DISTRIBUTIONS[form].kind
+    if kind == "listed":
+        return len(arguments)
+    first, last = float(arguments[0]), float(arguments[1])
+    if kind == "whole":
+        return last - first + 1
+    return float("inf") if first < last else 1
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Optuna without its log lines and its remarks on options that are experimental; it
+    is imported within.
+    """
+    with warnings.catch_warnings():
+        # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody
+        # sees.
+        warnings.filterwarnings("ignore", "IProgress not found")
+        import optuna
+
+    level = optuna.logging.get_verbosity()
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            yield
+    finally:
+        optuna.logging.set_verbosity(level)

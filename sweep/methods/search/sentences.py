@@ -1,0 +1,149 @@
+"""What a search found, in plain words: who is better, and what to be wary of."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from sweep.analysis.notation import number, with_interval
+from sweep.methods.search.objectives import Constraint, Objective
+from sweep.spec.distributions import DISTRIBUTIONS, Distribution
+from sweep.spec.settings import Setting
+
+EDGE = 0.02
+"""A winner at the edge lies within this part of a parameter's range from an end."""
+FEWEST_BLOCKS = 10
+"""Fewer held-out blocks than these say little of how a candidate does on others."""
+
+FEWEST_IN_TAIL = 10
+"""With fewer blocks in the tail of a statistic, its interval is too narrow."""
+
+
+def objective_words(objective: Objective) -> str:
+    """As `mean coverage_total, to be large`."""
+    return (
+        f"{objective.statistic} {objective.column}, to be"
+        f" {'large' if objective.maximize else 'small'}"
+    )
+
+
+def constraint_words(constraint: Constraint) -> str:
+    """As `worst collisions at most 0`."""
+    side = "at most" if constraint.at_most else "at least"
+    return f"{constraint.statistic} {constraint.column} {side} {constraint.bound:g}"
+
+
+def verdict(
+    objective: Objective, difference: Mapping[str, Any], unit: str, who: str, whom: str
+) -> str:
+    """Whether `who` is better or worse than `whom` and by how much, or that they are
+    not shown to differ.
+
+    `difference` is `who` minus `whom`: the difference itself, low and high, as
+    `sweep.methods.search.held_out.differences` has them.
+    """
+    value, low, high = (
+        float(difference[name]) for name in ("difference", "low", "high")
+    )
+    unit, column = difference_unit(unit), objective.column
+    if math.isnan(value):
+        return (
+            f"{who} cannot be compared with {whom} in {column}:"
+            " held-out results are missing"
+        )
+    side = "better" if (value > 0.0) == objective.maximize else "worse"
+    if math.isnan(low) and value != 0.0:
+        return (
+            f"{who} is {side} than {whom} in {column} by {number(abs(value))}{unit},"
+            " which has no interval"
+        )
+    if math.isnan(low) or low <= 0.0 <= high:
+        between = f"the difference is {with_interval(value, low, high)}{unit}"
+        return f"{who} is not shown to differ from {whom} in {column}: {between}"
+    size = (abs(value), *sorted((abs(low), abs(high))))
+    return f"{who} is {side} than {whom} in {column} by {with_interval(*size)}{unit}"
+
+
+def thin_tail(objective: Objective, blocks: int) -> str:
+    """A sentence where a statistic of the tail, as a CVaR, rests on so few of the
+    blocks that its interval is too narrow, else "".
+    """
+    tail = objective.statistic.tail
+    if tail is None or tail * blocks >= FEWEST_IN_TAIL:
+        return ""
+    enough = math.ceil(FEWEST_IN_TAIL / tail)
+    return (
+        f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
+        " held-out blocks, so that its interval is too narrow:"
+        f" take {enough} held-out replicates."
+    )
+
+
+def difference_unit(unit: str) -> str:
+    """The unit of a difference, after a space: that of percentages is points."""
+    return {"": "", "%": " % points"}.get(unit, f" {unit}")
+
+
+def edges(
+    winner: Mapping[str, Any],
+    ranges: Mapping[str, Mapping[str, Sequence[Any]]],
+    settings: Mapping[str, Setting],
+) -> list[str]:
+    """A sentence for each parameter whose best value lies at an end of its range beyond
+    which there may be better.
+
+    An end is none where the model allows nothing beyond it, nor is one of whole numbers
+    of which there are but two.
+    """
+    found = []
+    for name, distribution in ranges.items():
+        ((form, arguments),) = distribution.items()
+        about = DISTRIBUTIONS[form]
+        if about.kind == "listed":
+            continue
+        low, high = float(arguments[0]), float(arguments[1])
+        share = _share(about, float(winner[name]), low, high)
+        for near, end, limit in (
+            (share, low, settings[name].low),
+            (1.0 - share, high, settings[name].high),
+        ):
+            if near <= EDGE and end != limit:
+                side = "lower" if end == low else "upper"
+                found.append(
+                    f"{name} = {winner[name]:.6g} lies at the {side} end of its range,"
+                    f" {low:g} to {high:g}: widen it, there may be better beyond"
+                )
+    return found
+
+
+def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
+    """How many candidates there were and what became of them."""
+    counts = candidates["status"].value_counts()
+    parts = [
+        f"{counts[kind]} {kind}"
+        for kind in ("complete", "raced out", "cut short", "failed")
+        if kind in counts
+    ]
+    infeasible = int(
+        (~candidates["feasible"] & (candidates["status"] != "failed")).sum()
+    )
+    text = (
+        f"{len(candidates)} asked: {', '.join(parts)}"
+        if len(candidates)
+        else "none asked"
+    )
+    text += f"; {infeasible} of them not feasible" if infeasible else ""
+    text += f"; {rejected} more rejected by the spec" if rejected else ""
+    return text + (f"; {repeated} more were asked before" if repeated else "")
+
+
+def _share(about: Distribution, value: float, low: float, high: float) -> float:
+    """How far a value is on the way from one end of a range to the other; half-way
+    where there is none.
+    """
+    if about.kind == "whole":
+        return 0.5 if high - low < 2.0 else (value - low) / (high - low)
+    if about.logarithmic:
+        value, low, high = math.log(value), math.log(low), math.log(high)
+    return 0.5 if low == high else (value - low) / (high - low)

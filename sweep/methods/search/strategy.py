@@ -1,0 +1,214 @@
+"""A whole search: the search itself, its repetitions and random searches to compare
+with, and the held-out trials of each.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+
+from sweep.campaigns.campaign import run_campaign
+from sweep.campaigns.progress import Progress
+from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
+from sweep.design.jobs import Job
+from sweep.design.trial_ids import packed
+from sweep.methods.search.asked_trials import stored_repetitions
+from sweep.methods.search.candidates import (
+    RANDOM,
+    REPETITION,
+    Candidate,
+    check_candidates,
+    held_out,
+    references,
+    repeated,
+    section_of,
+)
+from sweep.methods.search.checks import check_trials
+from sweep.methods.search.known_samplers import PLAIN
+from sweep.methods.search.known_values import KnownValues
+from sweep.methods.search.outcome import (
+    HELD_OUT,
+    REFERENCES,
+    SEARCH,
+    candidates,
+    chosen,
+)
+from sweep.methods.search.phases import (
+    AskedPhase,
+    about_search,
+    known_trials,
+    plan_tables,
+)
+from sweep.methods.search.run import AskedCandidate, Run, RunSetup
+from sweep.spec.study import Study
+from sweep.store.locations import Location
+from sweep.workers.executors import ExecutorFactory
+
+RANDOM_BLOCKS = 3
+"""Blocks of each candidate of a plain random search, as published searches took."""
+
+
+class SearchStrategy:
+    """Asks for the trials of one rung of a race after the other, then for the held-out
+    trials of what is chosen, and does the same for each repetition and random search.
+
+    Raises SpecError for a study that is no search, and for a search that cannot be.
+    """
+
+    grows = True
+
+    def __init__(self, study: Study, repetitions: int) -> None:
+        self.study, self.section = study, section_of(study)
+        check_trials(study.document, self.section, repetitions)
+        self.setups = _setups(study, repetitions)
+        check_candidates(study)
+        self.judging = held_out(study)
+        self.references = references(self.judging)
+        self.looks_at = self.section.columns
+        most = self.section.most_trials(repetitions)
+        self.progress = Progress(most=most, trials=most, ahead=True)
+        blocks = {setup.name: setup.blocks for setup in self.setups}
+        self.about = about_search(study, blocks, repetitions)
+        self.phases: list[AskedPhase] = []
+        self.known = KnownValues(self.section.columns)
+
+    def rounds(self, look: Look) -> Iterator[Round]:
+        """Of each run a round a rung, and a round of held-out trials.
+
+        Nothing is missing of the last one: it has the plan of the finished search.
+        """
+        for setup in self.setups:
+            searched = AskedPhase(setup.name, SEARCH, [])
+            self.phases.append(searched)
+            run = Run(setup, self.known, asked=searched.candidates)
+            yield from self._new(self._search(run), look)
+            yield from self._new(self._judge(searched), look)
+        self.about["finished"] = True
+        self.progress.trials = len(self.known.trials)
+        yield self._round([])
+
+    def _search(self, run: Run) -> Iterator[list[Job]]:
+        """The trials of a run, rung by rung."""
+        for jobs in run.rounds():
+            self._count(run)
+            yield jobs
+        self._count(run)
+
+    def _count(self, run: Run) -> None:
+        name = run.setup.name
+        self.about["rejected"][name] = run.rejected
+        self.about["repeated"][name] = run.repeated
+        if run.found:
+            self.progress.note = f"{name}: {run.found}"
+
+    def _judge(self, searched: AskedPhase) -> Iterator[list[Job]]:
+        """The held-out trials of what a run has chosen; with those of the main search
+        go the references'.
+        """
+        name, objectives = searched.run, self.section.objectives
+        several = name == SEARCH or len(objectives) > 1
+        most = self.section.held_out.candidates if several else 1
+        known = known_trials(self.study, searched, self.known, self.about)
+        table = candidates(known, name)
+        values = {one.number: one.candidate.values for one in searched.candidates}
+        best = {
+            number: Candidate(self.judging, values[number])
+            for number in chosen(table, objectives, most)
+        }
+        jobs = self._held_out(name, best)
+        if name == SEARCH:
+            jobs += self._held_out(REFERENCES, dict(enumerate(self.references)))
+        yield jobs
+
+    def _held_out(self, run: str, judged: Mapping[int, Candidate]) -> list[Job]:
+        """All trials of candidates on held-out seeds, as a phase of a run."""
+        phase = [AskedCandidate(number, -1, one) for number, one in judged.items()]
+        self.phases.append(AskedPhase(run, HELD_OUT, phase))
+        blocks = range(self.judging.trials_per_point)
+        return [job for asked in phase for job in asked.give(blocks)]
+
+    def _new(self, wanted: Iterator[list[Job]], look: Look) -> Iterator[Round]:
+        """Rounds of those of the wanted trials that were not asked for before."""
+        for jobs in wanted:
+            known = self.known.trials
+            new = {job.trial_id: job for job in jobs if job.trial_id not in known}
+            if new:
+                yield self._round(list(new.values()))
+                self.known.enter(list(new), look())
+
+    def _round(self, jobs: list[Job]) -> Round:
+        ids = packed(job.trial_id for job in jobs)
+        return Round(ids, lambda some: [jobs[place] for place in some], self._plan)
+
+    def _plan(self, origin: Origin) -> PlanTables:
+        return plan_tables(self.study, self.phases, self.about, origin)
+
+
+def search_strategy(study: Study, results: Location | None) -> SearchStrategy:
+    """Return the strategy of a search, with as many repetitions as its stored search.
+
+    There are none where another spec, or nothing, is stored in `results`. Raises
+    SpecError for a search that cannot be.
+    """
+    return SearchStrategy(study, stored_repetitions(study, results) if results else 0)
+
+
+def search(
+    study: Study,
+    results: Location,
+    executor: ExecutorFactory,
+    *,
+    repetitions: int | None = None,
+    retry: bool = False,
+    report: Callable[[Progress], None] = lambda _progress: None,
+) -> Progress:
+    """Search, judge the best candidates on held-out seeds, and repeat both.
+
+    What is stored is not run again, with `retry` only if it is done.
+
+    Parameters
+    ----------
+    study : Study
+    results : Location
+        Folder of results.
+    executor : ExecutorFactory
+    repetitions : int, optional
+        Number of repetitions, and of random searches to compare with. By default as
+        many as the stored search of this spec has, or none.
+    retry : bool, default False
+        Run trials again that are stored but not done.
+    report : callable, optional
+        Called with the progress, see `run_campaign`.
+
+    Raises
+    ------
+    SpecError
+        For a study that is no search, and for a search that cannot be.
+    """
+    if repetitions is None:
+        strategy = search_strategy(study, results)
+    else:
+        strategy = SearchStrategy(study, repetitions)
+    return run_campaign(strategy, results, executor, retry=retry, report=report)
+
+
+def _setups(study: Study, repetitions: int) -> list[RunSetup]:
+    """The search, its repetitions, and as many plain random searches."""
+    section, blocks = section_of(study), study.trials_per_point
+    if repetitions and study.seeds is not None:
+        message = (
+            "repetitions of a search need seeds of their own:"
+            ' give "replicates" instead of "seeds"'
+        )
+        raise study.document.error(("seeds",), message)
+    setups = [RunSetup(SEARCH, study, section.sampler, blocks, section.level)]
+    for number in range(1, repetitions + 1):
+        again = repeated(study, REPETITION, number)
+        setups.append(
+            RunSetup(
+                f"repetition {number}", again, section.sampler, blocks, section.level
+            )
+        )
+    for number in range(1, repetitions + 1):
+        again = repeated(study, RANDOM, number)
+        setups.append(
+            RunSetup(f"random {number}", again, PLAIN, min(RANDOM_BLOCKS, blocks), None)
+        )
+    return setups
