@@ -15,7 +15,7 @@ The list has the order of the layers. Each package imports only entries above it
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
     testing/     checks of a model: the requirements that built-in models meet
     tables/      stored trials: selected, reported, exported
-    campaigns/   which trials run: a fixed number, until an interval is narrow, a search
+    campaigns/   which trials run: those of a design, or those that a method asks for
     figures/     tables -> figures
     methods/     analyses of results: comparison, power, scaling and more
     loaded       a stored study for notebooks and programs

@@ -23,6 +23,7 @@ and are counted.
     order         susceptibility and Binder cumulant
     size_curves   crossings and peaks of the curves of several sizes
     collapse      the exponents of finite-size scaling
+    fronts        Pareto fronts, their hypervolume and their knee
     coexistence   transitions of first order and continuous ones
     offered       all their names, which this package offers too
 

@@ -46,6 +46,6 @@ def _values(study: Study, setting: str) -> set[str]:
     values = {study.fixed.get(setting, study.preset_settings[setting])}
     for axis in study.axes:
         values.update(axis.columns.get(setting, ()))
-    if given := study.given.get(setting):
-        values.update(given.values)
+    if from_section := study.section_values.get(setting):
+        values.update(from_section.values)
     return {str(value) for value in values}

@@ -1,8 +1,9 @@
-"""Methods: analyses of the results of a study, one folder per method.
+"""Methods: what a spec may ask for, and analyses of results; one folder per method.
 
 options       options of several reports
 adaptive/     points get trials until intervals are narrow
 refinement/   where the mean of a metric crosses a level
+search/       candidates are proposed, raced, and judged on new seeds
 hysteresis/   loops between the way up and the way down of chains
 scaling/      the order transition in flocks of several sizes
 robustness/   conclusions with other time steps, orders and searches

@@ -114,7 +114,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         name: [value] for name, value in design.base.items()
     }
     searched: dict[str, list[Value]] = {
-        name: [SEARCHED] for name in values if name in study.given
+        name: [SEARCHED] for name in values if name in study.section_values
     }
     most = "at most " if study.rule else ""
     axis = study.continued

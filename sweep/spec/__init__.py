@@ -39,13 +39,6 @@ recorded         names of metrics and columns
 derived_metrics  metrics that formulas give
 study_folder     names of a study and its files
 built_in         the folders of the built-in studies
-search           a checked search
-search_section   its reader
-search_checks    the requirements of its parts
-search_samplers  samplers of candidates
-search_schema    its JSON Schema
-objectives       the objectives of a search
-statistics       mean, worst, quantile, CVaR
 seeds            random streams by purpose
 schema           the JSON Schema of a spec
 schema_settings  the schema of parameters

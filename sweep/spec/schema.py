@@ -100,6 +100,8 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
         "built_in_map": {"enum": list(known.maps)},
     }
     names |= {"own_code": OWN_CODE_FORM, "shape": shape_schema()}
+    for section in sections().values():
+        names |= section.definitions()
     return names | _forms(samplers) | kinds(known) | models
 
 

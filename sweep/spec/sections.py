@@ -61,7 +61,7 @@ class SpecContext(NamedTuple):
     taken: Mapping[str, Place]
 
 
-class GivenValues(NamedTuple):
+class SettingValues(NamedTuple):
     """Values that a section gives a setting, or asks for one after the other.
 
     Attributes
@@ -218,7 +218,7 @@ class SpecSection:
         number of workers and the seconds of compiling. None for the plan of a design.
     command
         Command that runs a study with the section and prints its report.
-    given
+    setting_values
         Returns the values that the section gives settings, by setting.
     columns
         Returns the columns of trials that are recorded for the section, from its value.
@@ -227,6 +227,8 @@ class SpecSection:
         Keys of the section whose content has a key for each of some columns.
     streams
         Kinds of streams that a spec with the section leaves out, by purpose.
+    definitions
+        Returns parts of the schema that a reference names.
     model_schema
         Returns what the schema of one model demands of the section.
     looks_at
@@ -257,10 +259,11 @@ class SpecSection:
     stand_in: Callable[[Any, Any], Any] | None = None
     plan: Callable[[Any, int, float], Any] | None = None
     command: str = "launch"
-    given: Callable[[Any], Mapping[str, GivenValues]] = lambda _value: {}
+    setting_values: Callable[[Any], Mapping[str, SettingValues]] = lambda _value: {}
     columns: Callable[[Any], Sequence[str]] | None = None
     columns_under: Sequence[str] = ()
     streams: Mapping[str, str] = field(default_factory=dict)
+    definitions: Callable[[], Schema] = dict
     model_schema: Callable[[ModelSchemas], Schema] | None = None
     form_of: str = ""
     looks_at: Callable[[Any], tuple[str, ...]] = lambda _record: ()

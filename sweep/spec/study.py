@@ -60,9 +60,9 @@ from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
 from sweep.spec.sections import (
-    GivenValues,
     GrowthRule,
     OrForm,
+    SettingValues,
     SpecContext,
     SpecSection,
     StudyVariant,
@@ -573,12 +573,12 @@ class Study:
         return declaration_of(self.known.metrics[name])
 
     @property
-    def given(self) -> Mapping[str, GivenValues]:
+    def section_values(self) -> Mapping[str, SettingValues]:
         """The values that sections give settings, by setting."""
         return {
-            setting: given
+            setting: values
             for key, value in self.sections.items()
-            for setting, given in sections()[key].given(value).items()
+            for setting, values in sections()[key].setting_values(value).items()
         }
 
     @property
@@ -601,8 +601,8 @@ class Study:
             return ("fixed", setting)
         if setting in self.derive:
             return ("derive", setting)
-        if given := self.given.get(setting):
-            return given.place
+        if from_section := self.section_values.get(setting):
+            return from_section.place
         return next((axis.place for axis in self.axes if setting in axis.columns), None)
 
 
@@ -804,8 +804,8 @@ def _of_model(
     record = mistakes.read(_record, recorded, metrics, derived, columns=columns)
     if record:
         context = context._replace(recorded=record.names)
-    others = [section for section in present if not section.columns]
-    _read_sections(root, others, context, section_values, mistakes=mistakes)
+    looking = [section for section in present if not section.columns]
+    _read_sections(root, looking, context, section_values, mistakes=mistakes)
     usual_streams = {
         purpose: kind
         for section in present

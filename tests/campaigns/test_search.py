@@ -27,6 +27,7 @@ from sweep.methods.search.run import RunSetup
 from sweep.methods.search.strategy import search
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
+from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
@@ -674,12 +675,31 @@ def test_a_search_can_be_looked_at_like_any_study(results: Path) -> None:
     assert replay(study, study.plan["trial_id"][38].as_py())[1]
 
 
-def test_a_search_is_not_launched_nor_a_sweep_searched(tmp_path: Path) -> None:
-    with pytest.raises(
-        SpecError,
-        match=r'^spec.yaml:6: this study is a search: run it with "sweep search"',
-    ):
-        launch(parse_spec(TINY), tmp_path, Serial())
+def test_a_launch_of_a_search_runs_the_search(tmp_path: Path) -> None:
+    study = parse_spec(TINY)
+    launched = launch(study, tmp_path, Serial())
+    assert launched.statuses == {"done": launched.trials}
+    assert read_asked(StoredStudy("tiny", tmp_path)).about["finished"]
+    again = search(study, tmp_path, Serial())
+    assert (again.stored, again.statuses) == (launched.trials, {})
+
+
+def test_a_launch_goes_on_with_the_repetitions_of_a_stored_search(
+    tmp_path: Path,
+) -> None:
+    study = parse_spec(TINY)
+    repeated = search(study, tmp_path, Serial(), repetitions=1)
+    again = launch(study, tmp_path, Serial())
+    assert (again.stored, again.statuses) == (repeated.trials, {})
+
+
+def test_a_search_has_no_shares(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r"^spec.yaml:6: what trials follow depends on"):
+        launch(parse_spec(TINY), tmp_path, Serial(), share=Share(1, 2))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sweep_is_not_searched(tmp_path: Path) -> None:
     plain = parse_spec(TINY[: TINY.index("search:")] + "replicates: 2\nseed: 1\n")
     with pytest.raises(
         SpecError,

@@ -26,7 +26,6 @@ import pytest
 from sweep.campaigns.launch import launch
 from sweep.campaigns.measure import measure
 from sweep.errors import ChoiceError
-from sweep.methods.search.strategy import search
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table
 from sweep.store.store import Store

@@ -20,16 +20,16 @@ MAY_IMPORT = {
     "store": "kernels errors text spec own_code design trial",
     "workers": "kernels errors text surroundings spec design trial store",
     "testing": "kernels errors text spec own_code design trial workers",
-    "tables": "kernels errors text analysis spec design trial store workers",
+    "tables": "kernels errors text method analysis spec design trial store workers",
     "campaigns": (
-        "kernels errors text analysis spec own_code design trial store workers testing"
-        " tables"
+        "kernels errors text spec own_code design trial store workers testing tables"
     ),
-    "figures": (
-        "kernels errors text method analysis spec own_code trial store tables campaigns"
+    "figures": ("kernels errors text method analysis spec own_code trial store tables"),
+    "methods": (
+        "errors text method analysis spec design trial store workers tables campaigns"
+        " figures"
     ),
-    "methods": "errors text method analysis spec design store tables campaigns figures",
-    "loaded": "errors text method analysis spec tables campaigns methods",
+    "loaded": "errors text method analysis spec tables methods",
     "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (
         "kernels errors text method analysis spec own_code design store workers tables"
@@ -41,8 +41,8 @@ MAY_IMPORT = {
         " sharing"
     ),
     "explorer": (
-        "errors text analysis spec design trial store workers tables methods campaigns"
-        " figures replays sharing web"
+        "errors text analysis spec design trial store workers tables methods figures"
+        " replays sharing web"
     ),
     "cli": (
         "kernels errors text surroundings method spec own_code design trial store"

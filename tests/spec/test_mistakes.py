@@ -129,8 +129,8 @@ sweep: {separation_weight: {values: [1, 2], continue: up}}
 replicates: 9
 """)
     ] == [
-        '3 a search takes no "sizes": scenarios that a ',
-        "4 a search asks for one candidate after the ot",
+        '3 a study with "search" takes no "sizes": axes',
+        '4 a study with "search" takes no "order": a se',
         '4 a study with "refine" takes no "order"',
         '4 a study with "continue" takes no "order": li',
         '5 missing key "axes" in "refine"',
@@ -139,11 +139,11 @@ replicates: 9
         '5 a study with "continue" takes no "refine": w',
         '5 a study with "validate" takes no "refine"',
         '6 unknown key "updat"',
-        '7 a spec has "search" or "sweep", not both: ax',
         '7 missing key "parameters" in "search"',
         '7 missing key "objectives" in "search"',
         '7 a study with "refine" takes no "search"',
         '7 a study with "validate" takes no "search"',
+        '8 a study with "search" takes no "sweep": axes',
     ]
 
 

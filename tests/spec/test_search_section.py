@@ -360,7 +360,7 @@ MISTAKES = {
     "a sweep": (
         "search:",
         "sweep: {drag: [0, 1]}\nsearch:",
-        'a spec has "search" or "sweep", not both: axes of the',
+        'a study with "search" takes no "sweep": axes of the',
     ),
     "a rule": (
         "replicates: 4",

@@ -121,5 +121,5 @@ def test_a_search_takes_no_sizes() -> None:
         "search: {maximise: polarization, over: {noise: [1]}, among:"
         " {max_speed: {uniform: [0.1, 1]}}, budget: 4}\n",
     )
-    with pytest.raises(SpecError, match='a search takes no "sizes"'):
+    with pytest.raises(SpecError, match='a study with "search" takes no "sizes"'):
         parse_spec(spec)

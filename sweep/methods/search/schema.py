@@ -19,14 +19,14 @@ def ranges_schema() -> Schema:
 
 def objectives_schema() -> Schema:
     """Return the schema of objectives, each with direction and statistic."""
-    statistics: Schema = dict.fromkeys(("minimize", "maximize"), _statistic())
+    statistics: Schema = dict.fromkeys(("minimize", "maximize"), reference("statistic"))
     return _columns(_one(statistics))
 
 
 def constraints_schema() -> Schema:
     """Return the schema of the metrics with bounds."""
     bounds: Schema = {"at_most": {"type": "number"}, "at_least": {"type": "number"}}
-    with_statistic = bounds | {"statistic": _statistic()}
+    with_statistic = bounds | {"statistic": reference("statistic")}
     return _columns(mapping(with_statistic) | one_of(bounds))
 
 
@@ -41,8 +41,8 @@ def model_schema(forms: ModelSchemas) -> Schema:
     return {"properties": own}
 
 
-def _statistic() -> Schema:
-    """Return the schema of a statistic of the values of a metric."""
+def definitions() -> Schema:
+    """Return the schema of a statistic of the values of a metric, by its name."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     known = STATISTICS.items()
     alone = {name: entry for name, entry in known if not entry.takes_share}
@@ -51,7 +51,7 @@ def _statistic() -> Schema:
         for name, entry in known
         if entry.takes_share
     }
-    return {"anyOf": [choices(alone), _one(sharing)]}
+    return {"statistic": {"anyOf": [choices(alone), _one(sharing)]}}
 
 
 def _columns(item: Schema) -> Schema:

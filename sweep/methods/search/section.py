@@ -12,7 +12,7 @@ import numpy as np
 from sweep.methods.search.checks import check_search
 from sweep.methods.search.known_samplers import FOR_ONE, FOR_SEVERAL
 from sweep.methods.search.objectives import Constraint, Objective, Statistic
-from sweep.methods.search.schema import model_schema
+from sweep.methods.search.schema import definitions, model_schema
 from sweep.methods.search.section_keys import Parameter, Search
 from sweep.methods.search.statistics import STATISTICS
 from sweep.spec.axes import Axis, AxisReader
@@ -21,7 +21,7 @@ from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_values
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import KnownMetrics
-from sweep.spec.sections import GivenValues, SpecContext, SpecSection
+from sweep.spec.sections import SettingValues, SpecContext, SpecSection
 from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.study import Study
@@ -266,15 +266,15 @@ def _coerced(setting: Setting, entry: Entry) -> Value:
         raise entry.error(str(error)) from None
 
 
-def _given(search: Search) -> dict[str, GivenValues]:
+def _setting_values(search: Search) -> dict[str, SettingValues]:
     """Return the values of the searched settings and of the scenarios, by setting."""
     scenarios = {
-        name: GivenValues((KEY.name, "over", axis.name), column.tolist())
+        name: SettingValues((KEY.name, "over", axis.name), column.tolist())
         for axis in search.over
         for name, column in axis.columns.items()
     }
     searched = {
-        parameter.name: GivenValues(
+        parameter.name: SettingValues(
             (KEY.name, "parameters", parameter.name), parameter.arguments
         )
         for parameter in search.parameters
@@ -318,10 +318,11 @@ SECTION = SpecSection(
     stand_in=scenarios_of,
     plan=_plan,
     command="search",
-    given=_given,
+    setting_values=_setting_values,
     columns=lambda search: search.columns,
     columns_under=("objectives", "constraints"),
     # Block k has the same random numbers for every candidate.
     streams={"noise": "common"},
+    definitions=definitions,
     model_schema=model_schema,
 )
