@@ -512,7 +512,8 @@ class Study:
         """The rule that adds trials or points after looks at stored trials."""
         if self.strategic is None or self.strategic[0].stand_in:
             return None
-        return self.strategic[1]
+        rule: GrowthRule = self.strategic[1]
+        return rule
 
     @property
     def command(self) -> str:
@@ -531,7 +532,8 @@ class Study:
         It is the study itself if it has a design.
         """
         if self.strategic and (stand_in := self.strategic[0].stand_in):
-            return stand_in(self, self.strategic[1])
+            study: Study = stand_in(self, self.strategic[1])
+            return study
         return self
 
     def variants(self) -> list[StudyVariant]:
@@ -806,7 +808,7 @@ def _of_model(
         context = context._replace(recorded=record.names)
     looking = [section for section in present if not section.columns]
     _read_sections(root, looking, context, section_values, mistakes=mistakes)
-    usual_streams = {
+    usual_streams: dict[str, Any] = {
         purpose: kind
         for section in present
         for purpose, kind in section.streams.items()
@@ -958,7 +960,7 @@ def _lasting_rule() -> Schema:
     by_section: list[Schema] = [
         {"required": [key]}
         for key, section in sections().items()
-        if "independent" not in (usual | section.streams).values()
+        if "independent" not in {**usual, **section.streams}.values()
     ]
     return {
         "if": {"properties": {"record": keeps}, "required": ["record"]},
