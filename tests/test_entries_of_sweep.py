@@ -18,12 +18,12 @@ import pytest
 from jsonschema import Draft7Validator
 from matplotlib.figure import Figure
 from numpy.random import Generator
-from sweep.methods.search.text_report import text
 
 from kernels.settings import Demand, StartSettings
 from kernels.starts import STARTS, Start
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
+from sweep.cli.search_report import text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.figures.kinds import KINDS, plan_figures
 from sweep.figures.planning import Choices, FigureKind, Planned
