@@ -33,7 +33,6 @@ replication      the number of trials per point
 continuing       axes along which trials are links of chains
 continued_checks the requirements of such an axis
 sections         sections that methods add
-sizes            flocks of several sizes
 failure_policy   the handling of failed trials
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give

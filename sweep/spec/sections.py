@@ -18,6 +18,7 @@ from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import Content
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key
+from sweep.spec.maps import OwnMap
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.replication import Replication
 from sweep.spec.schema_parts import Schema
@@ -34,9 +35,15 @@ class SpecContext(NamedTuple):
     ----------
     model
         Name of the model.
+    preset
+        Values of the preset, by setting.
+    fixed
+        Values under `fixed`, by setting.
+    maps
+        Maps of the study's own, by name.
     axes
         Axes of the spec. None if they are wrong, which hides mistakes that depend on
-        them.
+        them, and for a section that adds an axis, which is read before them.
     replication
         Number of trials per point. None if it is wrong.
     recorded
@@ -52,6 +59,9 @@ class SpecContext(NamedTuple):
     """
 
     model: str
+    preset: Mapping[str, Value]
+    fixed: Mapping[str, Value]
+    maps: Mapping[str, OwnMap]
     axes: Sequence[Axis] | None
     replication: Replication | None
     recorded: Sequence[str]
@@ -218,6 +228,9 @@ class SpecSection:
         number of workers and the seconds of compiling. None for the plan of a design.
     command
         Command that runs a study with the section and prints its report.
+    axis
+        Returns an axis that each design of the study begins with, from the root of the
+        spec, the value and the context.
     setting_values
         Returns the values that the section gives settings, by setting.
     columns
@@ -259,6 +272,7 @@ class SpecSection:
     stand_in: Callable[[Any, Any], Any] | None = None
     plan: Callable[[Any, int, float], Any] | None = None
     command: str = "launch"
+    axis: Callable[[Entry, Any, SpecContext], Axis] | None = None
     setting_values: Callable[[Any], Mapping[str, SettingValues]] = lambda _value: {}
     columns: Callable[[Any], Sequence[str]] | None = None
     columns_under: Sequence[str] = ()

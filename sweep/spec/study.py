@@ -4,7 +4,7 @@ All checks of specs happen here and in the functions that this module calls.
 """
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from difflib import get_close_matches
 from functools import cache, cached_property
@@ -16,7 +16,7 @@ from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.method import methods
-from sweep.spec.axes import Axis, AxisReader
+from sweep.spec.axes import Axis, AxisReader, by_design
 from sweep.spec.contents import (
     Content,
     ListOf,
@@ -85,7 +85,6 @@ from sweep.spec.settings import (
     usual_preset,
     usual_settings,
 )
-from sweep.spec.sizes import Sizes, check_sizes, read_section_sizes, with_sizes
 from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study_folder import (
     MOST_NAME,
@@ -359,15 +358,6 @@ class Study:
             name="sweep",
             otherwise="one point",
             example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
-        ),
-    ]
-    sizes: Annotated[
-        Sizes | None,
-        Key(
-            LaterSectionOf(Sizes),
-            "an axis of flocks of several sizes, in worlds that grow with them; it is"
-            " multiplied with those of `sweep`, and stands before them",
-            otherwise="none",
         ),
     ]
     derive: Annotated[
@@ -764,14 +754,6 @@ def _of_model(
     maps = mistakes.read(read_maps, drawn, folder, known.maps)
     fixed = mistakes.read(read_fixed, values.get("fixed"), settings, keys) or {}
     derive = mistakes.read(read_derive, values.get("derive"), settings) or {}
-    sizes = mistakes.read(read_section_sizes, values.get("sizes"))
-    taken = [*fixed, *derive, *(sizes.settings if sizes else ())]
-    swept = mistakes.read(read_designs, values.get("axes"), reader, taken)
-    preset_values = usual_settings(name, preset, known)
-    if sizes and swept is not None:
-        swept = mistakes.read(
-            with_sizes, root, sizes, swept, preset=preset_values, settings=settings
-        )
     require = mistakes.read(read_require, values.get("require"), settings)
     derived = (
         mistakes.read(
@@ -783,7 +765,10 @@ def _of_model(
     replication = mistakes.read(read_replication, root)
     context = SpecContext(
         model=name,
-        axes=swept,
+        preset=usual_settings(name, preset, known),
+        fixed=fixed,
+        maps=maps or {},
+        axes=None,
         replication=replication,
         recorded=(*known.metrics, *metrics.derived),
         known=metrics,
@@ -794,6 +779,19 @@ def _of_model(
     )
     present = [section for section in sections().values() if section.is_in(root)]
     section_values: dict[str, Any] = {}
+    adding = [section for section in present if section.axis]
+    _read_sections(root, adding, context, section_values, mistakes=mistakes)
+    added = [
+        axis
+        for key, value in section_values.items()
+        if (axis_of := sections()[key].axis)
+        and (axis := mistakes.read(axis_of, root, value, context))
+    ]
+    taken = [*context.taken, *(name for axis in added for name in axis.columns)]
+    swept = mistakes.read(read_designs, values.get("axes"), reader, taken)
+    if swept is not None:
+        swept = mistakes.read(_with_axes, root, added, swept)
+    context = context._replace(axes=swept)
     # What a section records may be what another one looks at.
     recording = [section for section in present if section.columns]
     _read_sections(root, recording, context, section_values, mistakes=mistakes)
@@ -806,7 +804,7 @@ def _of_model(
     record = mistakes.read(_record, recorded, metrics, derived, columns=columns)
     if record:
         context = context._replace(recorded=record.names)
-    looking = [section for section in present if not section.columns]
+    looking = [section for section in present if not (section.columns or section.axis)]
     _read_sections(root, looking, context, section_values, mistakes=mistakes)
     usual_streams: dict[str, Any] = {
         purpose: kind
@@ -820,11 +818,6 @@ def _of_model(
     mistakes.check()
     axes = swept or ()
     assert replication
-    if sizes:
-        used = _maps_used(preset_values, fixed, axes)
-        every = {**known.maps} | (maps or {})
-        sized = {map_ for map_ in used if every[map_].size}
-        mistakes.read(check_sizes, root, sizes, used, sized=sized)
     mistakes.read(_check_names, root, context.recorded, settings)
     if record and streams:
         mistakes.read(_check_lasting, root, record, streams)
@@ -848,7 +841,6 @@ def _of_model(
         "maps": maps,
         "fixed": fixed,
         "axes": axes,
-        "sizes": sizes,
         "sections": section_values,
         "derive": derive,
         "require": require,
@@ -885,14 +877,25 @@ def _check_rules(root: Entry, values: Mapping[str, Any]) -> None:
         )
 
 
-def _maps_used(
-    preset: Mapping[str, Value], fixed: Mapping[str, Value], axes: Iterable[Axis]
-) -> list[str]:
-    """Return the maps of the points of these axes."""
-    swept = [axis.columns["map"] for axis in axes if "map" in axis.columns]
-    if not swept:
-        return [str(fixed.get("map", preset["map"]))]
-    return [*dict.fromkeys(str(name) for column in swept for name in column.tolist())]
+def _with_axes(
+    root: Entry, added: Sequence[Axis], axes: tuple[Axis, ...]
+) -> tuple[Axis, ...]:
+    """Return axes with those that sections add before them, in each design.
+
+    Raises SpecError if an axis of the spec has the name of an added one.
+    """
+    names = {axis.name for axis in axes}
+    for axis in added:
+        if axis.name in names:
+            raise root.document.error(
+                axis.place,
+                f'an axis of "sweep" is named "{axis.name}" too: rename it',
+            )
+    return tuple(
+        member
+        for number, design in enumerate(by_design(axes))
+        for member in (*(replace(axis, design=number) for axis in added), *design)
+    )
 
 
 def _check_lasting(root: Entry, record: RecordSpec, streams: Streams) -> None:

@@ -1,10 +1,11 @@
 """Finite-size scaling: a transition in flocks of several sizes.
 
+section   `sizes`, an axis of flocks of several sizes
 analysis  curves of sizes, crossings, collapse and the state of each point
 report    the analysis as a report
 figure    curves of several sizes
 collapse  the curves, scaled so that they become one
-method    the entry of finite-size scaling, and its command
+method    the entry of finite-size scaling, its section and its command
 """
 
 import lazy_loader

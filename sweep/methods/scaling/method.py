@@ -1,4 +1,4 @@
-"""The entry of finite-size scaling, and its command."""
+"""The entry of finite-size scaling, its section and its command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,7 +7,10 @@ import typer
 from sweep.method import Method
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sweep.figures.planning import FigureKind
+    from sweep.spec.sections import SpecSection
     from sweep.tables.reports import Report
     from sweep.tables.stored_study import StoredStudy
 
@@ -70,8 +73,16 @@ def figures() -> "dict[str, FigureKind]":
     return {"scaling": SCALING, "collapse": COLLAPSE}
 
 
+def sections() -> "Sequence[SpecSection]":
+    """Return the section `sizes`."""
+    from sweep.methods.scaling.section import SECTION
+
+    return (SECTION,)
+
+
 METHOD = Method(
     reports=(scaling,),
     figures=figures,
+    sections=sections,
     in_figures=("scaling_figure", "collapse_figure"),
 )

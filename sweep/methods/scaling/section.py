@@ -4,18 +4,18 @@ It is an axis of the settings `n`, `width` and `height`, which vary together. Al
 functions raise SpecError, with file and line, for values that are not allowed.
 """
 
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from sweep.spec.axes import Axis, by_design
+from sweep.spec.axes import Axis
 from sweep.spec.contents import ListOf, Number, OneOf, Whole
 from sweep.spec.document import Entry
-from sweep.spec.keys import Key, read_section
+from sweep.spec.keys import Key, LaterSectionOf, read_section
 from sweep.spec.mistakes import Mistakes
-from sweep.spec.settings import NotAllowedError, Setting, Value, Values
+from sweep.spec.sections import SpecContext, SpecSection
+from sweep.spec.settings import NotAllowedError, Values
 
 Kept = Literal["density", "box"]
 NUMBER = "n"
@@ -52,16 +52,19 @@ class Sizes:
         ),
     ] = None
 
-    @property
-    def settings(self) -> tuple[str, ...]:
-        """The settings to which the section gives values."""
-        return (NUMBER, *SIDES) if self.keep == "density" else (NUMBER,)
+
+KEY = Key(
+    LaterSectionOf(Sizes),
+    "an axis of flocks of several sizes, in worlds that grow with them; it is"
+    " multiplied with those of `sweep`, and stands before them",
+    name="sizes",
+    otherwise="none",
+)
 
 
-def read_section_sizes(entry: Entry | None) -> Sizes | None:
-    """Return the section, each value checked alone; None if there is none."""
-    if entry is None:
-        return None
+def read_sizes(root: Entry, _context: SpecContext) -> Sizes:
+    """Return the section, each value checked alone."""
+    entry = root.child(KEY.name)
     section = read_section(Sizes, entry)
     if len(section.n) < 2 or sorted({*section.n}) != [*section.n]:
         listed = ", ".join(map(str, section.n))
@@ -75,55 +78,20 @@ def read_section_sizes(entry: Entry | None) -> Sizes | None:
     return section
 
 
-def with_sizes(
-    root: Entry,
-    section: Sizes,
-    axes: tuple[Axis, ...],
-    preset: Mapping[str, Value],
-    settings: Mapping[str, Setting],
-) -> tuple[Axis, ...]:
-    """Return axes with the axis of sizes first in each design.
-
-    Parameters
-    ----------
-    root : Entry
-        The whole spec.
-    section : Sizes
-    axes : tuple of Axis
-    preset : mapping
-        Values of the preset by setting.
-    settings : mapping
-        Settings by name.
-
-    Returns
-    -------
-    tuple of Axis
-    """
-    entry = root.child("sizes")
-    if any(axis.name == entry.name for axis in axes):
-        raise entry.error(f'an axis of "sweep" is named "{entry.name}" too: rename it')
-    axis = Axis(
-        entry.name, _columns(entry, section, preset, settings), place=entry.place
-    )
-    return tuple(
-        member
-        for number, design in enumerate(by_design(axes))
-        for member in (replace(axis, design=number), *design)
-    )
+def _axis(root: Entry, section: Sizes, context: SpecContext) -> Axis:
+    """Return the axis of the sizes."""
+    entry = root.child(KEY.name)
+    return Axis(entry.name, _columns(entry, section, context), place=entry.place)
 
 
-def _columns(
-    entry: Entry,
-    section: Sizes,
-    preset: Mapping[str, Value],
-    settings: Mapping[str, Setting],
-) -> dict[str, Values]:
+def _columns(entry: Entry, section: Sizes, context: SpecContext) -> dict[str, Values]:
     """Return the values of each setting, row by row.
 
     sqrt(n / density) is the side of a square world, with results identical to an
     expression under `derive`.
     """
     mistakes = Mistakes()
+    preset = context.preset
     columns: dict[str, Values] = {}
     n = np.array(section.n, np.float64)
     numbers: dict[str, list[object]] = {NUMBER: [*section.n]}
@@ -137,33 +105,38 @@ def _columns(
     for name, values in numbers.items():
         with mistakes.noted():
             try:
-                columns[name] = settings[name].column(values)
+                columns[name] = context.settings[name].column(values)
             except NotAllowedError as error:
                 raise entry.child("n").child(error.index).error(str(error)) from None
     mistakes.check()
     return columns
 
 
-def check_sizes(
-    root: Entry, section: Sizes, maps: Iterable[str], sized: Collection[str]
-) -> None:
-    """Raise SpecError if worlds cannot grow.
-
-    Parameters
-    ----------
-    root : Entry
-        The whole spec.
-    section : Sizes
-    maps : iterable of str
-        Maps that trials use.
-    sized : collection of str
-        Maps that have a width and height of their own, which cannot grow.
-    """
+def _check(root: Entry, section: Sizes, context: SpecContext) -> None:
+    """Raise SpecError if worlds cannot grow, as the map of a trial has a size."""
     if section.keep != "density":
         return
-    for name in maps:
-        if name in sized:
-            raise root.child("sizes").error(
+    for name in _maps_used(context):
+        drawn = context.maps.get(name) or context.known.known.maps[name]
+        if drawn.size:
+            raise root.child(KEY.name).error(
                 f'the map "{name}" has a width and a height of its own, which cannot'
                 ' grow with n: choose a map without, or write "keep: box"'
             )
+
+
+def _maps_used(context: SpecContext) -> list[str]:
+    """Return the maps of the points of a study."""
+    axes = context.axes or ()
+    swept = [axis.columns["map"] for axis in axes if "map" in axis.columns]
+    if not swept:
+        return [str(context.fixed.get("map", context.preset["map"]))]
+    return [*dict.fromkeys(str(name) for column in swept for name in column.tolist())]
+
+
+SECTION = SpecSection(
+    KEY,
+    read=read_sizes,
+    axis=_axis,
+    check=_check,
+)
