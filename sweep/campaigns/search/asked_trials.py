@@ -66,8 +66,8 @@ class AskedTrials:
     """`table` has the rows of that table, each with its trial's `status`, parameters
     and metric columns.
 
-    The status is "missing" where the trial is not stored. `about` says what the search
-    was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
+    The status is "missing" where the trial is not stored. `description` says what the
+    search was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
     has them, "references", "budget", "sampler" and "options", "batch", "level",
     "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
     that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
@@ -75,7 +75,7 @@ class AskedTrials:
     """
 
     table: pd.DataFrame
-    about: dict[str, Any]
+    description: dict[str, Any]
     distributions: Mapping[str, Declared]
 
 

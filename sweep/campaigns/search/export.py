@@ -163,7 +163,8 @@ def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
         trials_of(asked, SEARCH, HELD_OUT),
     )
     ranges = {
-        name: next(iter(one.items())) for name, one in asked.about["ranges"].items()
+        name: next(iter(one.items()))
+        for name, one in asked.description["ranges"].items()
     }
     asking = distributions(
         tuple(

@@ -100,12 +100,12 @@ class Findings:
 
     def settings(self, row: dict[str, Any]) -> dict[str, Any]:
         """The parameters of a candidate as plain values."""
-        return {name: plain(row[name]) for name in self.asked.about["parameters"]}
+        return {name: plain(row[name]) for name in self.asked.description["parameters"]}
 
 
 def warnings(found: Findings) -> list[str]:
     """What a reader must know before believing the rest, a sentence each."""
-    about, best = found.asked.about, found.best
+    about, best = found.asked.description, found.best
     said = (
         []
         if about["finished"]

@@ -120,7 +120,7 @@ def references(asked: "AskedTrials") -> pd.DataFrame:
             *held_out_interval(judged, place, objective, confidence),
             place,
         )
-        for place, name in enumerate(asked.about["references"])
+        for place, name in enumerate(asked.description["references"])
         for objective in objectives(asked)
     ]
     table = pd.DataFrame(
@@ -147,7 +147,7 @@ def differences(asked: "AskedTrials") -> pd.DataFrame:
         trials_of(asked, SEARCH, HELD_OUT),
         trials_of(asked, REFERENCES, HELD_OUT),
     )
-    names = asked.about["references"]
+    names = asked.description["references"]
     confidence = simultaneous_confidence(
         max(1, len(numbers) * len(names) * len(wanted))
     )
@@ -195,8 +195,8 @@ def together(asked: "AskedTrials", numbers: list[int]) -> float:
     """The confidence of each held-out interval with which those of these candidates and
     the references all hold.
     """
-    rows = (len(numbers) + len(asked.about["references"])) * len(
-        asked.about["objectives"]
+    rows = (len(numbers) + len(asked.description["references"])) * len(
+        asked.description["objectives"]
     )
     return simultaneous_confidence(max(1, rows))
 

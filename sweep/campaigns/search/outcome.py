@@ -23,13 +23,13 @@ COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "
 
 def objectives(asked: "AskedTrials") -> list[Objective]:
     """The objectives of a search, in the order of its spec."""
-    found = [Objective.from_json(one) for one in asked.about["objectives"]]
+    found = [Objective.from_json(one) for one in asked.description["objectives"]]
     return [replace(one, distribution=asked.distributions[one.column]) for one in found]
 
 
 def constraints(asked: "AskedTrials") -> list[Constraint]:
     """The constraints of a search, in the order of its spec."""
-    return [Constraint.from_json(one) for one in asked.about["constraints"]]
+    return [Constraint.from_json(one) for one in asked.description["constraints"]]
 
 
 def trials_of(asked: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
@@ -62,7 +62,7 @@ def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
     found = trials_of(asked, run, SEARCH)
     first = rows.drop_duplicates("candidate").sort_values("candidate")
-    parameters = list(asked.about["parameters"])
+    parameters = list(asked.description["parameters"])
     table: pd.DataFrame = first[["candidate", "batch", *parameters]].reset_index(
         drop=True
     )
@@ -166,11 +166,11 @@ def _estimates(found: TrialsByBlock, objective: Objective) -> list[float]:
 def _statuses(
     asked: "AskedTrials", run: str, table: pd.DataFrame, found: TrialsByBlock
 ) -> NDArray[Any]:
-    full = asked.about["blocks"][run]
+    full = asked.description["blocks"][run]
     ended = table["batch"] == table["batch"].max()
     if (
-        asked.about["finished"]
-        and asked.about["budget"] - _spent(asked, run) >= found.stored.shape[2]
+        asked.description["finished"]
+        and asked.description["budget"] - _spent(asked, run) >= found.stored.shape[2]
     ):
         ended &= False
     failed = (found.stored & ~found.done).any(axis=(1, 2))

@@ -61,7 +61,7 @@ class SearchStrategy:
         most = self.section.most_trials(repetitions)
         self.progress = SearchProgress(most=most, trials=most)
         blocks = {setup.name: setup.blocks for setup in self.setups}
-        self.about = about_search(study, blocks, repetitions)
+        self.description = about_search(study, blocks, repetitions)
         self.phases: list[AskedPhase] = []
         self.known = KnownValues(self.section.columns)
 
@@ -76,7 +76,7 @@ class SearchStrategy:
             run = Run(setup, self.known, asked=searched.candidates)
             yield from self._new(self._search(run), look)
             yield from self._new(self._judge(searched), look)
-        self.about["finished"] = True
+        self.description["finished"] = True
         self.progress.trials = len(self.known.trials)
         yield self._round([])
 
@@ -89,8 +89,8 @@ class SearchStrategy:
 
     def _count(self, run: Run) -> None:
         name = run.setup.name
-        self.about["rejected"][name] = run.rejected
-        self.about["repeated"][name] = run.repeated
+        self.description["rejected"][name] = run.rejected
+        self.description["repeated"][name] = run.repeated
         if run.found:
             self.progress.found = f"{name}: {run.found}"
 
@@ -101,7 +101,7 @@ class SearchStrategy:
         name, objectives = searched.run, self.section.objectives
         several = name == SEARCH or len(objectives) > 1
         most = self.section.held_out.candidates if several else 1
-        known = known_trials(self.study, searched, self.known, self.about)
+        known = known_trials(self.study, searched, self.known, self.description)
         table = candidates(known, name)
         values = {one.number: one.candidate.values for one in searched.candidates}
         best = {
@@ -134,7 +134,7 @@ class SearchStrategy:
         return Round(ids, lambda some: [jobs[place] for place in some], self._plan)
 
     def _plan(self, origin: Origin) -> PlanTables:
-        return plan_tables(self.study, self.phases, self.about, origin)
+        return plan_tables(self.study, self.phases, self.description, origin)
 
 
 def _setups(study: Study, repetitions: int) -> list[RunSetup]:
