@@ -57,11 +57,11 @@ class Progress:
 class SearchProgress(Progress):
     """How far a search is.
 
-    Until it ends, `trials` is the most that it can come to. `found` says in words what
-    there is so far.
+    Until it ends, `trials` is the most that it can come to. `best_so_far` describes the
+    best candidate in words.
     """
 
-    found: str = ""
+    best_so_far: str = ""
 
     def count(self, _trials: int, stored: int, /) -> None:
         """Count those that are stored; `trials` counts all from the beginning."""

@@ -13,7 +13,7 @@ class SearchBar(ProgressBar):
     def show(self, progress: Progress) -> None:
         """Show `progress`, as ProgressBar does."""
         if isinstance(progress, SearchProgress):
-            self.findings = progress.found
+            self.findings = progress.best_so_far
         super().show(progress)
 
     def _pace(self, new: int) -> str:

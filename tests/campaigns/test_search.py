@@ -640,8 +640,10 @@ def winner_of(sampler: str, seed: int, blocks: int, level: float | None) -> floa
     )
     setup = RunSetup("search", parse_spec(spec), sampler, blocks, level)
     run = run_without_store(setup, analytic(noise=0.3))
-    assert run.asked[-1].batch > 4
-    complete = [one for one in run.asked if one.samples and len(one.trials) == blocks]
+    assert run.candidates[-1].batch > 4
+    complete = [
+        one for one in run.candidates if one.samples and len(one.trials) == blocks
+    ]
     best = max(
         complete,
         key=lambda one: (

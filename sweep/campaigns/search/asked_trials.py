@@ -67,8 +67,8 @@ class AskedTrials:
     and metric columns.
 
     The status is "missing" where the trial is not stored. `description` says what the
-    search was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
-    has them, "references", "budget", "sampler" and "options", "batch", "level",
+    search was: "parameters" and "ranges", "objectives" and "constraints" as their
+    `as_json` has them, "references", "budget", "sampler" and "options", "batch", "level",
     "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
     that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
     `distributions` says how the values of each column are distributed.

@@ -35,11 +35,11 @@ class Findings:
     """What a report says. Each part is computed when it is first asked for."""
 
     study: StoredStudy
-    asked: AskedTrials
+    asked_trials: AskedTrials
 
     @cached_property
     def objectives(self) -> list[Objective]:
-        return objectives(self.asked)
+        return objectives(self.asked_trials)
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -47,19 +47,19 @@ class Findings:
 
     @cached_property
     def candidates(self) -> pd.DataFrame:
-        return candidates(self.asked)
+        return candidates(self.asked_trials)
 
     @cached_property
     def winners(self) -> pd.DataFrame:
-        return winners(self.asked)
+        return winners(self.asked_trials)
 
     @cached_property
     def references(self) -> pd.DataFrame:
-        return references(self.asked)
+        return references(self.asked_trials)
 
     @cached_property
     def differences(self) -> pd.DataFrame:
-        return differences(self.asked)
+        return differences(self.asked_trials)
 
     @cached_property
     def front(self) -> pd.DataFrame:
@@ -68,21 +68,21 @@ class Findings:
             raise ChoiceError(
                 "a front needs two objectives and there is one", self.study.name
             )
-        return front(self.asked)
+        return front(self.asked_trials)
 
     @cached_property
     def against(self) -> AgainstRandom | None:
         return (
-            against_random(self.asked)
-            if runs(self.asked, REPETITION) and runs(self.asked, RANDOM)
+            against_random(self.asked_trials)
+            if runs(self.asked_trials, REPETITION) and runs(self.asked_trials, RANDOM)
             else None
         )
 
     @cached_property
     def spent(self) -> int:
-        rows = self.asked.table[
-            (self.asked.table["run"] == SEARCH)
-            & (self.asked.table["phase"] == "search")
+        rows = self.asked_trials.table[
+            (self.asked_trials.table["run"] == SEARCH)
+            & (self.asked_trials.table["phase"] == "search")
         ]
         return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())
 
@@ -100,12 +100,15 @@ class Findings:
 
     def settings(self, row: dict[str, Any]) -> dict[str, Any]:
         """The parameters of a candidate as plain values."""
-        return {name: plain(row[name]) for name in self.asked.description["parameters"]}
+        return {
+            name: plain(row[name])
+            for name in self.asked_trials.description["parameters"]
+        }
 
 
 def warnings(found: Findings) -> list[str]:
     """What a reader must know before believing the rest, a sentence each."""
-    about, best = found.asked.description, found.best
+    about, best = found.asked_trials.description, found.best
     said = (
         []
         if about["finished"]
@@ -114,7 +117,7 @@ def warnings(found: Findings) -> list[str]:
     said += [
         f"{column} has no value in {percent(share)} of the done trials; a candidate of"
         " such a trial has failed."
-        for column, share in undefined_shares(found.asked).items()
+        for column, share in undefined_shares(found.asked_trials).items()
     ]
     if best is None:
         return [

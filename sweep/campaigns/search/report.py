@@ -42,7 +42,7 @@ def report_facts(found: Findings) -> dict[str, Any]:
         "study": found.study.name,
         **{
             name: value
-            for name, value in found.asked.description.items()
+            for name, value in found.asked_trials.description.items()
             if name != "parameters"
         },
         "spent": found.spent,
@@ -65,10 +65,11 @@ def report_facts(found: Findings) -> dict[str, Any]:
 
 def searched_text(found: Findings) -> str:
     """What was searched, and what was spent."""
-    about, origin = found.asked.description, found.study.provenance
+    about, origin = found.asked_trials.description, found.study.provenance
     racing = f"racing at {about['level']:g}" if about["level"] else "no racing"
     bounds = "".join(
-        f"\n            {constraint_words(one)}" for one in constraints(found.asked)
+        f"\n            {constraint_words(one)}"
+        for one in constraints(found.asked_trials)
     )
     scenarios = (
         f", over {about['scenarios']} scenarios" if about["scenarios"] > 1 else ""
@@ -128,7 +129,7 @@ def judged_table(found: Findings) -> ReportTable | None:
     if found.winners.empty:
         return None
     several = len(found.objectives) > 1
-    places = list(found.asked.description["references"])
+    places = list(found.asked_trials.description["references"])
     rows, candidates, references = list[list[str]](), list[int](), list[int]()
     for row in _records(found.winners):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
@@ -194,7 +195,7 @@ def differences_table(found: Findings) -> ReportTable | None:
     """The chosen of several objectives minus the references; None for one objective."""
     if len(found.objectives) == 1 or found.differences.empty:
         return None
-    rows, places = [], list(found.asked.description["references"])
+    rows, places = [], list(found.asked_trials.description["references"])
     for row in found.differences.to_dict("records"):
         saved = float(row["variance_reduction"])
         rows.append(
@@ -245,7 +246,7 @@ def against_text(found: Findings) -> str:
     against = found.against
     if against is None:
         return ""
-    budget = found.asked.description["budget"]
+    budget = found.asked_trials.description["budget"]
     head = (
         f"{len(against.search)} repetitions of the search against {len(against.random)}"
         " random searches"

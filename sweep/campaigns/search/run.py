@@ -88,9 +88,9 @@ class AskedCandidate:
 class Run:
     """A run on its way.
 
-    `asked` has its candidates so far, in the order asked. `rejected` counts proposals
-    that the spec does not allow, and `repeated` those that were made before. `found`
-    says in words what there is after the last batch.
+    `candidates` has its candidates so far, in the order asked. `rejected` counts
+    proposals that the spec does not allow, and `repeated` those that were made before.
+    `best_so_far` describes the best candidate after the last batch.
     """
 
     setup: RunSetup
@@ -99,12 +99,12 @@ class Run:
     repeated: int = 0
     number: int = 0
     idle: int = 0
-    asked: list[AskedCandidate] = field(default_factory=list)
+    candidates: list[AskedCandidate] = field(default_factory=list)
     spent: set[str] = field(default_factory=set)
-    seen: dict[tuple[str, ...], AskedCandidate] = field(default_factory=dict)
+    by_points: dict[tuple[str, ...], AskedCandidate] = field(default_factory=dict)
     proposed: set[tuple[Value, ...]] = field(default_factory=set)
     refusal: SpecError | None = None
-    found: str = ""
+    best_so_far: str = ""
 
     def rounds(self) -> Iterator[list[Job]]:
         """The trials of one rung after the other.
@@ -130,14 +130,14 @@ class Run:
             )
             yield from self._race(fresh)
             self._tell(proposed)
-            self.found = self.leading()
+            self.best_so_far = self.leading()
             batch += 1
 
     def leading(self) -> str:
         """The best so far, in words."""
         search = section_of(self.setup.study)
         race = Race(search.objectives, search.constraints, 0.0, self.setup.blocks)
-        leaders = race.leaders([one.samples for one in self.asked if one.samples])
+        leaders = race.leaders([one.samples for one in self.candidates if one.samples])
         if not leaders:
             return "none complete yet"
         if len(search.objectives) > 1:
@@ -153,7 +153,7 @@ class Run:
     def _exhausted(self) -> bool:
         size = size_of(section_of(self.setup.study).parameters)
         ended = self.idle >= MOST_IDLE or len(self.proposed) >= size
-        if ended and self.refusal and not self.asked:
+        if ended and self.refusal and not self.candidates:
             raise SpecError(
                 f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
             )
@@ -178,12 +178,12 @@ class Run:
         except SpecError as error:
             self.rejected, self.refusal = self.rejected + 1, error
             return trial, None
-        if candidate.points in self.seen:
+        if candidate.points in self.by_points:
             self.repeated += 1
         else:
             self.idle = 0
-            self.seen[candidate.points] = AskedCandidate(number, batch, candidate)
-        return trial, self.seen[candidate.points]
+            self.by_points[candidate.points] = AskedCandidate(number, batch, candidate)
+        return trial, self.by_points[candidate.points]
 
     def _race(self, fresh: list[AskedCandidate]) -> Iterator[list[Job]]:
         """The trials of a batch's candidates, rung by rung."""
@@ -193,8 +193,8 @@ class Run:
             if setup.level
             else None
         )
-        earlier = [asked.samples for asked in self.asked if asked.samples]
-        self.asked += fresh
+        earlier = [asked.samples for asked in self.candidates if asked.samples]
+        self.candidates += fresh
         running, had = fresh, 0
         for rung in setup.rungs():
             jobs, allowed = self._allot(running, had, rung)

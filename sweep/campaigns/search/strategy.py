@@ -73,7 +73,7 @@ class SearchStrategy:
         for setup in self.setups:
             searched = AskedPhase(setup.name, SEARCH, [])
             self.phases.append(searched)
-            run = Run(setup, self.known, asked=searched.candidates)
+            run = Run(setup, self.known, candidates=searched.candidates)
             yield from self._new(self._search(run), look)
             yield from self._new(self._judge(searched), look)
         self.description["finished"] = True
@@ -91,8 +91,8 @@ class SearchStrategy:
         name = run.setup.name
         self.description["rejected"][name] = run.rejected
         self.description["repeated"][name] = run.repeated
-        if run.found:
-            self.progress.found = f"{name}: {run.found}"
+        if run.best_so_far:
+            self.progress.best_so_far = f"{name}: {run.best_so_far}"
 
     def _judge(self, searched: AskedPhase) -> Iterator[list[Job]]:
         """The held-out trials of what a run has chosen; with those of the main search
