@@ -22,14 +22,15 @@ def plan_tables(ids: Ids, jobs: Jobs, origin: Origin) -> PlanTables:
     search has asked for. The whole of a million would take a hundred megabytes.
     """
     columns = jobs.design.told_apart
-    about = PlanAbout.of(jobs.study, columns, jobs.study.axes)
+    metadata = PlanAbout.of(jobs.study, columns, jobs.study.axes)
 
     def batch(some: slice) -> pa.RecordBatch:
         places = np.arange(len(jobs))[some]
-        rows, points = jobs.rows(places, ids[some]), jobs.points_at(places)
+        rows = jobs.rows(places, ids[some])
+        points = jobs.points_at(places)
         for name, column in columns.items():
             rows = rows.append_column(name, pa.array(column[points]))
-        return about.into(rows, origin).combine_chunks().to_batches()[0]
+        return metadata.into(rows, origin).combine_chunks().to_batches()[0]
 
     every = (slice(first, first + BLOCK) for first in range(0, len(jobs), BLOCK))
     schema = batch(slice(1)).schema

@@ -27,7 +27,8 @@ class FixedStrategy:
     looks_at = ()
 
     def __init__(self, study: Study) -> None:
-        self.study, self.design = study, expand(study)
+        self.study = study
+        self.design = expand(study)
         points = self.design.n_points
         self.progress = Progress(points, points * study.trials_per_point)
 
@@ -36,7 +37,8 @@ class FixedStrategy:
         yield self._round(Jobs(self.study, self.design))
 
     def _round(self, jobs: Jobs) -> Round:
-        ids, first = jobs.ids(), None
+        ids = jobs.ids()
+        first = None
         if jobs.links:
             first = ids[jobs.first(np.arange(len(jobs)))]
         return Round(ids, jobs.to_run, partial(plan_tables, ids, jobs), first)

@@ -27,16 +27,17 @@ class FurtherMetrics:
     CodeError for code that cannot be used or may not run.
     """
 
-    def __init__(self, study: StoredStudy, asked: Sequence[str]) -> None:
-        self.study, recorded = study, set(study.metrics)
-        derive = [one.partition("=") for one in asked if "=" in one]
-        plain = [one for one in asked if "=" not in one]
-        files = [FILE.fullmatch(one) for one in plain]
-        self._files = [(Path(one["path"]), one["name"]) for one in files if one]
+    def __init__(self, study: StoredStudy, requested: Sequence[str]) -> None:
+        self.study = study
+        recorded = set(study.metrics)
+        derive = [text.partition("=") for text in requested if "=" in text]
+        plain = [text for text in requested if "=" not in text]
+        files = [FILE.fullmatch(text) for text in plain]
+        self._files = [(Path(match["path"]), match["name"]) for match in files if match]
         self._catalogues = dict[str, Catalogue]()
         self._written = dict[str, str]()
         known = self.known(study.provenance)
-        named = [one for one in plain if not FILE.fullmatch(one)]
+        named = [text for text in plain if not FILE.fullmatch(text)]
         names = dict.fromkeys([*named, *self._written])
         self.metrics = [name for name in names if name not in recorded]
         wrong = [
@@ -79,7 +80,8 @@ class FurtherMetrics:
         """What a stored trial then records, as a spec has it. Raises ChoiceError where
         its model cannot.
         """
-        known, before = self.known(stored.provenance), stored.record
+        known = self.known(stored.provenance)
+        before = stored.record
         metrics = dict.fromkeys([*stored.metrics, *self.metrics])
         derive = {**stored.derive, **self.derive}
         record = (
@@ -90,8 +92,8 @@ class FurtherMetrics:
 
     def spec(self) -> str:
         """The text of the spec as last launched, with these metrics."""
-        about = self.study.provenance
-        usual = self.known(about).models[about["model"]].metrics
+        origin = self.study.provenance
+        usual = self.known(origin).models[origin["model"]].metrics
         written = [self._written.get(name, name) for name in self.metrics]
         return with_metrics(self.study.spec, usual, written, self.derive)
 
@@ -112,15 +114,15 @@ class FurtherMetrics:
         code = known.code if isinstance(known, OwnCatalogue) else None
         spec = Path(str(origin.get("spec_path", "")))
         joined, origins = with_files(code, spec, [path for path, _ in self._files])
-        for file, (_, wanted) in zip(origins, self._files, strict=True):
+        for file, (_, metric) in zip(origins, self._files, strict=True):
             offers = [
                 name
-                for (kind, name), one in joined.origins.items()
-                if kind == "metrics" and one == file
+                for (kind, name), source in joined.origins.items()
+                if kind == "metrics" and source == file
             ]
-            if not offers or (wanted and wanted not in offers):
-                words = unknown(f"metric of {file}", wanted or "METRICS", offers)
+            if not offers or (metric and metric not in offers):
+                words = unknown(f"metric of {file}", metric or "METRICS", offers)
                 raise ChoiceError(words, self.study.name)
-            for name in [wanted] if wanted else offers:
+            for name in [metric] if metric else offers:
                 self._written[name] = joined.written("metrics", name)
         return joined

@@ -37,14 +37,14 @@ def check_flights(studies: Sequence[Study], executor: ExecutorFactory) -> None:
     """
     if executor.flying.device is None:  # a processor flies every trial
         return
-    said = []
+    reasons = []
     for study in studies:
         try:
             executor.flying.check(study, Jobs(study, expand(study)))
         except ChoiceError as error:
-            said.append(str(error))
-    if said:
-        raise ChoiceError("\n".join(said))
+            reasons.append(str(error))
+    if reasons:
+        raise ChoiceError("\n".join(reasons))
 
 
 def launch(

@@ -54,10 +54,12 @@ def _compiling_seconds(study: Study) -> float:
 
 def _earlier(study: Study, store: Store) -> Earlier:
     """From which stored trials those of a study would go on that are missing."""
-    jobs, stored = Jobs(study, expand(study)), StoredTrials(store, (), retry=False)
-    ids, others = jobs.ids(), others_stored(store, study)
+    jobs = Jobs(study, expand(study))
+    stored = StoredTrials(store, (), retry=False)
+    ids = jobs.ids()
+    recordings = others_stored(store, study)
     missing = _missing(stored, jobs, ids)
-    serving = served(study, missing, others, stored.known, stored.done)
+    serving = served(study, missing, recordings, stored.known, done=stored.done)
     return earlier_trials(study, store, _missing(stored, jobs, serving.into(ids)))
 
 

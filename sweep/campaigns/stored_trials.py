@@ -29,25 +29,26 @@ class StoredTrials:
 
     def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
         texts = {"trial_id": pa.string(), "status": pa.string()}
-        found = store.read("trials", columns=list(texts), optional=columns)
-        checked_numbers(store.folder, found, columns)
-        self.known = KnownIds.of_column(found["trial_id"].cast(pa.string()))
-        found = found.drop_columns("trial_id")
+        table = store.read("trials", columns=list(texts), optional=columns)
+        checked_numbers(store.folder, table, columns)
+        self.known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+        table = table.drop_columns("trial_id")
         for name in columns:
-            if name not in found.column_names:
-                found = found.append_column(name, pa.nulls(len(found)))
+            if name not in table.column_names:
+                table = table.append_column(name, pa.nulls(len(table)))
         kinds = {"status": pa.string()} | dict.fromkeys(columns, pa.float64())
         self.schema = pa.schema(kinds)
-        self.table = found.select(self.schema.names).cast(self.schema)
-        del found
+        self.table = table.select(self.schema.names).cast(self.schema)
+        del table
         give_back()
         self.final = np.ones(len(self.table), np.bool_)
         if retry:
             self.final = self.done
         self._begin(NO_IDS)
 
-    def _begin(self, asked: Ids) -> None:
-        self._asked, self._noted = asked, list[Ids]()
+    def _begin(self, ids: Ids) -> None:
+        self._requested = ids
+        self._noted = list[Ids]()
         self._noted_rows = self.schema.empty_table()
 
     def ask(self, ids: Ids) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -80,22 +81,23 @@ class StoredTrials:
 
     def note(self, results: Sequence[Result]) -> None:
         """Enter trials of this round that are stored now."""
-        rows = [{"status": one.status} | trial_metrics(one) for one in results]
+        rows = [{"status": result.status} | trial_metrics(result) for result in results]
         table = pa.Table.from_pylist(rows, self.schema)
-        self._noted.append(packed(one.job.trial_id for one in results))
+        self._noted.append(packed(result.job.trial_id for result in results))
         self._noted_rows = pa.concat_tables([self._noted_rows, table])
 
     def look(self) -> pa.Table:
         """What is stored of the trials of the round: see `sweep.campaigns.strategy`."""
         both = pa.concat_tables([self.table, self._noted_rows])
         noted = KnownIds.of(np.concatenate([NO_IDS, *self._noted]))
-        before, new = (ids.places(self._asked) for ids in (self.known, noted))
+        before, new = (ids.places(self._requested) for ids in (self.known, noted))
         places = np.where(new >= 0, new + len(self.table), before)
         return both.take(pa.array(places, mask=places < 0))
 
     def forget(self) -> None:
         """Give the memory back: there is no further round."""
-        self.table, self.known = self.schema.empty_table(), KnownIds.of(NO_IDS)
+        self.table = self.schema.empty_table()
+        self.known = KnownIds.of(NO_IDS)
         self._begin(NO_IDS)
         give_back()
 

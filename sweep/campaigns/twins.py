@@ -47,17 +47,17 @@ class Twins(NamedTuple):
 
     def check(self, results: Iterable[Result]) -> None:
         """Raise StoreError where a result has another value than what is stored."""
-        done = [one for one in results if one.status == "done"]
+        done = [result for result in results if result.status == "done"]
         if not done:
             return
         rows = [trial_metrics(result) for result in done]
         values = np.array([[row[name] for name in self.columns] for row in rows])
-        places = self.known.places(packed(one.job.trial_id for one in done))
+        places = self.known.places(packed(result.job.trial_id for result in done))
         differs = (places >= 0) & (self.digests[places] != _digests(values))
         for place in np.flatnonzero(differs)[:1].tolist():
             raise self._difference(done[place].job, rows[place])
 
-    def _difference(self, job: Job, found: dict[str, float]) -> StoreError:
+    def _difference(self, job: Job, computed: dict[str, float]) -> StoreError:
         stored = ids_recording(self.study, [job], self.recording)
         table = self.store.read(
             "trials",
@@ -68,11 +68,11 @@ class Twins(NamedTuple):
         name = next(
             name
             for name in self.columns
-            if _bits(np.array(then[name])) != _bits(np.array(found[name]))
+            if _bits(np.array(then[name])) != _bits(np.array(computed[name]))
         )
         return StoreError(
             f"trial {job.trial_id} is the same flight as the stored trial"
-            f" {then['trial_id']}, but its {name} is {found[name]!r}, and"
+            f" {then['trial_id']}, but its {name} is {computed[name]!r}, and"
             f" {then[name]!r} is stored: another processor or library may have computed"
             " it. What is done is stored; launch again to go on, and"
             f' "sweep verify {self.study.name}" compares more trials',
@@ -90,25 +90,35 @@ def twins(
     """The stored trials of each of the `recordings` that must come out again when those
     of the `jobs` run that are not `served`. Raises StoreError for a damaged part.
     """
-    asked, found = Recording.of(study), list[Twins]()
+    current = Recording.of(study)
+    groups = list[Twins]()
     for recording in recordings:
-        names = columns_of(recording.shared(asked))
-        own = ids_recording(study, jobs if names else (), asked)
-        run = served.missing.places(own) < 0
+        names = columns_of(recording.shared(current))
+        own_ids = ids_recording(study, jobs if names else (), current)
+        run = served.missing.places(own_ids) < 0
         if not run.any():
             continue
-        own = own[run]
-        other = ids_recording(study, jobs, recording)[run]
+        own_ids = own_ids[run]
+        recorded_ids = ids_recording(study, jobs, recording)[run]
         # Searched ids of a million take 16 MB, which are free again after it.
-        digests, done = _read(store, names, KnownIds.of(other))
-        del other
+        digests, done = _read(store, names, KnownIds.of(recorded_ids))
+        del recorded_ids
         if done.any():
-            ids = KnownIds.of(own[done])
-            found.append(Twins(store, study, recording, names, ids, digests[done]))
-    return found
+            ids = KnownIds.of(own_ids[done])
+            groups.append(
+                Twins(
+                    store,
+                    study,
+                    recording,
+                    columns=names,
+                    known=ids,
+                    digests=digests[done],
+                )
+            )
+    return groups
 
 
-def _read(store: Store, columns: list[str], wanted: KnownIds) -> Stored:
+def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
     """What is stored in the columns, by the rows of `wanted`."""
 
     def of_part(part: Location) -> tuple[Counts, NDArray[np.uint64], NDArray[np.bool_]]:
@@ -116,19 +126,20 @@ def _read(store: Store, columns: list[str], wanted: KnownIds) -> Stored:
             return np.empty(0, np.int64), np.empty(0, np.uint64), np.empty(0, np.bool_)
         rows = load_table(part, "trials", ["trial_id", "status", *columns])
         checked_numbers(store.folder, rows, columns)
-        places = wanted.places_of_column(rows["trial_id"])
+        places = known.places_of_column(rows["trial_id"])
         values = np.column_stack([rows[name].to_numpy() for name in columns])
         done = pc.equal(rows["status"], "done").fill_null(False).to_numpy()
-        there = places >= 0
-        return places[there], _digests(values)[there], done[there]
+        is_known = places >= 0
+        return places[is_known], _digests(values)[is_known], done[is_known]
 
     def read(parts: list[Location]) -> Stored:
-        digests = np.empty(len(wanted.rows), np.uint64)
-        done = np.zeros(len(wanted.rows), np.bool_)
+        digests = np.empty(len(known.rows), np.uint64)
+        done = np.zeros(len(known.rows), np.bool_)
         for part in parts:
             # Parts come oldest first, and a trial counts from the latest one.
             places, numbers, ended = of_part(part)
-            digests[places], done[places] = numbers, ended
+            digests[places] = numbers
+            done[places] = ended
             # Else what each part has freed would be kept beside what the next takes.
             give_back()
         return digests, done

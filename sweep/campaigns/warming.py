@@ -52,8 +52,8 @@ def warm_study(study: Study) -> float:
     results = [warm(job) for job in jobs]
     failed = [result for result in results if result.has_failed]
     if failed and len(failed) == len(results):
-        said = f"no trial can be run: {in_a_line(failed[0].error)}"
-        raise study.document.error(("model",), said)
+        message = f"no trial can be run: {in_a_line(failed[0].error)}"
+        raise study.document.error(("model",), message)
     if study.policy.memory is None and first_group(Jobs(study, design)):
         for job in jobs:
             _warm_together(job)
@@ -83,7 +83,7 @@ def warm_model(model: str, *, code: bool = True) -> float:
             "preset": preset,
             "replicates": AT_ONCE,
         }
-        fitting = [one for one in known.metrics if _fits(spec, one)]
+        fitting = [metric for metric in known.metrics if _fits(spec, metric)]
         warm_study(study_of(spec | {"record": {"metrics": fitting}}))
     return time.perf_counter() - began
 
@@ -101,12 +101,12 @@ def unlike(study: Study, design: Design) -> Iterator[Job]:
     makes robots of boids: others may run other code.
     """
     looked = evenly(design.n_points, MOST_POINTS)
-    spreads = [name for name, one in study.settings.items() if one.spread_of]
+    spreads = [name for name, setting in study.settings.items() if setting.spread_of]
     ideal = IDEAL | dict.fromkeys(spreads, 0.0)
     choices = [
-        (one if one.dtype == object else one == ideal[name])[looked]
-        for name, one in design.columns.items()
-        if one.dtype == object or name in ideal
+        (column if column.dtype == object else column == ideal[name])[looked]
+        for name, column in design.columns.items()
+        if column.dtype == object or name in ideal
     ]
     first = (
         dict(zip(zip(*choices, strict=True), looked, strict=True)) if choices else {}

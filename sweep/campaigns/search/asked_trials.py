@@ -86,17 +86,22 @@ def stored_repetitions(study: Study, results: Location) -> int:
     """
     store = Store(results / study.name, results)
     try:
-        asked, plan = store.read_asked(), store.read_plan()
-        if asked is None:
+        search_table = store.read_asked()
+        plan = store.read_plan()
+        if search_table is None:
             return 0
-        about = _about(store, asked)
+        description = _description(store, search_table)
         spec = plan_provenance(plan, store.folder / PLAN)["spec"]
         stored = parse_document(spec, study.path).value
     except UserError:  # the launch says what is wrong, or writes it anew
         return 0
-    given = parse_document(study.text, study.path).value
-    found = about.get("repetitions")
-    return found if stored == given and type(found) is int and found > 0 else 0
+    current = parse_document(study.text, study.path).value
+    repetitions = description.get("repetitions")
+    return (
+        repetitions
+        if stored == current and type(repetitions) is int and repetitions > 0
+        else 0
+    )
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:
@@ -105,25 +110,25 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     Raises ChoiceError where the study is no search, and where `where` has restricted
     it, and StoreError for a statistic or a distribution that is not known here.
     """
-    asked = study.store.read_asked()
-    if asked is None:
+    search_table = study.store.read_asked()
+    if search_table is None:
         raise ChoiceError("not a search", study.name)
     if study.restricted:
         raise ChoiceError("a search is a whole: ask it before where", study.name)
-    about = _about(study.store, asked)
-    _check_known(study.store.folder / PLAN, about)
+    description = _description(study.store, search_table)
+    _check_known(study.store.folder / PLAN, description)
     metrics = columns_of(study.metrics)
-    stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
+    stored = study.read("trials", search_table["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
-    planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()
+    planned = study.plan.select(["trial_id", *description["parameters"]]).to_pandas()
     table = (
-        asked.to_pandas()
+        search_table.to_pandas()
         .merge(planned, on="trial_id", how="left")
         .merge(known, on="trial_id", how="left")
     )
     return AskedTrials(
         table.assign(status=table["status"].fillna("missing")),
-        about,
+        description,
         study.distributions,
     )
 
@@ -136,27 +141,29 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
     """
     if study.asked is None:
         return []
-    about = _about(study.store, study.asked)
-    _check_known(study.store.folder / PLAN, about)
-    return [Objective.from_json(one) for one in about["objectives"]]
+    description = _description(study.store, study.asked)
+    _check_known(study.store.folder / PLAN, description)
+    return [Objective.from_json(objective) for objective in description["objectives"]]
 
 
-def _about(store: Store, asked: pa.Table) -> dict[str, Any]:
+def _description(store: Store, search_table: pa.Table) -> dict[str, Any]:
     """What a search was, from what it has asked for. Raises StoreError."""
-    return metadata(asked.schema, ABOUT, SHAPE, store.folder / PLAN, SEARCH_AGAIN)
+    return metadata(
+        search_table.schema, ABOUT, SHAPE, store.folder / PLAN, remedy=SEARCH_AGAIN
+    )
 
 
-def _check_known(file: Location, about: Mapping[str, Any]) -> None:
+def _check_known(file: Location, description: Mapping[str, Any]) -> None:
     """Whether a search uses only what is entered here: it may come from anyone."""
-    wanted = (*about["objectives"], *about["constraints"])
-    statistics = {one["statistic"] for one in wanted} - STATISTICS.keys()
-    forms = {form for one in about["ranges"].values() for form in one}
-    for what, names in (
+    sections = (*description["objectives"], *description["constraints"])
+    statistics = {section["statistic"] for section in sections} - STATISTICS.keys()
+    forms = {form for spread in description["ranges"].values() for form in spread}
+    for kind, names in (
         ("statistic", statistics),
         ("distribution", forms - DISTRIBUTIONS.keys()),
     ):
         if names:
             raise StoreError(
-                f'{file}: there is no {what} "{min(names)}" here; enter it, or'
+                f'{file}: there is no {kind} "{min(names)}" here; enter it, or'
                 f" {SEARCH_AGAIN}"
             )

@@ -47,15 +47,16 @@ def difference_interval(
         0.0 if second is None else objective.value(second)
     )
     n = len(first)
-    about = objective.statistic.about
-    if n < 2 or np.isnan(value) or about.extreme:
+    kind = objective.statistic.about
+    if n < 2 or np.isnan(value) or kind.extreme:
         return Interval(value, np.nan, np.nan, n)
-    if about.averages:
-        means, of = first.mean(axis=1), objective.distribution
+    if kind.averages:
+        means = first.mean(axis=1)
+        distribution = objective.distribution
         estimate = (
-            mean_estimate(means, distribution=of)
+            mean_estimate(means, distribution=distribution)
             if second is None
-            else paired_estimate(second.mean(axis=1), means, of)
+            else paired_estimate(second.mean(axis=1), means, distribution)
         )
         return Interval(value, *estimate.interval(confidence), n)
     sides = np.stack([first] if second is None else [first, second])
@@ -65,7 +66,7 @@ def difference_interval(
     return Interval(
         value,
         *resampled_interval(
-            np.arange(n, dtype=np.float64), statistic, confidence, about.bootstrap
+            np.arange(n, dtype=np.float64), statistic, confidence, kind.bootstrap
         ),
         n,
     )

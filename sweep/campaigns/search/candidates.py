@@ -35,14 +35,14 @@ class Candidate:
         columns = {
             name: study.settings[name].column([value]) for name, value in values.items()
         }
-        whole = replace(study, axes=(*search.over, Axis("candidates", columns)))
-        design = expand(whole)
+        extended = replace(study, axes=(*search.over, Axis("candidates", columns)))
+        design = expand(extended)
         if design.n_points < search.scenarios:
             rejected = search.scenarios - design.n_points
             raise study.document.error(
                 ("require",), f"{rejected} of {search.scenarios} scenarios are rejected"
             )
-        self.jobs = Jobs(whole, design)
+        self.jobs = Jobs(extended, design)
 
     def job(self, block: int, scenario: int) -> Job:
         """One of its trials."""

@@ -47,7 +47,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     study of that name, which is left as it is. The password of a database is that of
     the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
     """
-    asked = read_asked(study)
+    asked_trials = read_asked(study)
     name = name or study.name
     with quiet():
         import optuna
@@ -55,9 +55,9 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
         kinds = optuna.study.StudyDirection
         directions = [
             kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
-            for objective in objectives(asked)
+            for objective in objectives(asked_trials)
         ]
-        trials = list(_trials(asked))
+        trials = list(_trials(asked_trials))
         with _storage(url) as storage:
             _check_free(storage, url, name)
             written = optuna.create_study(
@@ -65,7 +65,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
             )
             try:
                 written.set_metric_names(
-                    [objective.column for objective in objectives(asked)]
+                    [objective.column for objective in objectives(asked_trials)]
                 )
                 written.set_user_attr(
                     "boidsweep", {"study": study.name, "spec": study.spec}
@@ -155,16 +155,14 @@ def _first_line(error: BaseException) -> str:
     return (str(error) or type(error).__name__).splitlines()[0]
 
 
-def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
+def _trials(asked_trials: AskedTrials) -> "Iterator[FrozenTrial]":
     """The candidates of the main search as trials of optuna, in the order asked."""
-    table, found, judged = (
-        candidates(asked),
-        trials_of(asked, SEARCH, "search"),
-        trials_of(asked, SEARCH, HELD_OUT),
-    )
+    table = candidates(asked_trials)
+    searched = trials_of(asked_trials, SEARCH, "search")
+    judged = trials_of(asked_trials, SEARCH, HELD_OUT)
     ranges = {
-        name: next(iter(one.items()))
-        for name, one in asked.description["ranges"].items()
+        name: next(iter(spread.items()))
+        for name, spread in asked_trials.description["ranges"].items()
     }
     asking = distributions(
         tuple(
@@ -172,8 +170,9 @@ def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
             for name, (form, values) in ranges.items()
         )
     )
-    rows = asked.table[
-        (asked.table["run"] == SEARCH) & (asked.table["phase"] == "search")
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == SEARCH)
+        & (asked_trials.table["phase"] == "search")
     ]
     ids = (
         rows.sort_values(["candidate", "block", "scenario"])
@@ -181,34 +180,35 @@ def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
         .agg(list)
     )
     most = table.loc[table["status"] != FAILED, "blocks"].max()
-    wanted, bounds = objectives(asked), constraints(asked)
+    aims = objectives(asked_trials)
+    bounds = constraints(asked_trials)
     for place, row in enumerate(table.to_dict("records")):
-        about = {
+        attributes = {
             name: plain(row[name])
             for name in ("candidate", "batch", "status", "blocks")
         }
-        about["trial_ids"] = ids[row["candidate"]]
+        attributes["trial_ids"] = ids[row["candidate"]]
         if row["candidate"] in judged.candidates:
-            values = held_out_values(judged, [int(row["candidate"])], wanted)[0]
-            about["held_out"] = {
-                one.column: plain(value)
-                for one, value in zip(wanted, values, strict=True)
+            values = held_out_values(judged, [int(row["candidate"])], aims)[0]
+            attributes["held_out"] = {
+                aim.column: plain(value)
+                for aim, value in zip(aims, values, strict=True)
             }
         settings = {str(name): plain(row[name]) for name in asking}
         yield _trial(
             settings,
             asking,
-            about,
-            _estimates(found, place, wanted),
-            _limits(found, place, bounds),
-            int(most),
+            attributes,
+            estimates=_estimates(searched, place, aims),
+            limits=_limits(searched, place, bounds),
+            most=int(most),
         )
 
 
 def _trial(
     settings: dict[str, Any],
     asking: "dict[str, BaseDistribution]",
-    about: dict[str, Any],
+    attributes: dict[str, Any],
     estimates: list[list[float]],
     limits: dict[str, float],
     most: int,
@@ -217,36 +217,36 @@ def _trial(
     from optuna.trial import TrialState, create_trial
 
     known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
-    if about["status"] == FAILED or not known:
+    if attributes["status"] == FAILED or not known:
         return create_trial(
             state=TrialState.FAIL,
             params=settings,
             distributions=asking,
-            user_attrs=about,
+            user_attrs=attributes,
         )
     steps = (
         {step: values[0] for step, values in enumerate(estimates)}
         if len(estimates[-1]) == 1
         else None
     )
-    complete = about["blocks"] == most
+    complete = attributes["blocks"] == most
     return create_trial(
         state=TrialState.COMPLETE if complete else TrialState.PRUNED,
         values=estimates[-1],
         params=settings,
         distributions=asking,
-        user_attrs=about,
+        user_attrs=attributes,
         intermediate_values=steps,
         constraints=limits or None,
     )
 
 
 def _estimates(
-    found: TrialsByBlock, place: int, wanted: list[Objective]
+    searched: TrialsByBlock, place: int, aims: list[Objective]
 ) -> list[list[float]]:
     """The estimates of a candidate after 1, 2, ... of its blocks."""
-    columns = [(objective, found.of(place, objective.column)) for objective in wanted]
-    number = int(found.counts()[place])
+    columns = [(objective, searched.of(place, objective.column)) for objective in aims]
+    number = int(searched.counts()[place])
     return [
         [objective.value(values[: k + 1]) for objective, values in columns]
         for k in range(number)
@@ -254,13 +254,15 @@ def _estimates(
 
 
 def _limits(
-    found: TrialsByBlock, place: int, bounds: list[Constraint]
+    searched: TrialsByBlock, place: int, bounds: list[Constraint]
 ) -> dict[str, float]:
     """The violations of a candidate, by the constraint in words; those that are not
     known are left out.
     """
     each = {
-        f"{one.column} {one.statistic}": one.violation(found.of(place, one.column))
-        for one in bounds
+        f"{constraint.column} {constraint.statistic}": constraint.violation(
+            searched.of(place, constraint.column)
+        )
+        for constraint in bounds
     }
     return {name: value for name, value in each.items() if not np.isnan(value)}

@@ -106,36 +106,37 @@ class Findings:
         }
 
 
-def warnings(found: Findings) -> list[str]:
+def warnings(findings: Findings) -> list[str]:
     """What a reader must know before believing the rest, a sentence each."""
-    about, best = found.asked_trials.description, found.best
-    said = (
+    description = findings.asked_trials.description
+    best = findings.best
+    sentences = (
         []
-        if about["finished"]
+        if description["finished"]
         else ["The search is not finished: the same command goes on with it."]
     )
-    said += [
+    sentences += [
         f"{column} has no value in {percent(share)} of the done trials; a candidate of"
         " such a trial has failed."
-        for column, share in undefined_shares(found.asked_trials).items()
+        for column, share in undefined_shares(findings.asked_trials).items()
     ]
     if best is None:
         return [
-            *said,
+            *sentences,
             (
                 "There is no winner: no candidate is feasible and has a result in all"
                 " of its trials."
             ),
         ]
-    full = about["blocks"][SEARCH]
+    full = description["blocks"][SEARCH]
     if best["status"] != COMPLETE:
         few = f"No candidate has all {full} blocks, the best has {best['blocks']}"
-        said.append(
-            f"{few}: the budget of {about['budget']:,} trials is small for that."
+        sentences.append(
+            f"{few}: the budget of {description['budget']:,} trials is small for that."
         )
-    judged = int(found.winners["held_out_n"].iloc[0])
+    judged = int(findings.winners["held_out_n"].iloc[0])
     if judged == 0:
-        said.append(
+        sentences.append(
             "No held-out trials have run: search estimates of the best are too good."
         )
     elif judged < FEWEST_BLOCKS:
@@ -144,29 +145,31 @@ def warnings(found: Findings) -> list[str]:
             if judged == 1
             else f"are {judged} held-out blocks only"
         )
-        said.append(f"There {only}: intervals are wide, or not to be trusted.")
+        sentences.append(f"There {only}: intervals are wide, or not to be trusted.")
     else:
-        said += [
-            sentence for one in found.objectives if (sentence := thin_tail(one, judged))
+        sentences += [
+            sentence
+            for objective in findings.objectives
+            if (sentence := thin_tail(objective, judged))
         ]
-    missing = found.winners.drop_duplicates("candidate").set_index("candidate")[
+    missing = findings.winners.drop_duplicates("candidate").set_index("candidate")[
         "not_done"
     ]
-    said += [
+    sentences += [
         f"Candidate {who}: {count} held-out trials have no result."
         for who, count in missing.items()
         if count
     ]
-    violated = found.winners.drop_duplicates("candidate").set_index("candidate")[
+    violated = findings.winners.drop_duplicates("candidate").set_index("candidate")[
         "violation"
     ]
-    said += [
+    sentences += [
         f"Candidate {who} violates a constraint on held-out seeds, by {number(amount)}."
         for who, amount in violated.items()
         if amount > 0.0
     ]
-    sentences = edges(best, about["ranges"], found.study.settings)
-    return said + [f"{sentence}." for sentence in sentences]
+    edge_sentences = edges(best, description["ranges"], findings.study.settings)
+    return sentences + [f"{sentence}." for sentence in edge_sentences]
 
 
 def plain(value: Any) -> Any:

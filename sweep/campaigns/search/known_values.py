@@ -19,9 +19,9 @@ class KnownValues:
         self.columns = tuple(columns)
         self.trials: dict[str, Trial] = {}
 
-    def enter(self, ids: Sequence[str], seen: pa.Table) -> None:
+    def enter(self, ids: Sequence[str], table: pa.Table) -> None:
         """Enter trials; `seen` has a row each, with its `status` and the columns."""
-        for trial, row in zip(ids, seen.to_pylist(), strict=True):
+        for trial, row in zip(ids, table.to_pylist(), strict=True):
             values = [row[name] for name in self.columns]
             known = row["status"] == "done" and all(map(_finite, values))
             self.trials[trial] = tuple(values) if known else None

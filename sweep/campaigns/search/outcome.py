@@ -18,30 +18,47 @@ if TYPE_CHECKING:
 SEARCH = "search"
 HELD_OUT = "held_out"
 REFERENCES = "references"
-COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "failed"
+COMPLETE = "complete"
+RACED_OUT = "raced out"
+CUT_SHORT = "cut short"
+FAILED = "failed"
 
 
-def objectives(asked: "AskedTrials") -> list[Objective]:
+def objectives(asked_trials: "AskedTrials") -> list[Objective]:
     """The objectives of a search, in the order of its spec."""
-    found = [Objective.from_json(one) for one in asked.description["objectives"]]
-    return [replace(one, distribution=asked.distributions[one.column]) for one in found]
-
-
-def constraints(asked: "AskedTrials") -> list[Constraint]:
-    """The constraints of a search, in the order of its spec."""
-    return [Constraint.from_json(one) for one in asked.description["constraints"]]
-
-
-def trials_of(asked: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
-    """The trials of a run's candidates in a phase, with objectives and constraints."""
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
-    columns = [one.column for one in objectives(asked)] + [
-        one.column for one in constraints(asked)
+    aims = [
+        Objective.from_json(objective)
+        for objective in asked_trials.description["objectives"]
     ]
+    return [
+        replace(objective, distribution=asked_trials.distributions[objective.column])
+        for objective in aims
+    ]
+
+
+def constraints(asked_trials: "AskedTrials") -> list[Constraint]:
+    """The constraints of a search, in the order of its spec."""
+    return [
+        Constraint.from_json(constraint)
+        for constraint in asked_trials.description["constraints"]
+    ]
+
+
+def trials_of(asked_trials: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
+    """The trials of a run's candidates in a phase, with objectives and constraints."""
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == phase)
+    ]
+    columns = _columns(asked_trials)
     return by_block(rows, columns)
 
 
-def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+def _columns(asked_trials: "AskedTrials") -> list[str]:
+    columns = [objective.column for objective in objectives(asked_trials)]
+    return columns + [constraint.column for constraint in constraints(asked_trials)]
+
+
+def candidates(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a candidate of a run, in the order asked.
 
     Columns: candidate, batch, the parameters, `same_as` (the first candidate with the
@@ -59,35 +76,36 @@ def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     What is not known is NaN, and a candidate whose violation is not known is not
     feasible.
     """
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
-    found = trials_of(asked, run, SEARCH)
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == SEARCH)
+    ]
+    searched = trials_of(asked_trials, run, SEARCH)
     first = rows.drop_duplicates("candidate").sort_values("candidate")
-    parameters = list(asked.description["parameters"])
+    parameters = list(asked_trials.description["parameters"])
     table: pd.DataFrame = first[["candidate", "batch", *parameters]].reset_index(
         drop=True
     )
     table["same_as"] = table.groupby(parameters, dropna=False)["candidate"].transform(
         "first"
     )
-    table["blocks"] = found.counts()
-    table["trials"] = found.stored.sum(axis=(1, 2))
-    table["violation"] = _violations(found, constraints(asked))
+    table["blocks"] = searched.counts()
+    table["trials"] = searched.stored.sum(axis=(1, 2))
+    table["violation"] = _violations(searched, constraints(asked_trials))
     table["feasible"] = table["violation"] <= 0.0
-    table["status"] = _statuses(asked, run, table, found)
-    for objective in objectives(asked):
-        table[objective.column] = _estimates(found, objective)
+    table["status"] = _statuses(asked_trials, run, table, searched)
+    for objective in objectives(asked_trials):
+        table[objective.column] = _estimates(searched, objective)
     return table
 
 
-def undefined_shares(asked: "AskedTrials") -> dict[str, float]:
+def undefined_shares(asked_trials: "AskedTrials") -> dict[str, float]:
     """The share of the done trials of all runs that have no value, by the columns of
     objectives and constraints of which some have none. Their candidates have failed.
     """
-    wanted = [one.column for one in objectives(asked)]
-    wanted += [one.column for one in constraints(asked)]
-    trials = asked.table.drop_duplicates("trial_id")
+    columns = _columns(asked_trials)
+    trials = asked_trials.table.drop_duplicates("trial_id")
     done = trials[trials["status"] == "done"]
-    shares = {column: float(done[column].isna().mean()) for column in wanted}
+    shares = {column: float(done[column].isna().mean()) for column in columns}
     return {column: share for column, share in shares.items() if share > 0.0}
 
 
@@ -142,43 +160,46 @@ def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
     return np.asarray(np.where(maximize, values.min(axis=0), values.max(axis=0)))
 
 
-def _violations(found: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
+def _violations(searched: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
     """The largest violation of each candidate (k,), zero or below if feasible; minus
     infinity without constraints.
     """
-    largest = np.full(len(found.candidates), -np.inf)
+    largest = np.full(len(searched.candidates), -np.inf)
     for constraint in constraints:
         each = [
-            constraint.violation(found.of(place, constraint.column))
+            constraint.violation(searched.of(place, constraint.column))
             for place in range(len(largest))
         ]
         largest = np.maximum(largest, each)
     return largest
 
 
-def _estimates(found: TrialsByBlock, objective: Objective) -> list[float]:
+def _estimates(searched: TrialsByBlock, objective: Objective) -> list[float]:
     return [
-        objective.value(found.of(place, objective.column))
-        for place in range(len(found.candidates))
+        objective.value(searched.of(place, objective.column))
+        for place in range(len(searched.candidates))
     ]
 
 
 def _statuses(
-    asked: "AskedTrials", run: str, table: pd.DataFrame, found: TrialsByBlock
+    asked_trials: "AskedTrials", run: str, table: pd.DataFrame, searched: TrialsByBlock
 ) -> NDArray[Any]:
-    full = asked.description["blocks"][run]
+    full = asked_trials.description["blocks"][run]
     ended = table["batch"] == table["batch"].max()
     if (
-        asked.description["finished"]
-        and asked.description["budget"] - _spent(asked, run) >= found.stored.shape[2]
+        asked_trials.description["finished"]
+        and asked_trials.description["budget"] - _spent(asked_trials, run)
+        >= searched.stored.shape[2]
     ):
         ended &= False
-    failed = (found.stored & ~found.done).any(axis=(1, 2))
+    failed = (searched.stored & ~searched.done).any(axis=(1, 2))
     kinds = [failed, table["blocks"] >= full, ended]
     return np.select(kinds, [FAILED, COMPLETE, CUT_SHORT], RACED_OUT)
 
 
-def _spent(asked: "AskedTrials", run: str) -> int:
+def _spent(asked_trials: "AskedTrials", run: str) -> int:
     """How many trials of a run count against its budget; a shared one counts once."""
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == SEARCH)
+    ]
     return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())

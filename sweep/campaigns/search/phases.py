@@ -43,17 +43,17 @@ class AskedPhase(NamedTuple):
 
     def rows(self) -> Iterator[AskedRow]:
         """A row a trial, by candidate, block and scenario."""
-        for one in self.candidates:
-            for block, jobs in enumerate(one.trials):
+        for candidate in self.candidates:
+            for block, jobs in enumerate(candidate.trials):
                 for scenario, job in enumerate(jobs):
-                    about = self.run, self.phase, one.number, one.batch
-                    yield AskedRow(*about, block, scenario, job)
+                    shared = self.run, self.phase, candidate.number, candidate.batch
+                    yield AskedRow(*shared, block, scenario, job)
 
 
 def plan_tables(
     study: Study,
     phases: Sequence[AskedPhase],
-    about: Mapping[str, Any],
+    description: Mapping[str, Any],
     origin: Origin,
 ) -> PlanTables:
     """The plan of a search, which lists each trial once, and what it has asked for,
@@ -65,16 +65,18 @@ def plan_tables(
         name: [getattr(row, name) for row in rows] for name in COLUMNS.names[:-1]
     }
     columns["trial_id"] = [row.job.trial_id for row in rows]
-    asked = pa.table(columns, COLUMNS.with_metadata({ABOUT: json.dumps(about)}))
-    return _plan(study, jobs.values(), origin).to_reader(), asked
+    search_table = pa.table(
+        columns, COLUMNS.with_metadata({ABOUT: json.dumps(description)})
+    )
+    return _plan(study, jobs.values(), origin).to_reader(), search_table
 
 
 def known_trials(
-    study: Study, phase: AskedPhase, known: KnownValues, about: dict[str, Any]
+    study: Study, phase: AskedPhase, known: KnownValues, description: dict[str, Any]
 ) -> AskedTrials:
     """What `read_asked` would return of a phase whose trials are all stored."""
     distributions = {name: study.distribution(name) for name in known.columns}
-    parameters = about["parameters"]
+    parameters = description["parameters"]
     rows = []
     for *where, job in phase.rows():
         values = known.trials[job.trial_id]
@@ -83,17 +85,18 @@ def known_trials(
         cells = values or [None] * len(known.columns)
         rows.append([*where, job.trial_id, *settings, status, *cells])
     names = [*COLUMNS.names, *parameters, "status", *known.columns]
-    return AskedTrials(pd.DataFrame(rows, columns=names), about, distributions)
+    return AskedTrials(pd.DataFrame(rows, columns=names), description, distributions)
 
 
 def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:
-    search, varied = section_of(study), _varied(study)
+    search = section_of(study)
+    varied = _varied(study)
     parameters = [parameter.name for parameter in search.parameters]
     candidates = {"candidates": AxisAbout(parameters, search.sampler)}
-    about = PlanAbout.of(study, varied, search.over)
-    about = replace(about, axes=(about.axes or {}) | candidates)
+    metadata = PlanAbout.of(study, varied, search.over)
+    metadata = replace(metadata, axes=(metadata.axes or {}) | candidates)
     rows = [_planned(job, varied) for job in jobs]
-    return about.into(pa.Table.from_pylist(rows), origin)
+    return metadata.into(pa.Table.from_pylist(rows), origin)
 
 
 def _varied(study: Study) -> list[str]:
@@ -118,7 +121,8 @@ def about_search(
     return {
         "parameters": [parameter.name for parameter in search.parameters],
         "ranges": {
-            one.name: {one.form: list(one.arguments)} for one in search.parameters
+            parameter.name: {parameter.form: list(parameter.arguments)}
+            for parameter in search.parameters
         },
         "objectives": [objective.as_json() for objective in search.objectives],
         "constraints": [constraint.as_json() for constraint in search.constraints],
@@ -138,10 +142,10 @@ def about_search(
 
 
 def _planned(job: Job, varied: Sequence[str]) -> dict[str, Value]:
-    about: dict[str, Value] = {
+    row: dict[str, Value] = {
         "trial_id": job.trial_id,
         "point": job.point,
         "replicate": job.replicate,
         "seed": job.seed,
     }
-    return about | {name: job.settings[name] for name in varied}
+    return row | {name: job.settings[name] for name in varied}

@@ -12,10 +12,10 @@ from sweep.tables.stored_study import StoredStudy
 class PointsBehind:
     """The ids of the points of candidates, by run and phase."""
 
-    def __init__(self, study: StoredStudy, asked: AskedTrials) -> None:
+    def __init__(self, study: StoredStudy, asked_trials: AskedTrials) -> None:
         plan: pd.DataFrame = study.plan.select(["trial_id", "point"]).to_pandas()
         point = plan.set_index("trial_id")["point"]
-        table = asked.table[["run", "phase", "candidate", "trial_id"]]
+        table = asked_trials.table[["run", "phase", "candidate", "trial_id"]]
         named = table.assign(point=table["trial_id"].map(point)).dropna()
         keys = ["run", "phase", "candidate"]
         self._ids = {

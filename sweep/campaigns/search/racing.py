@@ -53,22 +53,26 @@ class Race:
         """
         everyone = [*earlier, *running]
         out = [
-            any(_violates(samples, one, self.level) for one in self.constraints)
+            any(
+                _violates(samples, constraint, self.level)
+                for constraint in self.constraints
+            )
             for samples in running
         ]
         leaders = self.leaders(everyone)
         if not leaders and running and len(self.objectives) == 1:
             leaders = self._front(
                 [
-                    one
-                    for one in everyone
-                    if self._blocks(one) == self._blocks(running[0])
+                    rival
+                    for rival in everyone
+                    if self._blocks(rival) == self._blocks(running[0])
                 ]
             )
         for leader in leaders:
             for place, samples in enumerate(running):
                 out[place] |= samples is not leader and all(
-                    _lost(samples, leader, one, self.level) for one in self.objectives
+                    _lost(samples, leader, objective, self.level)
+                    for objective in self.objectives
                 )
         return out
 
@@ -120,9 +124,11 @@ def _lost(
     samples: Samples, leader: Samples, objective: Objective, level: float
 ) -> bool:
     """Whether a candidate is worse than the leader in an objective, at this level."""
-    values, best = samples[objective.column], leader[objective.column]
+    values = samples[objective.column]
+    best = leader[objective.column]
     shared = min(len(values), len(best))
-    values, best = values[:shared], best[:shared]
+    values = values[:shared]
+    best = best[:shared]
     if objective.statistic.about.averages:
         gains = values.mean(axis=1) - best.mean(axis=1)
         return _below_zero(gains if objective.maximize else -gains, level)
@@ -137,7 +143,8 @@ def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
     """Whether a candidate violates a constraint: surely for a statistic that more
     trials can only make worse, else at this level.
     """
-    values, statistic = samples[constraint.column], constraint.statistic
+    values = samples[constraint.column]
+    statistic = constraint.statistic
     if statistic.about.extreme:
         return constraint.violation(values) > 0
     if statistic.about.averages:
@@ -145,11 +152,13 @@ def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
         return _below_zero(slack if constraint.at_most else -slack, level)
     if len(values) < LEAST_BLOCKS:
         return False
-    found = _resampled(
+    estimates = _resampled(
         values, Objective(constraint.column, not constraint.at_most, statistic)
     )
     within = (
-        found <= constraint.bound if constraint.at_most else found >= constraint.bound
+        estimates <= constraint.bound
+        if constraint.at_most
+        else estimates >= constraint.bound
     )
     return bool(within.mean() < level)
 
@@ -163,7 +172,8 @@ def _below_zero(sample: Floats, level: float) -> bool:
     """
     from scipy.special import stdtrit
 
-    count, mean = len(sample), sample.mean()
+    count = len(sample)
+    mean = sample.mean()
     if count < 2 or mean >= 0.0:
         return False
     if np.ptp(sample) <= SAME * np.abs(mean):

@@ -123,9 +123,9 @@ class Run:
             proposed = [self._ask(batch) for _ in range(min(search.batch, affordable))]
             fresh = list(
                 {
-                    id(asked): asked
-                    for _, asked in proposed
-                    if asked and not asked.trials
+                    id(candidate): candidate
+                    for _, candidate in proposed
+                    if candidate and not candidate.trials
                 }.values()
             )
             yield from self._race(fresh)
@@ -137,7 +137,9 @@ class Run:
         """The best so far, in words."""
         search = section_of(self.setup.study)
         race = Race(search.objectives, search.constraints, 0.0, self.setup.blocks)
-        leaders = race.leaders([one.samples for one in self.candidates if one.samples])
+        leaders = race.leaders(
+            [candidate.samples for candidate in self.candidates if candidate.samples]
+        )
         if not leaders:
             return "none complete yet"
         if len(search.objectives) > 1:
@@ -165,7 +167,8 @@ class Run:
         """
         with quiet():
             trial = self.optuna.ask(self.ranges)
-        number, self.number = self.number, self.number + 1
+        number = self.number
+        self.number += 1
         study = self.setup.study
         values: dict[str, Value] = {
             name: study.settings[name].coerce(value)
@@ -176,7 +179,8 @@ class Run:
         try:
             candidate = Candidate(study, values)
         except SpecError as error:
-            self.rejected, self.refusal = self.rejected + 1, error
+            self.rejected += 1
+            self.refusal = error
             return trial, None
         if candidate.points in self.by_points:
             self.repeated += 1
@@ -187,30 +191,38 @@ class Run:
 
     def _race(self, fresh: list[AskedCandidate]) -> Iterator[list[Job]]:
         """The trials of a batch's candidates, rung by rung."""
-        search, setup = section_of(self.setup.study), self.setup
+        search = section_of(self.setup.study)
+        setup = self.setup
         race = (
             Race(search.objectives, search.constraints, setup.level, setup.blocks)
             if setup.level
             else None
         )
-        earlier = [asked.samples for asked in self.candidates if asked.samples]
+        earlier = [
+            candidate.samples for candidate in self.candidates if candidate.samples
+        ]
         self.candidates += fresh
-        running, had = fresh, 0
+        running = fresh
+        had = 0
         for rung in setup.rungs():
             jobs, allowed = self._allot(running, had, rung)
             yield jobs
-            for asked in running:
-                asked.samples = self.known.of(asked.ids()) if asked.trials else None
-            running, had = [asked for asked in running if asked.samples], rung
+            for candidate in running:
+                candidate.samples = (
+                    self.known.of(candidate.ids()) if candidate.trials else None
+                )
+            running = [candidate for candidate in running if candidate.samples]
+            had = rung
             if not allowed:
                 break
             if race and rung < setup.blocks:
                 dropped = race.dropped(
-                    earlier, [asked.samples for asked in running if asked.samples]
+                    earlier,
+                    [candidate.samples for candidate in running if candidate.samples],
                 )
                 running = [
-                    asked
-                    for asked, out in zip(running, dropped, strict=True)
+                    candidate
+                    for candidate, out in zip(running, dropped, strict=True)
                     if not out
                 ]
 
@@ -222,12 +234,12 @@ class Run:
         """
         jobs: list[Job] = []
         for block in range(had, rung):
-            for asked in running:
+            for candidate in running:
                 if self._left() < 1:
                     return jobs, False
-                given = asked.give([block])
-                self.spent.update(job.trial_id for job in given)
-                jobs += given
+                new = candidate.give([block])
+                self.spent.update(job.trial_id for job in new)
+                jobs += new
         return jobs, True
 
     def _tell(self, proposed: "list[tuple[Trial, AskedCandidate | None]]") -> None:
@@ -238,16 +250,19 @@ class Run:
 
         search = section_of(self.setup.study)
         with quiet():
-            for trial, asked in proposed:
-                if asked is None or asked.samples is None:
+            for trial, candidate in proposed:
+                if candidate is None or candidate.samples is None:
                     self.optuna.tell(trial, state=TrialState.PRUNED)
                     continue
                 for place, constraint in enumerate(search.constraints):
                     trial.set_constraint(
                         str(place),
-                        constraint.violation(asked.samples[constraint.column]),
+                        constraint.violation(candidate.samples[constraint.column]),
                     )
                 self.optuna.tell(
                     trial,
-                    [one.value(asked.samples[one.column]) for one in search.objectives],
+                    [
+                        objective.value(candidate.samples[objective.column])
+                        for objective in search.objectives
+                    ],
                 )

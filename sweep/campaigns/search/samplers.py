@@ -27,8 +27,8 @@ def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
             kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
             for objective in search.objectives
         ]
-        about = SEARCH_SAMPLERS[name]
-        sampler = about.make(seed=seed, **about.options(search))
+        entry = SEARCH_SAMPLERS[name]
+        sampler = entry.make(seed=seed, **entry.options(search))
         return optuna.create_study(directions=directions, sampler=sampler)
 
 
@@ -47,12 +47,12 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
         IntDistribution,
     )
 
-    about = DISTRIBUTIONS[form]
-    if about.kind == "listed":
+    entry = DISTRIBUTIONS[form]
+    if entry.kind == "listed":
         return CategoricalDistribution(arguments)
-    if about.kind == "whole":
+    if entry.kind == "whole":
         return IntDistribution(int(arguments[0]), int(arguments[1]))
-    return FloatDistribution(arguments[0], arguments[1], log=about.logarithmic)
+    return FloatDistribution(arguments[0], arguments[1], log=entry.logarithmic)
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
@@ -67,7 +67,8 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
     kind = DISTRIBUTIONS[form].kind
     if kind == "listed":
         return len(arguments)
-    first, last = float(arguments[0]), float(arguments[1])
+    first = float(arguments[0])
+    last = float(arguments[1])
     if kind == "whole":
         return last - first + 1
     return float("inf") if first < last else 1

@@ -46,7 +46,8 @@ def verdict(
     value, low, high = (
         float(difference[name]) for name in ("difference", "low", "high")
     )
-    unit, column = difference_unit(unit), objective.column
+    unit = difference_unit(unit)
+    column = objective.column
     if math.isnan(value):
         return (
             f"{who} cannot be compared with {whom} in {column}:"
@@ -96,25 +97,26 @@ def edges(
     An end is none where the model allows nothing beyond it, nor is one of whole numbers
     of which there are but two.
     """
-    found = []
+    sentences = []
     for name, distribution in ranges.items():
         ((form, arguments),) = distribution.items()
-        about = DISTRIBUTIONS[form]
-        if about.kind == "listed":
+        entry = DISTRIBUTIONS[form]
+        if entry.kind == "listed":
             continue
-        low, high = float(arguments[0]), float(arguments[1])
-        share = _share(about, float(winner[name]), low, high)
+        low = float(arguments[0])
+        high = float(arguments[1])
+        share = _share(entry, float(winner[name]), low, high)
         for near, end, limit in (
             (share, low, settings[name].low),
             (1.0 - share, high, settings[name].high),
         ):
             if near <= EDGE and end != limit:
                 side = "lower" if end == low else "upper"
-                found.append(
+                sentences.append(
                     f"{name} = {winner[name]:.6g} lies at the {side} end of its range,"
                     f" {low:g} to {high:g}: widen it, there may be better beyond"
                 )
-    return found
+    return sentences
 
 
 def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
@@ -138,12 +140,14 @@ def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
     return text + (f"; {repeated} more were asked before" if repeated else "")
 
 
-def _share(about: Distribution, value: float, low: float, high: float) -> float:
+def _share(entry: Distribution, value: float, low: float, high: float) -> float:
     """How far a value is on the way from one end of a range to the other; half-way
     where there is none.
     """
-    if about.kind == "whole":
+    if entry.kind == "whole":
         return 0.5 if high - low < 2.0 else (value - low) / (high - low)
-    if about.logarithmic:
-        value, low, high = math.log(value), math.log(low), math.log(high)
+    if entry.logarithmic:
+        value = math.log(value)
+        low = math.log(low)
+        high = math.log(high)
     return 0.5 if low == high else (value - low) / (high - low)

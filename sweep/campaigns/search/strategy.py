@@ -51,7 +51,8 @@ class SearchStrategy:
     grows = True
 
     def __init__(self, study: Study, repetitions: int) -> None:
-        self.study, self.section = study, section_of(study)
+        self.study = study
+        self.section = section_of(study)
         check_trials(study.document, self.section, repetitions)
         self.setups = _setups(study, repetitions)
         check_candidates(study)
@@ -98,12 +99,16 @@ class SearchStrategy:
         """The held-out trials of what a run has chosen; with those of the main search
         go the references'.
         """
-        name, objectives = searched.run, self.section.objectives
+        name = searched.run
+        objectives = self.section.objectives
         several = name == SEARCH or len(objectives) > 1
         most = self.section.held_out.candidates if several else 1
         known = known_trials(self.study, searched, self.known, self.description)
         table = candidates(known, name)
-        values = {one.number: one.candidate.values for one in searched.candidates}
+        values = {
+            searched_candidate.number: searched_candidate.candidate.values
+            for searched_candidate in searched.candidates
+        }
         best = {
             number: Candidate(self.judging, values[number])
             for number in chosen(table, objectives, most)
@@ -115,14 +120,19 @@ class SearchStrategy:
 
     def _held_out(self, run: str, judged: Mapping[int, Candidate]) -> list[Job]:
         """All trials of candidates on held-out seeds, as a phase of a run."""
-        phase = [AskedCandidate(number, -1, one) for number, one in judged.items()]
+        phase = [
+            AskedCandidate(number, -1, candidate)
+            for number, candidate in judged.items()
+        ]
         self.phases.append(AskedPhase(run, HELD_OUT, phase))
         blocks = range(self.judging.trials_per_point)
-        return [job for asked in phase for job in asked.give(blocks)]
+        return [
+            job for judged_candidate in phase for job in judged_candidate.give(blocks)
+        ]
 
-    def _new(self, wanted: Iterator[list[Job]], look: Look) -> Iterator[Round]:
+    def _new(self, requested: Iterator[list[Job]], look: Look) -> Iterator[Round]:
         """Rounds of those of the wanted trials that were not asked for before."""
-        for jobs in wanted:
+        for jobs in requested:
             known = self.known.trials
             new = {job.trial_id: job for job in jobs if job.trial_id not in known}
             if new:
@@ -139,24 +149,35 @@ class SearchStrategy:
 
 def _setups(study: Study, repetitions: int) -> list[RunSetup]:
     """The search, its repetitions, and as many plain random searches."""
-    section, blocks = section_of(study), study.trials_per_point
+    section = section_of(study)
+    blocks = study.trials_per_point
     if repetitions and study.seeds is not None:
         message = (
             "repetitions of a search need seeds of their own:"
             ' give "replicates" instead of "seeds"'
         )
         raise study.document.error(("seeds",), message)
-    setups = [RunSetup(SEARCH, study, section.sampler, blocks, section.level)]
+    setups = [RunSetup(SEARCH, study, section.sampler, blocks, level=section.level)]
     for number in range(1, repetitions + 1):
         again = repeated(study, REPETITION, number)
         setups.append(
             RunSetup(
-                f"repetition {number}", again, section.sampler, blocks, section.level
+                f"repetition {number}",
+                again,
+                section.sampler,
+                blocks,
+                level=section.level,
             )
         )
     for number in range(1, repetitions + 1):
         again = repeated(study, RANDOM, number)
         setups.append(
-            RunSetup(f"random {number}", again, PLAIN, min(RANDOM_BLOCKS, blocks), None)
+            RunSetup(
+                f"random {number}",
+                again,
+                PLAIN,
+                min(RANDOM_BLOCKS, blocks),
+                level=None,
+            )
         )
     return setups

@@ -50,17 +50,16 @@ def by_block(rows: pd.DataFrame, columns: list[str]) -> TrialsByBlock:
     candidates, places = np.unique(
         rows["candidate"].to_numpy(np.int64), return_inverse=True
     )
-    block, scenario = (
-        rows["block"].to_numpy(np.int64),
-        rows["scenario"].to_numpy(np.int64),
-    )
+    block = rows["block"].to_numpy(np.int64)
+    scenario = rows["scenario"].to_numpy(np.int64)
     shape = (
         len(candidates),
         int(block.max(initial=-1)) + 1,
         int(scenario.max(initial=-1)) + 1,
     )
     status = rows["status"].to_numpy()
-    stored, done = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
+    stored = np.zeros(shape, np.bool_)
+    done = np.zeros(shape, np.bool_)
     stored[places, block, scenario] = status != "missing"
     done[places, block, scenario] = status == "done"
     values = {column: np.full(shape, np.nan) for column in columns}
