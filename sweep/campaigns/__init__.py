@@ -1,17 +1,19 @@
-"""Which trials of a study run: all of its plan, as many as an interval needs, or what a
-search asks for.
+"""Campaigns: the strategies that request the trials of a study, and their driver.
 
-    plan           what `sweep plan` says of a study
-    launch         what `sweep launch` and `sweep search` do: the ways in
-    campaign       the driver: asks a strategy, runs what is missing, asks again
-    strategy       what the driver needs of a strategy
+A strategy requests all trials of the plan, as many as a confidence interval needs, or
+those of a search.
+
+    plan           the plan of any study, as `sweep plan` prints it
+    launch         the entry points of `sweep launch` and `sweep search`
+    campaign       the driver: ask a strategy, run the missing trials, ask again
+    strategy       the interface between driver and strategy
     fixed          a strategy: the same number of trials for every point
-    search/        a strategy: candidates that are asked for, raced and judged
+    search/        a strategy: candidates are proposed, raced and judged
     design_plan    the plan of a study whose points come from its axes
-    stored_trials  what is stored when a launch begins, and what it adds
-    twins          trials that run again, compared with what is stored of them
-    measure        further metrics of what is stored: `sweep measure`
-    further_metrics  the metrics that it is asked for
-    warming        what is compiled ahead
-    progress       how far a campaign is, and what shows it
+    stored_trials  the trials stored when a launch begins, and those it adds
+    twins          trials that run again, compared with their stored results
+    measure        further metrics of stored trials: `sweep measure`
+    further_metrics  the metrics requested of `sweep measure`
+    warming        compilation ahead of a launch
+    progress       the progress of a campaign, and its display
 """

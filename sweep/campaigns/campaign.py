@@ -1,11 +1,11 @@
 """The driver of every campaign: ask, run, look, and ask again.
 
-A strategy asks for trials, round after round. Those of a round that are not stored yet
-are run; then it looks at what came of them, and asks for the next round, until it asks
-for no more.
+A strategy requests trials, round after round. The driver runs those of a round that are
+not stored yet. The strategy then looks at their results and requests the next round,
+until it requests no more.
 
-The plan that lists the trials of a round is stored before they run. So each trial that
-a launch has stored is in its plan, whenever the launch ends.
+The plan that lists the trials of a round is stored before they run. So each stored
+trial is in the plan, whenever the launch ends.
 """
 
 from collections.abc import Callable, Sequence
@@ -55,17 +55,43 @@ def run_campaign(
     retry: bool = False,
     report: Callable[[P], None],
 ) -> P:
-    """Run the trials that the strategy asks for and that are not stored yet.
+    """Run the trials that a strategy requests and that are not stored yet.
 
-    The store of the study lies below `results`. With `retry`, trials run again that are
-    stored but not done; with a `share`, only the trials in it run. Damaged parts are
-    set aside first, so that their trials run again. `report` is called before trials
-    run, whenever results have come back, and at the end. It is also called at the
-    beginning, if it is known then how many trials there can be. Raises StoreError where
-    another process is launching the study and where the store cannot be read or
-    written; ChoiceError where the engine cannot fly the trials; FailedTrialsError where
-    more trials have failed than the spec allows, and KeyboardInterrupt after Ctrl-C,
-    SIGTERM or SIGHUP, both with all finished trials stored.
+    Damaged parts are set aside first, so that their trials run again.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Decides which trials of its study are requested.
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that runs the trials.
+    share : Share, optional
+        The shard to run; by default all trials run.
+    retry : bool, default False
+        Run trials again that are stored but not done.
+    report : callable
+        Called with the progress before trials run, whenever results have come back, and
+        at the end. It is also called at the beginning, if the largest number of trials
+        is known then.
+
+    Returns
+    -------
+    Progress
+        Progress of the strategy at the end.
+
+    Raises
+    ------
+    StoreError
+        If another process is launching the study, or the store cannot be read or
+        written.
+    ChoiceError
+        If the engine cannot run the trials.
+    FailedTrialsError
+        If more trials have failed than the spec allows. All finished trials are stored.
+    KeyboardInterrupt
+        After Ctrl-C, SIGTERM or SIGHUP. All finished trials are stored.
     """
     store = Store(results / strategy.study.name, results)
     with custody(store, share) as lock:
@@ -82,7 +108,7 @@ def run_campaign(
 
 
 class _Campaign(Generic[P]):
-    """A campaign in the store of its study, which is in custody."""
+    """A campaign in the store of its study, which this process has locked."""
 
     def __init__(
         self,
@@ -144,8 +170,10 @@ class _Campaign(Generic[P]):
         self.report(self.progress)
 
     def _serve(self, requested: Round) -> Round:
-        """The round with the ids of stored trials that record more, where there are
-        such, in the place of those that are missing.
+        """Return the round with larger stored trials in place of missing ones.
+
+        A stored trial serves a missing one if it is the same run and records more. The
+        round then has the id of the stored trial.
         """
         serving = self.served
         if self.study.continued:  # where a link ends is found by the id of the spec
@@ -175,11 +203,11 @@ class _Campaign(Generic[P]):
 
     @cached_property
     def recordings(self) -> list[Recording]:
-        """What stored trials record that are of another spec."""
+        """Recordings of stored trials that belong to another spec."""
         return others_stored(self.store, self.study)
 
     def _missing(self, requested: Round, *, retry: bool) -> Sequence[Job]:
-        """The jobs of a round that run now; all its trials are counted."""
+        """Count all trials of a round, and return the jobs that run now."""
         stored, final = self.stored.ask(requested.ids)
         ours = np.ones(len(final), np.bool_)
         if self.share:
@@ -220,8 +248,10 @@ class _Campaign(Generic[P]):
             )
 
     def _continued(self, jobs: Sequence[Job]) -> AbstractContextManager[Sequence[Job]]:
-        """The jobs, with what trials with fewer steps have left of them, or as chains
-        of links.
+        """Prepare jobs to resume from stored last states, or to run as chains of links.
+
+        Last states come from stored trials with fewer steps. With a continued axis, the
+        jobs become chains.
         """
         if self.study.continued:
             assert isinstance(jobs, SomeJobs)

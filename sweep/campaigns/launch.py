@@ -1,5 +1,6 @@
-"""Run what is missing of a study and store it: what `sweep launch` and `sweep search`
-do.
+"""The entry points of `sweep launch` and `sweep search`.
+
+Both run the missing trials of a study and store them.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,8 +22,9 @@ from sweep.workers.executors import ExecutorFactory
 
 
 def check_launches(studies: Sequence[Study], share: Share | None = None) -> None:
-    """Raise one SpecError with all that `launch` would raise of these studies before it
-    runs a trial.
+    """Raise one SpecError with all errors that `launch` would raise for studies.
+
+    The errors are those before a trial runs.
     """
     mistakes = Mistakes()
     for study in studies:
@@ -31,9 +33,10 @@ def check_launches(studies: Sequence[Study], share: Share | None = None) -> None
 
 
 def check_flights(studies: Sequence[Study], executor: ExecutorFactory) -> None:
-    """Raise one ChoiceError with all reasons why trials of these studies cannot fly
-    where the engine flies them. Of a study where a rule adds points, only its first
-    points are known now.
+    """Raise one ChoiceError if the engine cannot run trials of these studies.
+
+    The error has all reasons. If a rule adds points to a study, only its first points
+    are known now.
     """
     if executor.flying.device is None:  # a processor flies every trial
         return
@@ -56,15 +59,38 @@ def launch(
     share: Share | None = None,
     report: Callable[[Progress], None] = lambda _progress: None,
 ) -> Progress:
-    """Run the trials of `study` that its store below `results` lacks, and with `retry`
-    those not done.
+    """Run the trials of a study that are not stored yet.
 
-    The store's plan becomes that of this spec; trials of an earlier one stay stored,
-    apart. Where a rule adds trials or points, the plan lists what the looks so far have
-    asked for. With a `share`, only the trials in it are run, while other launches may
-    run the others. Raises SpecError for a study that is a search, and for
-    a design that cannot be, or be shared; otherwise as `run_campaign`, which says also
-    when `report` is called.
+    The plan of the store becomes that of this spec. Trials of an earlier plan stay
+    stored, apart. If a rule adds trials or points, the plan lists those requested so
+    far.
+
+    Parameters
+    ----------
+    study : Study
+        The study; it must not be a search.
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that runs the trials.
+    retry : bool, default False
+        Run trials again that are stored but not done.
+    share : Share, optional
+        The shard to run, while other launches may run the others.
+    report : callable, optional
+        Called with the progress, as `run_campaign` calls it.
+
+    Returns
+    -------
+    Progress
+
+    Raises
+    ------
+    SpecError
+        If the study is a search, its design is not possible, or it cannot be launched
+        in shards.
+    StoreError, ChoiceError, FailedTrialsError, KeyboardInterrupt
+        As `run_campaign`.
     """
     return run_campaign(
         _strategy(study, share),
@@ -103,13 +129,37 @@ def search(
     retry: bool = False,
     report: Callable[[SearchProgress], None] = lambda _progress: None,
 ) -> SearchProgress:
-    """Search, judge the best candidates on held-out seeds, and do the same for each of
-    the `repetitions`, and for as many random searches. None is as many as the stored
-    search of this very spec has, or none.
+    """Run a search, and judge its best candidates on held-out seeds.
 
-    What is stored below `results` is not run again, with `retry` only if it is done.
-    Raises SpecError for a study that is no search, and for a search that cannot be;
-    otherwise as `run_campaign`, which says also when `report` is called.
+    Each repetition, and as many random searches, run and are judged in the same way.
+    Stored trials do not run again, with `retry` only if they are done.
+
+    Parameters
+    ----------
+    study : Study
+        The study; it must be a search.
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that runs the trials.
+    repetitions : int, optional
+        Number of repetitions. By default as many as the stored search of this very spec
+        has, or none.
+    retry : bool, default False
+        Run trials again that are stored but not done.
+    report : callable, optional
+        Called with the progress, as `run_campaign` calls it.
+
+    Returns
+    -------
+    SearchProgress
+
+    Raises
+    ------
+    SpecError
+        If the study is no search, or the search is not possible.
+    StoreError, ChoiceError, FailedTrialsError, KeyboardInterrupt
+        As `run_campaign`.
     """
     if repetitions is None:
         repetitions = stored_repetitions(study, results)

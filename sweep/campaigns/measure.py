@@ -1,13 +1,13 @@
-"""More metrics of stored trials, from their trajectories: what `sweep measure` does.
+"""Further metrics of stored trials, from their trajectories: `sweep measure`.
 
 Each trial becomes the one that it would be if it had recorded the further metrics too:
 its rows in all tables, with more columns, under the id of this larger recording. So
-whatever reads, verifies, serves or cleans trials works on it as on any. The plan then
-lists it in the place of the former one, as after a launch of a spec with the metrics.
+every command that reads, verifies or deletes trials works on it as on any. The plan
+then lists it in place of the former one, as after a launch of a spec with the metrics.
 
-First the values of all trials are computed, then parts are stored, then the spec, and
-the plan at last. So nothing is stored where one trial is refused. If this ends before
-the plan is stored, the study is as it was, and the same command goes on.
+First the values of all trials are computed. Then the parts are stored, then the spec,
+and the plan last. So nothing is stored if one trial is rejected. If the command ends
+before the plan is stored, the study is as it was, and the same command resumes.
 """
 
 import json
@@ -53,19 +53,29 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
 ENDED = ("done", "diverged")
-"""The statuses that a trial has again, whatever it records."""
+"""Statuses that a trial has again, whatever it records."""
 
 
 @dataclass(frozen=True)
 class MeasuredStudy:
-    """What `measure` has done.
+    """The outcome of `measure`.
 
-    metrics   what the study records now, and did not before
-    measured  how many trials were measured
-    stored    how many had the metrics already
-    left      how many are not stored, or not done: a launch runs them
-    record    what the spec of the study now says of them, under `record`
-    path      the file of the spec when it was launched
+    Attributes
+    ----------
+    study : str
+        Name of the study.
+    metrics : list of str
+        Metrics that the study records now, and did not before.
+    measured : int
+        Number of trials that were measured.
+    stored : int
+        Number of trials that had the metrics already.
+    left : int
+        Number of trials that are not stored, or not done: a launch runs them.
+    record : dict
+        Entries of the metrics under `record` in the spec of the study.
+    path : str
+        File of the spec when it was launched.
     """
 
     study: str
@@ -77,7 +87,7 @@ class MeasuredStudy:
     path: str
 
     def as_json(self) -> str:
-        """The same as a JSON object."""
+        """Return the outcome as a JSON object."""
         return json.dumps(asdict(self))
 
 
@@ -98,18 +108,38 @@ def measure(
 ) -> MeasuredStudy:
     """Compute further metrics of the stored trials of a study, and store them.
 
-        name      the study, below `results`
-        asked     names of metrics; files that have some, as `./mine.py` or
-                  `./mine.py:NAME`; expressions, as `gain = polarization / speed`
-        executor  measures the trials
-        trust     whether code of the study may run that somebody else has launched
-        report    is told how many of how many trials have been read and measured
+    If an error is raised, all stored results remain.
 
-    Raises ChoiceError for what is no such metric, for one that needs more than is
-    stored, and where all are recorded; CodeError for code that cannot be used or may
-    not run; StoreError where another process is launching the study, where trials are
-    not what this machine and this code compute, and where the store cannot be read or
-    written. Whatever is raised, what was stored stays.
+    Parameters
+    ----------
+    name : str
+        Name of the study.
+    requested : sequence of str
+        Names of metrics; files with metrics, such as `./mine.py` or `./mine.py:NAME`;
+        expressions, such as `gain = polarization / speed`.
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that measures the trials.
+    trust : bool, default False
+        Whether custom code of the study may run that somebody else has launched.
+    report : callable, optional
+        Called with the number of trials that have been read and measured, and the
+        number of all.
+
+    Returns
+    -------
+    MeasuredStudy
+
+    Raises
+    ------
+    ChoiceError
+        If a metric is unknown or needs more than is stored, or if all are recorded.
+    CodeError
+        If custom code cannot be used, or may not run.
+    StoreError
+        If another process is launching the study, or if this machine and this code do
+        not compute the stored trials. Also if the store cannot be read or written.
     """
     unlocked = StoredStudy(name, results, trust=trust)
     with custody(unlocked.store) as lock:
@@ -126,8 +156,10 @@ def measure(
 
 
 class _Point(NamedTuple):
-    """A stored trial and what it becomes: the job with the larger recording, and the
-    study of this one trial. `missing` are the metrics that its row lacks.
+    """A stored trial and its successor: the job with the larger recording.
+
+    `study` is the study of this one trial. `missing` are the metrics that its row
+    lacks.
     """
 
     stored: StoredTrial
@@ -137,15 +169,28 @@ class _Point(NamedTuple):
 
     @property
     def is_new(self) -> bool:
-        """Whether its row lacks anything."""
+        """True if the row lacks anything."""
         return bool(self.job.trial_id != self.stored.row["trial_id"])
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Trials of one part that are stored anew: their ids then and now, the study of one
-    of them, where they come from, the tables that they have, the further metrics, and
-    the values of their columns by id; a trial that diverged has none.
+    """Trials of one part that are stored again with further metrics.
+
+    Attributes
+    ----------
+    pairs : Served
+        Former and new ids.
+    study : Study
+        Study of one of the trials.
+    provenance : dict
+        Provenance of the stored trials.
+    tables : list of str
+        Tables that they have.
+    metrics : tuple of str
+        The further metrics.
+    values : dict of dict
+        Values of their columns by new id; a trial that diverged has none.
     """
 
     pairs: Served
@@ -157,7 +202,7 @@ class _Group:
 
 
 class _Measuring:
-    """Further metrics of a stored study, which is in custody."""
+    """Further metrics of a stored study, which this process has locked."""
 
     def __init__(
         self,
@@ -206,7 +251,7 @@ class _Measuring:
         return self.done(metrics)
 
     def done(self, metrics: list[str]) -> MeasuredStudy:
-        """What has been done, where the study now records these metrics."""
+        """Return the outcome for a study that now records these metrics."""
         ended = len(self.ended)
         measured = self.counts["measured"]
         return MeasuredStudy(
@@ -220,8 +265,9 @@ class _Measuring:
         )
 
     def _points(self, trials: Sequence[StoredTrial]) -> Iterator[_Point]:
-        """What some trials of one part become. Raises StoreError for one whose id is
-        not that of the flight which its row describes.
+        """Yield the successors of some trials of one part.
+
+        Raises StoreError if the id of a trial is not that of the run in its row.
         """
         name = self.study.name
         maps = self.study.maps
@@ -252,7 +298,7 @@ class _Measuring:
 
     @property
     def _launch(self) -> str:
-        """The way out where trials must run again, in words."""
+        """Fix for trials that must run again, in words."""
         names = ", ".join(self.further.names)
         return f'add {names} under "record" of its spec, and launch that'
 
@@ -260,8 +306,10 @@ class _Measuring:
         return self.statuses.get(point.job.trial_id) in ENDED
 
     def _group(self, points: Sequence[_Point], total: int) -> _Group:
-        """The trials with their values; the first one shows whether they can have any,
-        and compiles what all need.
+        """Measure trials, and return them with their values.
+
+        The first trial shows whether they can have any, and compiles the kernels for
+        all.
         """
         first, *_ = points
         done = [point for point in points if point.stored.row["status"] == "done"]
@@ -305,7 +353,7 @@ class _Measuring:
             )
 
     def _check_sources(self, point: _Point) -> None:
-        """Raise ChoiceError where what is stored is not enough for a metric."""
+        """Raise ChoiceError if the stored tables are not enough for a metric."""
         stored = point.stored
         record = point.study.record
         series = stored.tables.get("series", {})
@@ -318,7 +366,7 @@ class _Measuring:
                 raise ChoiceError(f"{words}: {self._launch}", self.study.name)
 
     def _checked(self, result: Remeasured, trial: str) -> dict[str, float]:
-        """The further columns of a trial. Raises where it has none, as `measure`."""
+        """Return the further columns of a trial. Raises as `measure` if it has none."""
         if result.need:
             words = (
                 f"{result.need[0]} looks at more than trajectories have: at what was"
@@ -338,8 +386,9 @@ class _Measuring:
         self.report(self.processed, total)
 
     def _flown(self, point: _Point, *, flies: bool) -> FlownTrial:
-        """A trial with its frames. Raises StoreError where they are not what a launch
-        writes.
+        """Return a trial with its frames.
+
+        Raises StoreError if they are not as a launch writes them.
         """
         job = point.job
         tables = point.stored.tables
@@ -371,8 +420,9 @@ class _Measuring:
         )
 
     def _read(self, name: str, pairs: Served, point: Study) -> pa.Table:
-        """What is stored of trials in a table. Raises StoreError for what no launch
-        writes.
+        """Return the stored rows of trials in a table.
+
+        Raises StoreError for a table that no launch writes.
         """
         trials = as_texts(pairs.missing.ids).combine_chunks()
         table = self.store.read(name, trial_ids=trials)
@@ -403,8 +453,9 @@ class _Measuring:
         self.store.gather()
 
     def _publish(self, pairs: Served, point: Study) -> list[str]:
-        """Store the plan and the spec that list the trials with their further metrics,
-        whose names are returned.
+        """Store the plan and the spec that list the trials with their further metrics.
+
+        Returns the names of these metrics.
         """
         metadata = self.study.about
         known = self.further.known(self.study.provenance)
@@ -425,12 +476,14 @@ class _Measuring:
 
 
 def _relist(study: StoredStudy) -> bool:
-    """Where the plan of a search lists trials with further metrics, and what it has
-    asked for still names those without, store the plan with the former in both.
-    Returns whether that was so.
+    """Repair the table of a search that still names trials without further metrics.
+
+    The plan lists these trials with the metrics. It is stored again, with the same
+    trials in both tables. Returns whether that was needed. Raises StoreError for a
+    trial that is not stored.
 
     Up to version 0.18 these were two files, and a measurement that was killed between
-    them has left such a study. Raises StoreError for a trial that is not stored.
+    them has left such a study.
     """
     store = study.store
     search_table = study.store.read_asked()
@@ -465,14 +518,14 @@ def _relist(study: StoredStudy) -> bool:
 
 
 def _pairs(points: Sequence[_Point]) -> Served:
-    """The ids of trials then and now."""
+    """Return the former and the new ids of trials."""
     former = [point.stored.row["trial_id"] for point in points]
     current = [point.job.trial_id for point in points]
     return Served.of(packed(former), packed(current))
 
 
 def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa.Array]:
-    """What some trials of a group have beside what is stored, or in its place."""
+    """Return the new or changed columns of some trials of a group."""
     ids = trials.to_pylist()
     values = [group.values.get(trial, {}) for trial in ids]
     columns = {
@@ -485,9 +538,10 @@ def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa
 def _in_frames(
     table: Columns, names: Sequence[str], steps: NDArray[np.int64], size: int
 ) -> NDArray[np.float64]:
-    """The columns of these names, which have `size` values a frame: (F, names, size).
+    """Return the columns of these names as an array (F, names, size).
 
-    Raises ValueError where frames are not at these steps, or a column has other values.
+    They have `size` values per frame. Raises ValueError if frames are not at these
+    steps, or a column has other values.
     """
     values = np.empty((len(steps), len(names), size))
     frames = table.get("frame", np.empty(0))

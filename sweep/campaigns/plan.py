@@ -1,4 +1,4 @@
-"""The plan of any study: what a launch or a search of it would run."""
+"""The plan of any study: the trials that a launch or a search of it would run."""
 
 from dataclasses import replace
 
@@ -23,11 +23,26 @@ from sweep.trial.simulation import compiling_seconds, layers_of
 def plan_of(
     study: Study, workers: int, results: Location | None = None
 ) -> Plan | SearchPlan:
-    """What `study` would run with so many workers.
+    """Return the plan of a study.
 
-    Of trials that keep their last states it says how many go on from those that are
-    stored below `results`. Raises SpecError for a design or a search that cannot be,
-    StoreError for results that cannot be read, and as `measured_pace`.
+    If trials keep their last states, the plan counts those that would resume from
+    stored ones.
+
+    Parameters
+    ----------
+    study : Study
+        The study, which may be a search.
+    workers : int
+        Number of workers, for the wall time.
+    results : Location, optional
+        Folder of stored results; without it no trial is counted as resumed.
+
+    Raises
+    ------
+    SpecError
+        If the design or the search is not possible, and as `measured_pace`.
+    StoreError
+        If the results cannot be read.
     """
     seconds = _compiling_seconds(study)
     if study.search:
@@ -43,8 +58,10 @@ def plan_of(
 
 
 def _compiling_seconds(study: Study) -> float:
-    """How long it takes to compile the model, as all its trials have it: with each
-    choice of layers it is another kernel. Of a search it is as in its scenarios.
+    """Return the time to compile the kernels of all trials, in s.
+
+    Each choice of layers is another kernel. For a search, the choices are those of its
+    scenarios.
     """
     if study.search:
         study = replace(study, axes=study.search.over, require=(), search=None)
@@ -53,7 +70,7 @@ def _compiling_seconds(study: Study) -> float:
 
 
 def _earlier(study: Study, store: Store) -> Earlier:
-    """From which stored trials those of a study would go on that are missing."""
+    """Return the stored trials from which missing trials of a study would resume."""
     jobs = Jobs(study, expand(study))
     stored = StoredTrials(store, (), retry=False)
     ids = jobs.ids()
@@ -64,6 +81,6 @@ def _earlier(study: Study, store: Store) -> Earlier:
 
 
 def _missing(stored: StoredTrials, jobs: Jobs, ids: Ids) -> SomeJobs:
-    """Those of the jobs, stored under `ids`, that are not."""
+    """Return the jobs whose `ids` are not stored."""
     _, final = stored.ask(ids)
     return SomeJobs(jobs, np.flatnonzero(~final))

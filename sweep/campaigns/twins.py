@@ -1,5 +1,6 @@
-"""Trials that run again because more is recorded of them: what was stored of the same
-flight must come out again, to the last bit.
+"""Trials that run again because more is recorded of them.
+
+The stored results of the same run must come out again, bitwise identical.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,16 +27,29 @@ from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import Result
 
 Stored = tuple[NDArray[np.uint64], NDArray[np.bool_]]
-"""Of some trials the digests of what is stored, and which are stored and done; (n,)."""
+"""Digests of the stored values of n trials, and a mask of those done, shape (n,)."""
 NO_VALUE = np.float64(np.nan).view(np.uint64)
 
 
 class Twins(NamedTuple):
-    """Stored trials of a recording that are the same flights as some jobs, though they
-    record less. Each takes 24 bytes.
+    """Stored trials of one recording that are the same runs as some jobs.
 
-    `columns` are those that both have. `known` are the ids of the jobs, and `digests`
-    (n,), by their rows, stand for what is stored in the columns.
+    They record less than the jobs. Each takes 24 bytes.
+
+    Attributes
+    ----------
+    store : Store
+        Store of the study.
+    study : Study
+        Study of the jobs.
+    recording : Recording
+        Recording of the stored trials.
+    columns : list of str
+        Columns that both have.
+    known : KnownIds
+        Ids of the n jobs.
+    digests : array of uint64
+        Digests of the stored values in the columns, by the rows of `known`, shape (n,).
     """
 
     store: Store
@@ -46,7 +60,7 @@ class Twins(NamedTuple):
     digests: NDArray[np.uint64]
 
     def check(self, results: Iterable[Result]) -> None:
-        """Raise StoreError where a result has another value than what is stored."""
+        """Raise StoreError if a result differs from the stored one."""
         done = [result for result in results if result.status == "done"]
         if not done:
             return
@@ -87,8 +101,30 @@ def twins(
     recordings: Iterable[Recording],
     served: Served,
 ) -> list[Twins]:
-    """The stored trials of each of the `recordings` that must come out again when those
-    of the `jobs` run that are not `served`. Raises StoreError for a damaged part.
+    """Return the stored trials that must come out again when jobs run.
+
+    Parameters
+    ----------
+    store : Store
+        Store of the study.
+    study : Study
+        Study of the jobs.
+    jobs : sequence of Job
+        Trials that are not stored.
+    recordings : iterable of Recording
+        Recordings of stored trials that belong to another spec.
+    served : Served
+        Jobs that do not run, since larger stored trials serve in their place.
+
+    Returns
+    -------
+    list of Twins
+        One per recording with such trials.
+
+    Raises
+    ------
+    StoreError
+        If a part is damaged.
     """
     current = Recording.of(study)
     groups = list[Twins]()
@@ -119,7 +155,7 @@ def twins(
 
 
 def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
-    """What is stored in the columns, by the rows of `wanted`."""
+    """Return the stored values in the columns as digests, by the rows of `known`."""
 
     def of_part(part: Location) -> tuple[Counts, NDArray[np.uint64], NDArray[np.bool_]]:
         if not {*columns} <= {*stored_schema(part / "trials.parquet").names}:
@@ -148,13 +184,13 @@ def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
 
 
 def _bits(values: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """The bits of numbers, those of NaN the same whatever they are."""
+    """Return the bits of numbers, with the same bits for every NaN."""
     bits = np.ascontiguousarray(values, np.float64).view(np.uint64)
     return np.where(np.isnan(values), NO_VALUE, bits)
 
 
 def _digests(values: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """A number that stands for each row of values (n, columns)."""
+    """Return a digest of each row of values (n, columns)."""
     rows = pd.DataFrame(_bits(values))
     hashed = pd.util.hash_pandas_object(rows, index=False)
     return np.asarray(hashed, np.uint64)

@@ -1,17 +1,17 @@
-"""The table of what a search has asked for, which its plan has, beside its trials. If
-it is lost, the same search writes it again.
+"""The table of the candidates of a search, which is stored with the plan.
 
-It has one row for each block and scenario of a candidate:
+If it is lost, the same search writes it again. It has one row per block and scenario of
+a candidate:
 
     run        "search", "repetition 1", "random 1" and so on, or "references"
     phase      "search" or "held_out"; a held-out row has the run that it judges
-    candidate  its number in the order asked in the run; the place of a reference
-    batch      -1 where there is none
+    candidate  its number in the order asked in the run; the index of a reference
+    batch      -1 if there is none
     block
     scenario
     trial_id
 
-What the search was is in the metadata.
+The metadata describe the search.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ from sweep.store.store import SEARCH_AGAIN, Store
 from sweep.tables.stored_study import StoredStudy
 
 ABOUT = b"search"
-"""The key, in the metadata of that table, of what the search was, as JSON."""
+"""Key of the description of the search in the metadata of that table, as JSON."""
 
 SHAPE = {
     "parameters": [str],
@@ -63,15 +63,20 @@ COLUMNS = pa.schema(
 
 @dataclass(frozen=True, eq=False)
 class AskedTrials:
-    """`table` has the rows of that table, each with its trial's `status`, parameters
-    and metric columns.
+    """The table of a search with its trials, and the description of the search.
 
-    The status is "missing" where the trial is not stored. `description` says what the
-    search was: "parameters" and "ranges", "objectives" and "constraints" as their
-    `as_json` has them, "references", "budget", "sampler" and "options", "batch", "level",
-    "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
-    that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
-    `distributions` says how the values of each column are distributed.
+    Attributes
+    ----------
+    table : DataFrame
+        The rows, each with the status, parameters and metric columns of its trial. The
+        status is "missing" if the trial is not stored.
+    description : dict
+        "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
+        returns them, "references", "budget", "sampler" and "options", "batch", "level",
+        "scenarios", "repetitions", and "finished". By run: "blocks" (the most that a
+        candidate gets), "rejected" and "repeated" (numbers of proposals).
+    distributions : mapping
+        Distribution of the values of each column.
     """
 
     table: pd.DataFrame
@@ -80,9 +85,10 @@ class AskedTrials:
 
 
 def stored_repetitions(study: Study, results: Location) -> int:
-    """How often the search that is stored of this very spec is repeated, so that the
-    same command goes on with it; 0 where another spec, or nothing that can be read, is
-    stored. Comments make no other spec.
+    """Return the number of repetitions of the stored search of this very spec.
+
+    So the same command resumes the search. The number is 0 if another spec, or nothing
+    that can be read, is stored. Comments do not make another spec.
     """
     store = Store(results / study.name, results)
     try:
@@ -105,10 +111,10 @@ def stored_repetitions(study: Study, results: Location) -> int:
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:
-    """What a stored search has asked for.
+    """Return the table of a stored search, with its trials.
 
-    Raises ChoiceError where the study is no search, and where `where` has restricted
-    it, and StoreError for a statistic or a distribution that is not known here.
+    Raises ChoiceError if the study is not a search, or if `where` has restricted it.
+    Raises StoreError for a statistic or a distribution that is not known here.
     """
     search_table = study.store.read_asked()
     if search_table is None:
@@ -134,10 +140,10 @@ def read_asked(study: StoredStudy) -> AskedTrials:
 
 
 def asked_objectives(study: StoredStudy) -> list[Objective]:
-    """The objectives of the search of a stored study, in the order of its spec; none
-    where it is no search.
+    """Return the objectives of a stored search, in the order of its spec.
 
-    Raises StoreError for a statistic that is not known here.
+    The list is empty if the study is not a search. Raises StoreError for a statistic
+    that is not known here.
     """
     if study.asked is None:
         return []
@@ -147,14 +153,20 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
 
 
 def _description(store: Store, search_table: pa.Table) -> dict[str, Any]:
-    """What a search was, from what it has asked for. Raises StoreError."""
+    """Return the description of a search from the metadata of its table.
+
+    Raises StoreError if there is none of this form.
+    """
     return metadata(
         search_table.schema, ABOUT, SHAPE, store.folder / PLAN, remedy=SEARCH_AGAIN
     )
 
 
 def _check_known(file: Location, description: Mapping[str, Any]) -> None:
-    """Whether a search uses only what is entered here: it may come from anyone."""
+    """Raise StoreError if a search uses an unknown statistic or distribution.
+
+    The table may come from anyone.
+    """
     sections = (*description["objectives"], *description["constraints"])
     statistics = {section["statistic"] for section in sections} - STATISTICS.keys()
     forms = {form for spread in description["ranges"].values() for form in spread}

@@ -1,4 +1,4 @@
-"""A search as a study of optuna, in any of its storages, for its dashboard, plots."""
+"""A search as a study of optuna, in any of its storages, for dashboard and plots."""
 
 import os
 from collections.abc import Iterator
@@ -35,17 +35,37 @@ if TYPE_CHECKING:
 
 
 def export(study: StoredStudy, url: str, name: str | None = None) -> str:
-    """Write the main search into the storage at `url`, as `sqlite:///gains.db`, and
-    return the study's name there.
+    """Write the main search into a storage of optuna.
 
-    That is `name`, by default the name of our study. Candidates with most blocks are
-    complete trials there, so that optuna's best is our winner; the others are pruned
-    ones, and failed ones have failed. With one objective a trial has as intermediate
-    values the estimates after 1, 2, ... blocks. User attributes are candidate, batch,
-    status, blocks, trial_ids, and for those that are judged held_out. Raises
-    OutputError where the study is no search, or the storage cannot be written, or has a
-    study of that name, which is left as it is. The password of a database is that of
-    the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
+    Candidates with most blocks are complete trials there, so that the best one of
+    optuna is our winner. The others are pruned trials, and failed ones have failed.
+    With one objective, the intermediate values of a trial are the estimates after 1, 2,
+    ... blocks. User attributes are candidate, batch, status, blocks, trial_ids, and for
+    judged candidates held_out.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored search.
+    url : str
+        URL of the database, such as `sqlite:///gains.db`. Its password is the value of
+        the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages
+        show.
+    name : str, optional
+        Name of the study there; by default the name of `study`.
+
+    Returns
+    -------
+    str
+        Name of the study there.
+
+    Raises
+    ------
+    ChoiceError
+        If the study is not a search.
+    OutputError
+        If the storage cannot be written, or has a study of that name, which is left as
+        it is.
     """
     asked_trials = read_asked(study)
     name = name or study.name
@@ -78,7 +98,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
 
 
 def check_export(url: str, name: str) -> None:
-    """Raise OutputError, before any work, where `export` to this URL would do so."""
+    """Raise OutputError, before any work, if `export` to this URL would raise it."""
     with quiet(), _storage(url) as storage:
         _check_free(storage, url, name)
 
@@ -97,7 +117,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
 
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
-    """The storage at `url`, closed at the end. Raises OutputError for a wrong one."""
+    """Open the storage at `url`, and close it at the end. Raises OutputError."""
     from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
@@ -121,11 +141,11 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
 
 
 def _with_password(url: str, example: str) -> str:
-    """The URL with the password of the environment. Raises OutputError where it has one
-    of its own, which is not said.
+    """Return the URL with the password of the environment.
 
-    Other users of a machine can read the arguments of a command, and shells and logs
-    keep them.
+    Raises OutputError for a URL with a password, and does not show the password. Other
+    users of a machine can read the arguments of a command, and shells and logs keep
+    them.
     """
     from sqlalchemy.engine import make_url
     from sqlalchemy.exc import ArgumentError
@@ -156,7 +176,7 @@ def _first_line(error: BaseException) -> str:
 
 
 def _trials(asked_trials: AskedTrials) -> "Iterator[FrozenTrial]":
-    """The candidates of the main search as trials of optuna, in the order asked."""
+    """Yield the candidates of the main search as optuna trials, in the order asked."""
     table = candidates(asked_trials)
     searched = trials_of(asked_trials, SEARCH, "search")
     judged = trials_of(asked_trials, SEARCH, HELD_OUT)
@@ -213,7 +233,7 @@ def _trial(
     limits: dict[str, float],
     most: int,
 ) -> "FrozenTrial":
-    """One trial; `estimates` are those of the objectives after each block."""
+    """Return one trial; `estimates` are those of the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
     known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
@@ -244,7 +264,7 @@ def _trial(
 def _estimates(
     searched: TrialsByBlock, place: int, aims: list[Objective]
 ) -> list[list[float]]:
-    """The estimates of a candidate after 1, 2, ... of its blocks."""
+    """Return the estimates of a candidate after 1, 2, ... of its blocks."""
     columns = [(objective, searched.of(place, objective.column)) for objective in aims]
     number = int(searched.counts()[place])
     return [
@@ -256,9 +276,7 @@ def _estimates(
 def _limits(
     searched: TrialsByBlock, place: int, bounds: list[Constraint]
 ) -> dict[str, float]:
-    """The violations of a candidate, by the constraint in words; those that are not
-    known are left out.
-    """
+    """Return the known violations of a candidate, by column and statistic."""
     each = {
         f"{constraint.column} {constraint.statistic}": constraint.violation(
             searched.of(place, constraint.column)

@@ -1,4 +1,4 @@
-"""What a report says of a stored search, and what its reader is warned of."""
+"""The findings of a stored search, and warnings for the readers of a report."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,38 +32,47 @@ from sweep.tables.stored_study import StoredStudy
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a report says. Each part is computed when it is first asked for."""
+    """Findings of a search. Each one is computed at its first use."""
 
     study: StoredStudy
     asked_trials: AskedTrials
 
     @cached_property
     def objectives(self) -> list[Objective]:
+        """Objectives, in the order of the spec."""
         return objectives(self.asked_trials)
 
     @cached_property
     def units(self) -> dict[str, str]:
+        """Units by column."""
         return self.study.units
 
     @cached_property
     def candidates(self) -> pd.DataFrame:
+        """One row per candidate: see `sweep.campaigns.search.outcome.candidates`."""
         return candidates(self.asked_trials)
 
     @cached_property
     def winners(self) -> pd.DataFrame:
+        """One row per chosen candidate and objective: see `held_out.winners`."""
         return winners(self.asked_trials)
 
     @cached_property
     def references(self) -> pd.DataFrame:
+        """One row per reference and objective: see `held_out.references`."""
         return references(self.asked_trials)
 
     @cached_property
     def differences(self) -> pd.DataFrame:
+        """One row per winner, reference and objective: see `held_out.differences`."""
         return differences(self.asked_trials)
 
     @cached_property
     def front(self) -> pd.DataFrame:
-        """Raises ChoiceError for a search with one objective."""
+        """One row per member of the Pareto front: see `held_out.front`.
+
+        Raises ChoiceError for a search with one objective.
+        """
         if len(self.objectives) == 1:
             raise ChoiceError(
                 "a front needs two objectives and there is one", self.study.name
@@ -72,6 +81,7 @@ class Findings:
 
     @cached_property
     def against(self) -> AgainstRandom | None:
+        """Repetitions against random searches; None if the search was not repeated."""
         return (
             against_random(self.asked_trials)
             if runs(self.asked_trials, REPETITION) and runs(self.asked_trials, RANDOM)
@@ -80,6 +90,7 @@ class Findings:
 
     @cached_property
     def spent(self) -> int:
+        """Number of trials of the main search that are stored, each counted once."""
         rows = self.asked_trials.table[
             (self.asked_trials.table["run"] == SEARCH)
             & (self.asked_trials.table["phase"] == "search")
@@ -88,8 +99,9 @@ class Findings:
 
     @cached_property
     def best(self) -> dict[str, Any] | None:
-        """The row of the winner, or with several objectives of the knee or else the
-        first of the front.
+        """The row of the winner; None without a winner.
+
+        With several objectives it is the knee of the front, or else its first member.
         """
         if self.winners.empty:
             return None
@@ -99,7 +111,7 @@ class Findings:
         return dict(self.candidates.set_index("candidate", drop=False).loc[place])
 
     def settings(self, row: dict[str, Any]) -> dict[str, Any]:
-        """The parameters of a candidate as plain values."""
+        """Return the parameters of a candidate as plain values."""
         return {
             name: plain(row[name])
             for name in self.asked_trials.description["parameters"]
@@ -107,7 +119,7 @@ class Findings:
 
 
 def warnings(findings: Findings) -> list[str]:
-    """What a reader must know before believing the rest, a sentence each."""
+    """Return the warnings that a reader must know before the rest, a sentence each."""
     description = findings.asked_trials.description
     best = findings.best
     sentences = (
@@ -173,6 +185,6 @@ def warnings(findings: Findings) -> list[str]:
 
 
 def plain(value: Any) -> Any:
-    """A value of a table as JSON has it; None for what is not a finite number."""
+    """Return a value of a table as JSON has it; None for NaN and infinity."""
     value = value.item() if isinstance(value, np.generic) else value
     return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,5 +1,4 @@
-"""What a search has chosen, judged on seeds that it has never seen, beside what the
-search itself saw.
+"""The candidates that a search has chosen, judged on seeds that it has never seen.
 
 The winner is the luckiest among good candidates, so its search estimate is too good:
 the winner's curse. Its held-out estimate is not, for the choice was made before.
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 RESAMPLES = 2000
 RESAMPLING_SEED = 20
 UNFINISHED_SHOWN = 5
-"""How many candidates are shown while none has been judged on held-out seeds."""
+"""Number of candidates shown while none has been judged on held-out seeds."""
 UNKNOWN = Interval(np.nan, np.nan, np.nan, 0)
 
 
@@ -50,8 +49,9 @@ class HeldOutDifference(NamedTuple):
 
 
 def shown(asked_trials: "AskedTrials", run: str = SEARCH) -> list[int]:
-    """The candidates that a run has chosen and judged on held-out seeds, the winner
-    first; before that the best.
+    """Return the candidates that a run has chosen and judged, the winner first.
+
+    Before any is judged on held-out seeds, these are the best candidates.
     """
     judged = set(trials_of(asked_trials, run, HELD_OUT).candidates.tolist())
     order = chosen(
@@ -63,18 +63,20 @@ def shown(asked_trials: "AskedTrials", run: str = SEARCH) -> list[int]:
 
 
 def winners(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
-    """One row a chosen candidate and objective, in the order of `chosen`: the winner
-    first.
+    """Return a table of chosen candidates, one row per candidate and objective.
 
-    Columns: candidate, objective, then search and held_out, each with `_low`, `_high`
-    and `_n`, the number of blocks, optimism, violation and not_done. Intervals are
-    those of `block_interval`, 95 %: of the search each for itself and as if the
-    candidate had not been chosen; the held-out ones hold together (Bonferroni) over all
-    rows and those of the references. `optimism` is by how much the search estimate is
-    the better one; NaN for a worst value, which differs by the number of blocks alone.
-    `violation` is the largest on held-out seeds, minus infinity without constraints,
-    and `not_done` the number of held-out trials without a result, for which nothing is
-    known.
+    The order is that of `chosen`: the winner first. Columns: candidate, objective, then
+    search and held_out, each with `_low`, `_high` and `_n`, the number of blocks,
+    optimism, violation and not_done.
+
+    Confidence intervals are those of `block_interval`, 95 %. Search intervals hold each
+    for itself, and as if the candidate had not been chosen. Held-out intervals are
+    simultaneous (Bonferroni) over all rows and those of the references.
+
+    `optimism` is by how much the search estimate is the better one. It is NaN for a
+    worst value, which differs by the number of blocks alone. `violation` is the largest
+    on held-out seeds, minus infinity without constraints. `not_done` is the number of
+    held-out trials without a result, for which nothing is known.
     """
     numbers = shown(asked_trials, run)
     searched = trials_of(asked_trials, run, SEARCH)
@@ -113,10 +115,10 @@ def winners(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
 
 
 def references(asked_trials: "AskedTrials") -> pd.DataFrame:
-    """One row a reference and objective.
+    """Return a table of the references, one row per reference and objective.
 
     Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
-    not_done, as `winners` has them; the intervals hold together with those.
+    not_done, as in `winners`. The confidence intervals are simultaneous with those.
     """
     judged = trials_of(asked_trials, REFERENCES, HELD_OUT)
     confidence = together(asked_trials, shown(asked_trials))
@@ -141,12 +143,13 @@ def references(asked_trials: "AskedTrials") -> pd.DataFrame:
 
 
 def differences(asked_trials: "AskedTrials") -> pd.DataFrame:
-    """The winner minus each reference, or with several objectives each member of the
-    front; columns of `HeldOutDifference`.
+    """Return a table of the winner minus each reference.
 
-    Pairs are held-out blocks, which both have with the same seeds;
-    `variance_reduction`, of means only, says how many times as many independent blocks
-    that saves. The 95 % intervals hold together over all rows (Bonferroni).
+    The columns are the fields of HeldOutDifference. With several objectives, each
+    member of the front takes the place of the winner. Pairs are held-out blocks, which
+    both have with the same seeds. `variance_reduction`, of means only, is the factor of
+    independent blocks that common seeds save. The 95 % confidence intervals are
+    simultaneous over all rows (Bonferroni).
     """
     aims = objectives(asked_trials)
     numbers = shown(asked_trials)
@@ -177,15 +180,18 @@ def differences(asked_trials: "AskedTrials") -> pd.DataFrame:
 
 
 def front(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
-    """One row a member of the Pareto front that a run has chosen: candidate, on_front,
-    share, beaten_by, knee.
+    """Return a table of the Pareto front that a run has chosen, one row per member.
 
-    All are of the held-out estimates. `on_front`: no other chosen one dominates it;
-    `share`: in which part of 2000 bootstrap resamples of the blocks that is so;
-    `beaten_by`: a candidate that is better in every objective beyond the 95 % intervals
-    of the paired differences, which hold together over all pairs and objectives
-    (Bonferroni), else -1; `knee`: whether it is the knee of those on the front. Empty
-    before held-out trials have run.
+    Columns: candidate, on_front, share, beaten_by, knee. All are of the held-out
+    estimates. The table is empty before held-out trials have run.
+
+    `on_front` is true if no other chosen candidate dominates the member. `share` is the
+    fraction of 2000 bootstrap resamples of the blocks in which that is so. `beaten_by`
+    is a candidate that is better in every objective, else -1. `knee` is true for the
+    knee of those on the front.
+
+    A better candidate is so beyond the 95 % confidence intervals of the paired
+    differences. These are simultaneous over all pairs and objectives (Bonferroni).
     """
     aims = objectives(asked_trials)
     judged = trials_of(asked_trials, run, HELD_OUT)
@@ -206,8 +212,9 @@ def front(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
 
 
 def together(asked_trials: "AskedTrials", numbers: list[int]) -> float:
-    """The confidence of each held-out interval with which those of these candidates and
-    the references all hold.
+    """Return the confidence level of each held-out interval, for simultaneous 95 %.
+
+    The intervals are those of these candidates and of the references.
     """
     rows = (len(numbers) + len(asked_trials.description["references"])) * len(
         asked_trials.description["objectives"]
@@ -218,8 +225,23 @@ def together(asked_trials: "AskedTrials", numbers: list[int]) -> float:
 def held_out_interval(
     judged: TrialsByBlock, number: int, objective: Objective, confidence: float
 ) -> Interval:
-    """The held-out estimate of a candidate with its interval; NaN, with no blocks,
-    where there is none.
+    """Return the held-out estimate of a candidate with its confidence interval.
+
+    Parameters
+    ----------
+    judged : TrialsByBlock
+        Held-out trials.
+    number : int
+        Number of the candidate.
+    objective : Objective
+        Objective to estimate.
+    confidence : float
+        Confidence level.
+
+    Returns
+    -------
+    Interval
+        NaN, with no blocks, if the candidate is not judged.
     """
     if number not in judged.candidates:
         return UNKNOWN
@@ -229,7 +251,22 @@ def held_out_interval(
 def held_out_values(
     judged: TrialsByBlock, numbers: list[int], aims: list[Objective]
 ) -> Floats:
-    """The held-out estimates of judged candidates, shape (candidates, objectives)."""
+    """Return the held-out estimates of judged candidates.
+
+    Parameters
+    ----------
+    judged : TrialsByBlock
+        Held-out trials.
+    numbers : list of int
+        Numbers of k candidates.
+    aims : list of Objective
+        The m objectives.
+
+    Returns
+    -------
+    array of float
+        Estimates, shape (k, m).
+    """
     values = [
         [objective.value(_judged(judged, number, objective)) for objective in aims]
         for number in numbers

@@ -1,4 +1,4 @@
-"""What a search has asked for so far, by phases, and the tables of it."""
+"""The candidates that a search has requested so far, by phases, and their tables."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ from sweep.store.plan_about import AxisAbout, PlanAbout
 
 
 class AskedRow(NamedTuple):
-    """A row of what was asked for, with a job in place of its id."""
+    """A row of the table of a search, with a job in place of its id."""
 
     run: str
     phase: str
@@ -33,8 +33,9 @@ class AskedRow(NamedTuple):
 
 
 class AskedPhase(NamedTuple):
-    """The candidates of one phase of a run, in the order asked: a list that may grow,
-    like the trials of each.
+    """The candidates of one phase of a run, in the order asked.
+
+    The list may grow, and so may the trials of each candidate.
     """
 
     run: str
@@ -42,7 +43,7 @@ class AskedPhase(NamedTuple):
     candidates: list[AskedCandidate]
 
     def rows(self) -> Iterator[AskedRow]:
-        """A row a trial, by candidate, block and scenario."""
+        """Yield one row per trial, by candidate, block and scenario."""
         for candidate in self.candidates:
             for block, jobs in enumerate(candidate.trials):
                 for scenario, job in enumerate(jobs):
@@ -56,8 +57,20 @@ def plan_tables(
     description: Mapping[str, Any],
     origin: Origin,
 ) -> PlanTables:
-    """The plan of a search, which lists each trial once, and what it has asked for,
-    with `about` in the metadata of the latter.
+    """Return the plan of a search, and the table of the search.
+
+    The plan lists each trial once.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    phases : sequence of AskedPhase
+        Phases so far.
+    description : mapping
+        Description of the search, for the metadata of its table.
+    origin : Origin
+        Provenance, for the metadata of the plan.
     """
     rows = [row for phase in phases for row in phase.rows()]
     jobs = {row.job.trial_id: row.job for row in rows}
@@ -74,7 +87,19 @@ def plan_tables(
 def known_trials(
     study: Study, phase: AskedPhase, known: KnownValues, description: dict[str, Any]
 ) -> AskedTrials:
-    """What `read_asked` would return of a phase whose trials are all stored."""
+    """Return the result of `read_asked` for a phase whose trials are all stored.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    phase : AskedPhase
+        The phase.
+    known : KnownValues
+        Values of its trials.
+    description : dict
+        Description of the search.
+    """
     distributions = {name: study.distribution(name) for name in known.columns}
     parameters = description["parameters"]
     rows = []
@@ -100,8 +125,10 @@ def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:
 
 
 def _varied(study: Study) -> list[str]:
-    """The settings that can differ between trials: parameters, scenarios, and what
-    follows from them.
+    """Return the parameters that can differ between trials.
+
+    These are the parameters of the search, those of scenarios, and those derived from
+    them.
     """
     search = section_of(study)
     names = [setting for axis in search.over for setting in axis.columns]
@@ -116,7 +143,17 @@ def _varied(study: Study) -> list[str]:
 def about_search(
     study: Study, blocks: Mapping[str, int], repetitions: int
 ) -> dict[str, Any]:
-    """The metadata of a new search; `blocks` are the most of a candidate, by run."""
+    """Return the description of a new search.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    blocks : mapping of int
+        Largest number of blocks of a candidate, by run.
+    repetitions : int
+        Number of repetitions.
+    """
     search = section_of(study)
     return {
         "parameters": [parameter.name for parameter in search.parameters],

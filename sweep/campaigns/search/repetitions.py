@@ -1,5 +1,7 @@
-"""A search against time and against plain random search: the best so far, and what
-independent repetitions found.
+"""A search against time and against plain random search.
+
+The module compares the best candidate so far, and the results of independent
+repetitions.
 """
 
 from dataclasses import dataclass
@@ -34,12 +36,23 @@ HYPERVOLUME = "hypervolume"
 
 @dataclass(frozen=True, eq=False)
 class AgainstRandom:
-    """What repetitions of a search found against what random searches found, with as
-    many trials each.
+    """Repetitions of a search against random searches with as many trials each.
 
-    `quantity` is the objective's column, or "hypervolume". `search` and `random` hold
-    one held-out value a run, (n,) each, of its winner; `without` counts the runs of
-    either kind that have found none, or are not judged yet.
+    Attributes
+    ----------
+    quantity : str
+        Column of the objective, or "hypervolume".
+    maximize : bool
+        Whether larger values are better.
+    search : array of float
+        Held-out value of the winner of each repetition, shape (n,).
+    random : array of float
+        Held-out value of the winner of each random search, shape (n,).
+    without : tuple of int
+        Number of repetitions and of random searches that have no winner, or are not
+        judged yet.
+    distribution : Declared, default "normal"
+        Distribution of the values.
     """
 
     quantity: str
@@ -51,14 +64,18 @@ class AgainstRandom:
 
     @property
     def estimate(self) -> MeanEstimate:
-        """The search minus random search, with the interval and the test of the
-        distribution of the objective: Welch's where it is normal.
+        """The search minus random search, with its confidence interval and test.
+
+        They are those of the distribution of the objective: Welch's if it is normal.
         """
         return mean_estimate(self.random, self.search, distribution=self.distribution)
 
 
 def runs(asked_trials: "AskedTrials", kind: str) -> list[str]:
-    """The names of the runs that are a "repetition", or "random", by their numbers."""
+    """Return the names of the runs of a kind, in the order of their numbers.
+
+    The kind is REPETITION or RANDOM.
+    """
     names = [
         name
         for name in asked_trials.table["run"].unique()
@@ -68,14 +85,14 @@ def runs(asked_trials: "AskedTrials", kind: str) -> list[str]:
 
 
 def against_random(asked_trials: "AskedTrials") -> AgainstRandom:
-    """The repetitions of a search against the random searches, by the held-out values
-    of their winners.
+    """Compare the repetitions of a search with the random searches.
 
-    A run is one independent value: it has seeds of its own for its sampler and its
-    trials. The held-out seeds are common to all runs, so the interval is for these
-    seeds; what a seed adds for every setting cancels out. With several objectives the
-    value is the hypervolume of the held-out estimates of the run's front, beyond the
-    point of `reference_point`.
+    The held-out values of their winners are compared. A run is one independent value:
+    it has its own seeds for its sampler and its trials. The held-out seeds are common
+    to all runs, so the confidence interval is for these seeds; the effect that a seed
+    has on every candidate cancels out. With several objectives the value is the
+    hypervolume of the held-out estimates of the front of the run, beyond the point of
+    `reference_point`.
     """
     aims = objectives(asked_trials)
     several = len(aims) > 1
@@ -107,14 +124,28 @@ def against_random(asked_trials: "AskedTrials") -> AgainstRandom:
 def best_so_far(
     asked_trials: "AskedTrials", run: str = SEARCH, reference: Floats | None = None
 ) -> pd.DataFrame:
-    """The search estimate of the best so far after each batch of a run, or after each
-    candidate where there are none.
+    """Return the search estimate of the best candidate after each batch of a run.
 
-    Columns: step (batch or candidate), trials (spent by then, each counted once),
-    candidate and value: the winner by then and its estimate, on the seeds of the search
-    and so too good; with several objectives candidate is -1, and value the hypervolume
-    of the candidates with all blocks by then, beyond `reference`, by default the point
-    of `reference_point`. NaN, and -1, before there is any.
+    Without batches, there is one row per candidate. The estimate is on the seeds of the
+    search, and so too good.
+
+    Parameters
+    ----------
+    asked_trials : AskedTrials
+        The search.
+    run : str, default SEARCH
+        Name of the run.
+    reference : array of float, optional
+        Reference point of the hypervolume, shape (m,); by default that of
+        `reference_point`.
+
+    Returns
+    -------
+    DataFrame
+        Columns: step (batch or candidate), trials (spent by then, each counted once),
+        candidate and value (the winner by then and its estimate). With several
+        objectives candidate is -1, and value the hypervolume of the candidates with all
+        blocks by then. NaN, and -1, before there is any.
     """
     aims = objectives(asked_trials)
     table = candidates(asked_trials, run)
@@ -135,11 +166,10 @@ def best_so_far(
 
 
 def reference_point(asked_trials: "AskedTrials") -> Floats | None:
-    """The point (m,) that hypervolumes of a search are measured from, the same for all
-    of its runs.
+    """Return the reference point (m,) of the hypervolumes of all runs of a search.
 
     In each objective it is the worst search estimate of all feasible candidates with
-    all blocks of all runs; None where there is none.
+    all blocks of all runs; None if there is none.
     """
     aims = objectives(asked_trials)
     searched = asked_trials.table.loc[
@@ -182,7 +212,7 @@ def _judged_value(
 def _spent(
     asked_trials: "AskedTrials", run: str, table: pd.DataFrame
 ) -> "pd.Series[int]":
-    """The number of trials by the end of each step."""
+    """Return the number of trials by the end of each step."""
     rows = asked_trials.table[
         (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == SEARCH)
     ]
@@ -198,7 +228,7 @@ def _spent(
 
 
 def _best(table: pd.DataFrame, objective: Objective) -> pd.DataFrame:
-    """The winner among the candidates up to each, by the rule of `chosen`."""
+    """Return the winner among the candidates up to each, by the rule of `chosen`."""
     sign = 1.0 if objective.maximize else -1.0
     value = table[objective.column].to_numpy(np.float64)
     counts = table["feasible"] & (table["status"] != FAILED) & ~np.isnan(value)
@@ -220,8 +250,9 @@ def _best(table: pd.DataFrame, objective: Objective) -> pd.DataFrame:
 def _volumes(
     table: pd.DataFrame, aims: list[Objective], reference: Floats | None
 ) -> pd.DataFrame:
-    """The hypervolume of the candidates up to each that have all blocks; known for the
-    last of each step.
+    """Return the hypervolume of the candidates up to each that have all blocks.
+
+    It is known for the last candidate of each step.
     """
     counts = (table["feasible"] & (table["status"] == COMPLETE)).to_numpy()
     values = values_of(table, aims)

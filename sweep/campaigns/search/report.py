@@ -1,5 +1,6 @@
-"""What a report says of a stored search, as plain data, as tables of texts and in
-sentences: `sweep search` prints it, and the explorer shows it.
+"""The report of a stored search as plain data, as tables of texts and in sentences.
+
+`sweep search` prints it, and the explorer shows it.
 """
 
 from typing import Any, NamedTuple
@@ -22,8 +23,20 @@ from sweep.spec.strict_yaml import dump
 
 
 class ReportTable(NamedTuple):
-    """A table of texts, and how to read it. `candidates` has for each row the place of
-    its candidate, and `references` that of its reference; -1 where it has none.
+    """A table of texts, and how to read it.
+
+    Attributes
+    ----------
+    titles : list of str
+        Titles of the columns.
+    rows : list of list of str
+        Texts of the cells.
+    note : str
+        Explanation of the table.
+    candidates : list of int
+        Number of the candidate of each row; -1 if it has none.
+    references : list of int
+        Index of the reference of each row; -1 if it has none.
     """
 
     titles: list[str]
@@ -34,8 +47,9 @@ class ReportTable(NamedTuple):
 
 
 def report_facts(findings: Findings) -> dict[str, Any]:
-    """What `sweep search --json` prints. Numbers have all their digits, and what is not
-    known is None.
+    """Return the report that `sweep search --json` prints.
+
+    Numbers have all their digits, and unknown ones are None.
     """
     against = findings.against
     return {
@@ -64,7 +78,7 @@ def report_facts(findings: Findings) -> dict[str, Any]:
 
 
 def searched_text(findings: Findings) -> str:
-    """What was searched, and what was spent."""
+    """Return the extent of the search, and the trials spent."""
     description = findings.asked_trials.description
     origin = findings.study.provenance
     racing = (
@@ -97,7 +111,10 @@ def searched_text(findings: Findings) -> str:
 
 
 def best_text(findings: Findings) -> str:
-    """The best settings as lines of a spec, to six digits; "" without a winner."""
+    """Return the best parameters as lines of a spec, to six digits.
+
+    The text is "" without a winner.
+    """
     if findings.best is None:
         return ""
     role = (
@@ -123,8 +140,11 @@ def _six_digits(value: Any) -> Any:
 
 
 def report_tables(findings: Findings) -> list[ReportTable]:
-    """The tables of a report: the chosen and the references, judged on held-out seeds;
-    of several objectives also the front, and its differences from the references.
+    """Return the tables of a report.
+
+    The first has the chosen candidates and the references, judged on held-out seeds.
+    With several objectives, there are also the front and its differences from the
+    references.
     """
     tables = [
         judged_table(findings),
@@ -135,7 +155,10 @@ def report_tables(findings: Findings) -> list[ReportTable]:
 
 
 def judged_table(findings: Findings) -> ReportTable | None:
-    """What was chosen, and the references, on held-out seeds; None without a winner."""
+    """Return the chosen candidates and the references, on held-out seeds.
+
+    Returns None without a winner.
+    """
     if findings.winners.empty:
         return None
     several = len(findings.objectives) > 1
@@ -182,7 +205,7 @@ def judged_table(findings: Findings) -> ReportTable | None:
 
 
 def front_table(findings: Findings) -> ReportTable | None:
-    """The chosen of several objectives as a front; None for one objective."""
+    """Return the chosen candidates as a front; None for one objective."""
     if len(findings.objectives) == 1 or findings.front.empty:
         return None
     rows = []
@@ -204,7 +227,7 @@ def front_table(findings: Findings) -> ReportTable | None:
 
 
 def differences_table(findings: Findings) -> ReportTable | None:
-    """The chosen of several objectives minus the references; None for one objective."""
+    """Return the chosen candidates minus the references; None for one objective."""
     if len(findings.objectives) == 1 or findings.differences.empty:
         return None
     rows = []
@@ -232,8 +255,9 @@ def differences_table(findings: Findings) -> ReportTable | None:
 
 
 def references_text(findings: Findings) -> str:
-    """The winner of one objective against the references, in words; "" where there is
-    none, and for several objectives.
+    """Return sentences on the winner against the references.
+
+    The text is "" without references, and for several objectives.
     """
     if len(findings.objectives) > 1 or findings.differences.empty:
         return ""
@@ -259,7 +283,10 @@ def references_text(findings: Findings) -> str:
 
 
 def against_text(findings: Findings) -> str:
-    """The search against random searches; "" where it was not repeated."""
+    """Return sentences on the search against random searches.
+
+    The text is "" if the search was not repeated.
+    """
     against = findings.against
     if against is None:
         return ""

@@ -1,4 +1,4 @@
-"""Optuna at work: a study of it that proposes candidates, and what it asks for."""
+"""Optuna as the sampler of a search: its study, and the ranges of parameters."""
 
 import warnings
 from collections.abc import Iterator
@@ -16,8 +16,16 @@ if TYPE_CHECKING:
 
 
 def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
-    """An optuna study in memory for these objectives, with the sampler `name` and its
-    `seed` of 32 bits.
+    """Return an optuna study in memory, for the objectives of a search.
+
+    Parameters
+    ----------
+    name : str
+        Name of the sampler.
+    search : Search
+        The search, with objectives and options.
+    seed : int
+        Seed of the sampler, of 32 bits.
     """
     with quiet():
         import optuna
@@ -33,7 +41,7 @@ def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
 
 
 def distributions(parameters: tuple[Parameter, ...]) -> "dict[str, BaseDistribution]":
-    """What optuna is to ask for each parameter."""
+    """Return the distribution of optuna for each parameter."""
     return {
         parameter.name: _distribution(parameter.form, parameter.arguments)
         for parameter in parameters
@@ -56,7 +64,7 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
-    """How many candidates there are: infinite where a parameter is continuous."""
+    """Return the number of candidates: infinite if a parameter is continuous."""
     size = 1.0
     for parameter in parameters:
         size *= _count(parameter.form, parameter.arguments)
@@ -76,8 +84,9 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Optuna without its log lines and its remarks on options that are experimental; it
-    is imported within.
+    """Silence the log lines of optuna and its warnings about experimental options.
+
+    The context imports optuna.
     """
     with warnings.catch_warnings():
         # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody

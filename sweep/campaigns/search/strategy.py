@@ -1,5 +1,6 @@
-"""A whole search: the search itself, its repetitions and random searches to compare
-with, and the held-out trials of each.
+"""A whole search: the search itself, its repetitions, and random searches.
+
+Each of them has its held-out trials. The random searches are there to compare with.
 """
 
 from collections.abc import Iterator, Mapping
@@ -38,14 +39,15 @@ from sweep.spec.search_samplers import PLAIN
 from sweep.spec.study import Study
 
 RANDOM_BLOCKS = 3
-"""Blocks of each candidate of a plain random search, as published searches took."""
+"""Blocks of each candidate of a plain random search, as in published searches."""
 
 
 class SearchStrategy:
-    """Asks for the trials of one rung of a race after the other, then for the held-out
-    trials of what is chosen, and does the same for each repetition and random search.
+    """A strategy that requests the trials of a search.
 
-    Raises SpecError for a study that is no search, and for a search that cannot be.
+    It requests one rung of a race after the other, then the held-out trials of the
+    chosen candidates. The same follows for each repetition and random search. Raises
+    SpecError for a study that is not a search, and for a search that is not possible.
     """
 
     grows = True
@@ -67,9 +69,9 @@ class SearchStrategy:
         self.known = KnownValues(self.section.columns)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """Of each run a round a rung, and a round of held-out trials.
+        """Yield a round per rung of each run, and a round of its held-out trials.
 
-        Nothing is missing of the last one: it has the plan of the finished search.
+        The last round has no trials: it has the plan of the finished search.
         """
         for setup in self.setups:
             searched = AskedPhase(setup.name, SEARCH, [])
@@ -82,7 +84,7 @@ class SearchStrategy:
         yield self._round([])
 
     def _search(self, run: Run) -> Iterator[list[Job]]:
-        """The trials of a run, rung by rung."""
+        """Yield the trials of a run, rung by rung."""
         for jobs in run.rounds():
             self._count(run)
             yield jobs
@@ -96,8 +98,9 @@ class SearchStrategy:
             self.progress.best_so_far = f"{name}: {run.best_so_far}"
 
     def _judge(self, searched: AskedPhase) -> Iterator[list[Job]]:
-        """The held-out trials of what a run has chosen; with those of the main search
-        go the references'.
+        """Yield the held-out trials of the candidates that a run has chosen.
+
+        The held-out trials of the references go with those of the main search.
         """
         name = searched.run
         objectives = self.section.objectives
@@ -119,7 +122,7 @@ class SearchStrategy:
         yield jobs
 
     def _held_out(self, run: str, judged: Mapping[int, Candidate]) -> list[Job]:
-        """All trials of candidates on held-out seeds, as a phase of a run."""
+        """Return all trials of candidates on held-out seeds, as a phase of a run."""
         phase = [
             AskedCandidate(number, -1, candidate)
             for number, candidate in judged.items()
@@ -131,7 +134,7 @@ class SearchStrategy:
         ]
 
     def _new(self, requested: Iterator[list[Job]], look: Look) -> Iterator[Round]:
-        """Rounds of those of the wanted trials that were not asked for before."""
+        """Yield rounds of the requested trials that were not requested before."""
         for jobs in requested:
             known = self.known.trials
             new = {job.trial_id: job for job in jobs if job.trial_id not in known}
@@ -148,7 +151,7 @@ class SearchStrategy:
 
 
 def _setups(study: Study, repetitions: int) -> list[RunSetup]:
-    """The search, its repetitions, and as many plain random searches."""
+    """Return the search, its repetitions, and as many plain random searches."""
     section = section_of(study)
     blocks = study.trials_per_point
     if repetitions and study.seeds is not None:
