@@ -21,7 +21,7 @@ class MadeUp:
     """What `sweep.methods.search.asked_trials.AskedTrials` has."""
 
     table: pd.DataFrame
-    about: dict[str, Any]
+    description: dict[str, Any]
     distributions: dict[str, Distribution]
 
 

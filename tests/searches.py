@@ -149,7 +149,7 @@ def equal(one: AskedTrials, other: AskedTrials) -> None:
     bit.
     """
     pd.testing.assert_frame_equal(one.table, other.table, check_exact=True)
-    assert one.about == other.about
+    assert one.description == other.description
 
 
 def edited(spec: str, *changes: Sequence[str]) -> str:

@@ -378,8 +378,8 @@ def test_a_new_sampler_of_a_search_goes_through_every_command(tmp_path: Path) ->
     found = commanded(tmp_path, "search", "spec.yaml")
     assert "sampler     backwards, batches of 4" in found
     asked = read_asked(StoredStudy("tiny", tmp_path / "results"))
-    assert asked.about["sampler"] == "backwards"
-    assert asked.about["options"] == {"steps_back": 2}
+    assert asked.description["sampler"] == "backwards"
+    assert asked.description["options"] == {"steps_back": 2}
 
 
 @pytest.mark.usefixtures("search_sampler")
@@ -444,7 +444,7 @@ def test_a_new_statistic_goes_through_every_command(tmp_path: Path) -> None:
     asked = read_asked(study)
     label = history_figure(study).axes[0].get_ylabel()
     assert label == "median of flock radius (px)\nless is better"
-    one, bound = asked.about["objectives"][0], asked.about["constraints"][0]
+    one, bound = asked.description["objectives"][0], asked.description["constraints"][0]
     assert one["statistic"] == bound["statistic"] == "median"
     url = f"sqlite:///{tmp_path}/tiny.db"
     export(study, url)

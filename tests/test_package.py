@@ -294,7 +294,7 @@ def test_run_of_a_search_searches(tmp_path: Path) -> None:
         SMALL.replace("sweep:\n  separation_weight: [0.5, 1]\n", section), tmp_path
     )
     asked = read_asked(study)
-    assert asked.about["finished"]
+    assert asked.description["finished"]
     assert set(asked.table["phase"]) == {"search", "held_out"}
 
 

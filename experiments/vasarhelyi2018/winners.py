@@ -21,7 +21,7 @@ def winners() -> pd.DataFrame:
     """
     search = sweep.load("vasarhelyi2018/search").search
     front = sweep.load("vasarhelyi2018/front").search
-    names = list(search.asked.about["parameters"])
+    names = list(search.asked_trials.description["parameters"])
     of_front = front.winners.pivot(
         index="candidate", columns="objective", values="search"
     )

@@ -1,6 +1,4 @@
-"""Pareto fronts of several objectives, in any directions: who is on them, their
-hypervolume and their knee.
-"""
+"""Pareto fronts of several objectives: members, hypervolume and knee."""
 
 from collections.abc import Sequence
 
@@ -11,16 +9,19 @@ Floats = NDArray[np.float64]
 
 
 MARGIN = 0.1
-"""For thinning, the reference point lies beyond the worst values, by this part of the
-range of each objective. Without it the ends of a front would add nothing.
+"""Distance of the reference point for thinning, beyond the worst values.
+
+The unit is the range of each objective. Without it the ends of a front would add
+nothing.
 """
 ROUNDING = 1e-9
-"""Smaller distances, in ranges of the front, are taken for zero."""
+"""Distance, in ranges of the front, below which a distance counts as zero."""
 
 
 def nondominated(values: Floats, maximize: Sequence[bool]) -> NDArray[np.bool_]:
-    """Which rows of `values` (k, m) no other row dominates; equal rows are all on the
-    front, rows with NaN never.
+    """Return which rows of `values` (k, m) no other row dominates, shape (k,).
+
+    Equal rows are all on the front, rows with NaN never.
     """
     from moocore import is_nondominated
 
@@ -34,11 +35,25 @@ def nondominated(values: Floats, maximize: Sequence[bool]) -> NDArray[np.bool_]:
 
 
 def hypervolume(values: Floats, reference: Floats, maximize: Sequence[bool]) -> float:
-    """The volume that is dominated by rows of `values` (k, m) and better than the point
-    `reference` (m,) in all of it.
+    """Return the volume between the rows of `values` and a reference point.
 
-    Its unit is the product of those of the objectives. Rows with NaN, and those that
-    are not better than the reference everywhere, add nothing; zero for no rows.
+    The volume is dominated by rows and better than the reference in all objectives. Its
+    unit is the product of the units of the objectives.
+
+    Parameters
+    ----------
+    values : array of float
+        Values of k points in m objectives, shape (k, m). Rows with NaN, and rows that
+        are not better than the reference in every objective, add nothing.
+    reference : array of float
+        The reference point, shape (m,).
+    maximize : sequence of bool
+        Direction of each objective.
+
+    Returns
+    -------
+    float
+        The volume; zero for no rows.
     """
     from moocore import hypervolume as volume
 
@@ -53,12 +68,22 @@ def hypervolume(values: Floats, reference: Floats, maximize: Sequence[bool]) -> 
 def thinned(
     values: Floats, maximize: Sequence[bool], worst: Floats, most: int
 ) -> list[int]:
-    """The rows of a front `values` (k, m) that are left, at most `most`, in their
-    order.
+    """Return the rows of a front that remain after thinning, in their order.
 
-    The row that adds least to the hypervolume is taken away, and of equal ones the
-    last, until few enough are left (Emmerich, Beume and Naujoks 2005, EMO, 62-76). The
-    reference lies beyond the `worst` values (m,) by a tenth of each objective's range.
+    The row that adds least to the hypervolume is removed, and of equal ones the last,
+    until few enough are left (Emmerich, Beume and Naujoks 2005, EMO, 62-76).
+
+    Parameters
+    ----------
+    values : array of float
+        Values of the k rows of a front, shape (k, m).
+    maximize : sequence of bool
+        Direction of each objective.
+    worst : array of float
+        Worst values, shape (m,). The reference point is beyond them, by a tenth of the
+        range of each objective.
+    most : int
+        Largest number of rows that remain.
     """
     from moocore import hv_contributions
 
@@ -74,16 +99,17 @@ def thinned(
 
 
 def knee(values: Floats, maximize: Sequence[bool]) -> int | None:
-    """The row of a front `values` (k, m) that lies farthest below the hyperplane
-    through its extreme points.
+    """Return the row of a front that is farthest below the hyperplane of its extremes.
 
-    Objectives are scaled to the range of the front, and the extreme point of each axis
-    is the one whose other objectives are best, in the worst of them (Das 1999,
-    Structural Optimization 18, 107-115; for three objectives and more with the extreme
-    points of Deb and Jain 2014, IEEE Trans. Evol. Comput. 18, 577-601, since the best
-    in one objective are many there). None where no point lies below, as on a front that
-    is straight or bulges the other way, and where the extreme points are not m
-    different ones or do not span a hyperplane.
+    Objectives are scaled to the range of the front. The extreme point of each axis is
+    the one whose other objectives are best, in the worst of them (Das 1999, Structural
+    Optimization 18, 107-115; for three objectives and more with the extreme points of
+    Deb and Jain 2014, IEEE Trans. Evol. Comput. 18, 577-601, since there many points
+    are best in one objective).
+
+    Returns None if no point is below, as on a front that is straight or bulges the
+    other way. Returns None too if the extreme points are not m different ones, or do
+    not span a hyperplane. `values` has the shape (k, m).
     """
     if len(values) <= values.shape[1]:
         return None
@@ -108,7 +134,7 @@ def knee(values: Floats, maximize: Sequence[bool]) -> int | None:
 
 
 def shares_on_front(draws: Floats, maximize: Sequence[bool]) -> Floats:
-    """How often each of k points is on the front, as a share of the draws, shape (k,).
+    """Return the fraction of draws in which each point is on the front, shape (k,).
 
     `draws` has the shape (draws, k, m).
     """

@@ -1,11 +1,11 @@
 """The driver of every campaign: ask, run, look, and ask again.
 
-A strategy asks for trials, round after round. Those of a round that are not stored yet
-are run; then it looks at what came of them, and asks for the next round, until it asks
-for no more.
+A strategy requests trials, round after round. The driver runs those of a round that are
+not stored yet. The strategy then looks at their results and requests the next round,
+until it requests no more.
 
-The plan that lists the trials of a round is stored before they run. So each trial that
-a launch has stored is in its plan, whenever the launch ends.
+The plan that lists the trials of a round is stored before they run. So each stored
+trial is in the plan, whenever the launch ends.
 """
 
 from collections.abc import Callable, Sequence
@@ -55,27 +55,60 @@ def run_campaign(
     retry: bool = False,
     report: Callable[[P], None],
 ) -> P:
-    """Run the trials that the strategy asks for and that are not stored yet.
+    """Run the trials that a strategy requests and that are not stored yet.
 
-    The store of the study lies below `results`. With `retry`, trials run again that are
-    stored but not done; with a `share`, only the trials in it run. Damaged parts are
-    set aside first, so that their trials run again. `report` is called before trials
-    run, whenever results have come back, and at the end. It is also called at the
-    beginning, if it is known then how many trials there can be. Raises StoreError where
-    another process is launching the study and where the store cannot be read or
-    written; ChoiceError where the engine cannot fly the trials; FailedTrialsError where
-    more trials have failed than the spec allows, and KeyboardInterrupt after Ctrl-C,
-    SIGTERM or SIGHUP, both with all finished trials stored.
+    Damaged parts are set aside first, so that their trials run again.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Decides which trials of its study are requested.
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that runs the trials.
+    share : Share, optional
+        The shard to run; by default all trials run.
+    retry : bool, default False
+        Run trials again that are stored but not done.
+    report : callable
+        Called with the progress before trials run, whenever results have come back, and
+        at the end. It is also called at the beginning, if the largest number of trials
+        is known then.
+
+    Returns
+    -------
+    Progress
+        Progress of the strategy at the end.
+
+    Raises
+    ------
+    StoreError
+        If another process is launching the study, or the store cannot be read or
+        written.
+    ChoiceError
+        If the engine cannot run the trials.
+    FailedTrialsError
+        If more trials have failed than the spec allows. All finished trials are stored.
+    KeyboardInterrupt
+        After Ctrl-C, SIGTERM or SIGHUP. All finished trials are stored.
     """
     store = Store(results / strategy.study.name, results)
     with custody(store, share) as lock:
-        campaign = _Campaign(strategy, store, executor, lock, report, share)
+        campaign = _Campaign(
+            strategy,
+            store,
+            executor,
+            lock=lock,
+            report=report,
+            share=share,
+        )
         campaign.run(retry=retry)
     return strategy.progress
 
 
 class _Campaign(Generic[P]):
-    """A campaign in the store of its study, which is in custody."""
+    """A campaign in the store of its study, which this process has locked."""
 
     def __init__(
         self,
@@ -86,9 +119,14 @@ class _Campaign(Generic[P]):
         report: Callable[[P], None],
         share: Share | None,
     ) -> None:
-        self.strategy, self.study, self.store = strategy, strategy.study, store
-        self.executor, self.lock, self.report = executor, lock, report
-        self.share, self.progress = share, strategy.progress
+        self.strategy = strategy
+        self.study = strategy.study
+        self.store = store
+        self.executor = executor
+        self.lock = lock
+        self.report = report
+        self.share = share
+        self.progress = strategy.progress
         self.origin = provenance(self.study, executor.flying.device)
         self.tables = Tables(self.study, self.origin)
         self.failures = Failures(self.study, store, self.progress.most)
@@ -102,26 +140,26 @@ class _Campaign(Generic[P]):
         self.stored = StoredTrials(self.store, self.strategy.looks_at, retry=retry)
         self.progress.apart = len(self.stored.table)
         if self.strategy.grows:
-            there = self.checkpoints.trials()
-            idle = among(there, self.stored.final_ids())
-            self.checkpoints.keep_only(there - idle)
+            checkpointed = self.checkpoints.trials()
+            idle = among(checkpointed, self.stored.final_ids())
+            self.checkpoints.keep_only(checkpointed - idle)
         if self.progress.trials:
             self.report(self.progress)
         unpublished: Callable[[Origin], PlanTables] | None = None
-        for wanted in self.strategy.rounds(self.stored.look):
-            asked = self._serve(wanted)
-            unpublished = asked.plan
-            jobs = self._missing(asked, retry=retry)
+        for requested in self.strategy.rounds(self.stored.look):
+            current = self._serve(requested)
+            unpublished = current.plan
+            jobs = self._missing(current, retry=retry)
             if jobs:
                 self.executor.flying.check(self.study, jobs)
                 if not self.spec_is_written:
                     # The plan of code that cannot run would hide what is stored.
-                    check_runs(self.study, asked.some(MOST_TRIALS))
+                    check_runs(self.study, current.some(MOST_TRIALS))
                     check_promises(self.study)
-                self._publish(asked.plan)
+                self._publish(current.plan)
                 unpublished = None
             # The ids and the plan of a million trials are a hundred megabytes.
-            del asked, wanted
+            del current, requested
             give_back()
             if jobs:
                 self._run(jobs)
@@ -131,56 +169,61 @@ class _Campaign(Generic[P]):
         self.store.compact()
         self.report(self.progress)
 
-    def _serve(self, asked: Round) -> Round:
-        """The round with the ids of stored trials that record more, where there are
-        such, in the place of those that are missing.
+    def _serve(self, requested: Round) -> Round:
+        """Return the round with larger stored trials in place of missing ones.
+
+        A stored trial serves a missing one if it is the same run and records more. The
+        round then has the id of the stored trial.
         """
         serving = self.served
         if self.study.continued:  # where a link ends is found by the id of the spec
-            return asked
-        _, final = self.stored.ask(asked.ids)
+            return requested
+        _, final = self.stored.ask(requested.ids)
         if not final.all() and self.recordings:
-            jobs = asked.jobs_at(np.flatnonzero(~final))
-            known, done = self.stored.known, self.stored.done
-            new = served(self.study, jobs, self.recordings, known, done)
+            jobs = requested.jobs_at(np.flatnonzero(~final))
+            known = self.stored.known
+            done = self.stored.done
+            new = served(self.study, jobs, self.recordings, known, done=done)
             serving = serving.also(new)
-            self.twins += twins(self.store, self.study, jobs, self.recordings, new)
+            self.twins += twins(
+                self.store, self.study, jobs, self.recordings, served=new
+            )
         if not len(serving):
-            return asked
+            return requested
         if self.strategy.grows:  # its next plan lists them too
             self.served = serving
 
         def plan(origin: Origin) -> PlanTables:
-            listed, asked_for = asked.plan(origin)
-            if asked_for is not None:
-                asked_for = serving.into_rows(asked_for.to_reader()).read_all()
-            return serving.into_rows(listed), asked_for
+            listed, search_table = requested.plan(origin)
+            if search_table is not None:
+                search_table = serving.into_rows(search_table.to_reader()).read_all()
+            return serving.into_rows(listed), search_table
 
-        return replace(asked, ids=serving.into(asked.ids), plan=plan)
+        return replace(requested, ids=serving.into(requested.ids), plan=plan)
 
     @cached_property
     def recordings(self) -> list[Recording]:
-        """What stored trials record that are of another spec."""
+        """Recordings of stored trials that belong to another spec."""
         return others_stored(self.store, self.study)
 
-    def _missing(self, asked: Round, *, retry: bool) -> Sequence[Job]:
-        """The jobs of a round that run now; all its trials are counted."""
-        stored, final = self.stored.ask(asked.ids)
+    def _missing(self, requested: Round, *, retry: bool) -> Sequence[Job]:
+        """Count all trials of a round, and return the jobs that run now."""
+        stored, final = self.stored.ask(requested.ids)
         ours = np.ones(len(final), np.bool_)
         if self.share:
-            ours = asked.in_share(self.share)
+            ours = requested.in_share(self.share)
         missing = np.flatnonzero(ours & ~final)
         self.progress.apart -= int(stored.sum())
         self.progress.count(int(ours.sum()), int((ours & final).sum()))
         if not retry:
-            failed = np.isin(asked.ids, self.stored.failed_ids())
-            self.failures.note_stored(as_texts(asked.ids[failed]).to_pylist())
+            failed = np.isin(requested.ids, self.stored.failed_ids())
+            self.failures.note_stored(as_texts(requested.ids[failed]).to_pylist())
         if not self.strategy.grows:
             self.stored.forget()
-            if there := self.checkpoints.trials():
-                running = asked.ids[missing]
-                self.checkpoints.keep_only(among(there, running))
-        return asked.jobs_at(missing)
+            if checkpointed := self.checkpoints.trials():
+                running = requested.ids[missing]
+                self.checkpoints.keep_only(among(checkpointed, running))
+        return requested.jobs_at(missing)
 
     def _publish(self, plan: Callable[[Origin], PlanTables]) -> None:
         keep_code(self.store, self.study.known)
@@ -190,23 +233,25 @@ class _Campaign(Generic[P]):
             self.spec_is_written = True
 
     def _run(self, jobs: Sequence[Job]) -> None:
-        with self._continued(jobs) as those:
+        with self._continued(jobs) as prepared:
             self.report(self.progress)
-            if not len(those):  # all wait for links that have not come to their end
+            if not len(prepared):  # all wait for links that have not come to their end
                 return
             run_jobs(
                 self.study,
-                those,
+                prepared,
                 self.store,
                 self.tables,
-                self.executor,
-                self.failures,
-                self._note,
+                executor=self.executor,
+                failures=self.failures,
+                noted=self._note,
             )
 
     def _continued(self, jobs: Sequence[Job]) -> AbstractContextManager[Sequence[Job]]:
-        """The jobs, with what trials with fewer steps have left of them, or as chains
-        of links.
+        """Prepare jobs to resume from stored last states, or to run as chains of links.
+
+        Last states come from stored trials with fewer steps. With a continued axis, the
+        jobs become chains.
         """
         if self.study.continued:
             assert isinstance(jobs, SomeJobs)
@@ -224,5 +269,5 @@ class _Campaign(Generic[P]):
         self.progress.statuses.update(result.status for result in results)
         self.lock.check()
         self.report(self.progress)
-        for those in self.twins:
-            those.check(results)
+        for stored_twins in self.twins:
+            stored_twins.check(results)

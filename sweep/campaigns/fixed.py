@@ -1,7 +1,7 @@
-"""Every point of a design gets the same number of trials.
+"""A strategy with the same number of trials for every point of a design.
 
-Where an axis is continued these are links of chains. All are asked for at once: which
-of them can run follows from what runs before them, see `sweep.design.chains`.
+If an axis is continued, the trials are links of chains. All are requested at once: the
+results of earlier links decide which later ones can run, see `sweep.design.chains`.
 """
 
 from collections.abc import Iterator
@@ -18,25 +18,27 @@ from sweep.spec.study import Study
 
 
 class FixedStrategy:
-    """Asks once, for all trials of the design of `study`.
+    """A strategy that requests all trials of the design of `study`, in one round.
 
-    Raises SpecError for a design that cannot be.
+    Raises SpecError if the design is not possible.
     """
 
     grows = False
     looks_at = ()
 
     def __init__(self, study: Study) -> None:
-        self.study, self.design = study, expand(study)
+        self.study = study
+        self.design = expand(study)
         points = self.design.n_points
         self.progress = Progress(points, points * study.trials_per_point)
 
     def rounds(self, _look: Look) -> Iterator[Round]:
-        """One round."""
+        """Yield the only round."""
         yield self._round(Jobs(self.study, self.design))
 
     def _round(self, jobs: Jobs) -> Round:
-        ids, first = jobs.ids(), None
+        ids = jobs.ids()
+        first = None
         if jobs.links:
             first = ids[jobs.first(np.arange(len(jobs)))]
         return Round(ids, jobs.to_run, partial(plan_tables, ids, jobs), first)

@@ -1,4 +1,4 @@
-"""The metrics that `sweep measure` is asked for, beside those that a study records."""
+"""The metrics requested of `sweep measure`, beyond those that a study records."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,23 +20,30 @@ from sweep.text import unknown
 
 
 class FurtherMetrics:
-    """`metrics` by their names, and expressions that `derive` others, by theirs: those
-    of `asked` that a study does not record.
+    """Requested metrics and expressions that a study does not record.
 
-    Raises ChoiceError for what is none, and for an expression whose name is taken;
-    CodeError for code that cannot be used or may not run.
+    Raises ChoiceError for an unknown metric, and for an expression whose name is taken.
+    Raises CodeError for code that cannot be used or may not run.
+
+    Attributes
+    ----------
+    metrics : list of str
+        Names of metrics.
+    derive : dict of str
+        Expressions of derived metrics, by name.
     """
 
-    def __init__(self, study: StoredStudy, asked: Sequence[str]) -> None:
-        self.study, recorded = study, set(study.metrics)
-        derive = [one.partition("=") for one in asked if "=" in one]
-        plain = [one for one in asked if "=" not in one]
-        files = [FILE.fullmatch(one) for one in plain]
-        self._files = [(Path(one["path"]), one["name"]) for one in files if one]
+    def __init__(self, study: StoredStudy, requested: Sequence[str]) -> None:
+        self.study = study
+        recorded = set(study.metrics)
+        derive = [text.partition("=") for text in requested if "=" in text]
+        plain = [text for text in requested if "=" not in text]
+        files = [FILE.fullmatch(text) for text in plain]
+        self._files = [(Path(match["path"]), match["name"]) for match in files if match]
         self._catalogues = dict[str, Catalogue]()
         self._written = dict[str, str]()
         known = self.known(study.provenance)
-        named = [one for one in plain if not FILE.fullmatch(one)]
+        named = [text for text in plain if not FILE.fullmatch(text)]
         names = dict.fromkeys([*named, *self._written])
         self.metrics = [name for name in names if name not in recorded]
         wrong = [
@@ -60,13 +67,11 @@ class FurtherMetrics:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All of them."""
+        """Names of all metrics, measured and derived."""
         return (*self.metrics, *self.derive)
 
     def known(self, origin: Mapping[str, Any]) -> Catalogue:
-        """What names stand for in trials of an origin, with the files that are asked
-        for.
-        """
+        """Return the catalogue for trials of an origin, with the requested files."""
         sha = str(origin["own"]["sha"]) if "own" in origin else ""
         if sha not in self._catalogues:
             known = self.study.running(origin)
@@ -76,10 +81,12 @@ class FurtherMetrics:
         return self._catalogues[sha]
 
     def record(self, stored: StoredTrial) -> dict[str, Any]:
-        """What a stored trial then records, as a spec has it. Raises ChoiceError where
-        its model cannot.
+        """Return the `record` section of a stored trial with the further metrics.
+
+        Raises ChoiceError if its model cannot have them.
         """
-        known, before = self.known(stored.provenance), stored.record
+        known = self.known(stored.provenance)
+        before = stored.record
         metrics = dict.fromkeys([*stored.metrics, *self.metrics])
         derive = {**stored.derive, **self.derive}
         record = (
@@ -89,20 +96,20 @@ class FurtherMetrics:
         return record
 
     def spec(self) -> str:
-        """The text of the spec as last launched, with these metrics."""
-        about = self.study.provenance
-        usual = self.known(about).models[about["model"]].metrics
+        """Return the text of the spec as last launched, with these metrics."""
+        origin = self.study.provenance
+        usual = self.known(origin).models[origin["model"]].metrics
         written = [self._written.get(name, name) for name in self.metrics]
         return with_metrics(self.study.spec, usual, written, self.derive)
 
     def recorded(self, spec: str) -> dict[str, Any]:
-        """What the text of such a spec says of them, by the keys under `record`."""
+        """Return the further metrics in the text of a spec, by key of `record`."""
         record = parse_document(spec, Path("spec.yaml")).value["record"]
         keys = [("metrics", self.metrics), ("derive", self.derive)]
         return {key: record[key] for key, some in keys if some}
 
     def _joined(self, known: Catalogue, origin: Mapping[str, Any]) -> OwnCatalogue:
-        """A catalogue with the files; what the spec calls their metrics is noted."""
+        """Return a catalogue with the files, and note the names of their metrics."""
         if "own" in origin and not is_ours(origin):
             words = (
                 "somebody else has launched it with code of their own, to which no file"
@@ -112,15 +119,15 @@ class FurtherMetrics:
         code = known.code if isinstance(known, OwnCatalogue) else None
         spec = Path(str(origin.get("spec_path", "")))
         joined, origins = with_files(code, spec, [path for path, _ in self._files])
-        for file, (_, wanted) in zip(origins, self._files, strict=True):
+        for file, (_, metric) in zip(origins, self._files, strict=True):
             offers = [
                 name
-                for (kind, name), one in joined.origins.items()
-                if kind == "metrics" and one == file
+                for (kind, name), source in joined.origins.items()
+                if kind == "metrics" and source == file
             ]
-            if not offers or (wanted and wanted not in offers):
-                words = unknown(f"metric of {file}", wanted or "METRICS", offers)
+            if not offers or (metric and metric not in offers):
+                words = unknown(f"metric of {file}", metric or "METRICS", offers)
                 raise ChoiceError(words, self.study.name)
-            for name in [wanted] if wanted else offers:
+            for name in [metric] if metric else offers:
                 self._written[name] = joined.written("metrics", name)
         return joined

@@ -1,4 +1,4 @@
-"""Run what is missing of a study and store it: what `sweep launch` does."""
+"""The entry point of `sweep launch`: it runs and stores the missing trials."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,8 +17,9 @@ from sweep.workers.executors import ExecutorFactory
 
 
 def check_launches(studies: Sequence[Study], share: Share | None = None) -> None:
-    """Raise one SpecError with all that `launch` would raise of these studies before it
-    runs a trial.
+    """Raise one SpecError with all errors that `launch` would raise for studies.
+
+    The errors are those before a trial runs.
     """
     mistakes = Mistakes()
     for study in studies:
@@ -27,20 +28,21 @@ def check_launches(studies: Sequence[Study], share: Share | None = None) -> None
 
 
 def check_flights(studies: Sequence[Study], executor: ExecutorFactory) -> None:
-    """Raise one ChoiceError with all reasons why trials of these studies cannot fly
-    where the engine flies them. Of a study where a rule adds points, only its first
-    points are known now.
+    """Raise one ChoiceError if the engine cannot run trials of these studies.
+
+    The error has all reasons. If a rule adds points to a study, only its first points
+    are known now.
     """
     if executor.flying.device is None:  # a processor flies every trial
         return
-    said = []
+    reasons = []
     for study in studies:
         try:
             executor.flying.check(study, Jobs(study, expand(study)))
         except ChoiceError as error:
-            said.append(str(error))
-    if said:
-        raise ChoiceError("\n".join(said))
+            reasons.append(str(error))
+    if reasons:
+        raise ChoiceError("\n".join(reasons))
 
 
 def launch(
@@ -52,15 +54,37 @@ def launch(
     share: Share | None = None,
     report: Callable[[Progress], None] = lambda _progress: None,
 ) -> Progress:
-    """Run the trials of `study` that its store below `results` lacks, and with `retry`
-    those not done.
+    """Run the trials of a study that are not stored yet.
 
-    The store's plan becomes that of this spec; trials of an earlier one stay stored,
-    apart. Where a section of a method has a strategy, the plan lists what it has asked
-    for so far. With a `share`, only the trials in it are run, while other launches may
-    run the others. Raises SpecError for
-    a design that cannot be, or be shared; otherwise as `run_campaign`, which says also
-    when `report` is called.
+    The plan of the store becomes that of this spec. Trials of an earlier plan stay
+    stored, apart. If a section of the spec has a strategy, the plan lists the trials
+    requested so far.
+
+    Parameters
+    ----------
+    study : Study
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that runs the trials.
+    retry : bool, default False
+        Run trials again that are stored but not done.
+    share : Share, optional
+        The shard to run, while other launches may run the others.
+    report : callable, optional
+        Called with the progress, as `run_campaign` calls it.
+
+    Returns
+    -------
+    Progress
+
+    Raises
+    ------
+    SpecError
+        If the design of the study is not possible, or the study cannot be launched in
+        shards.
+    StoreError, ChoiceError, FailedTrialsError, KeyboardInterrupt
+        As `run_campaign`.
     """
     return run_campaign(
         _strategy(study, share, results),

@@ -1,13 +1,13 @@
-"""More metrics of stored trials, from their trajectories: what `sweep measure` does.
+"""Further metrics of stored trials, from their trajectories: `sweep measure`.
 
 Each trial becomes the one that it would be if it had recorded the further metrics too:
 its rows in all tables, with more columns, under the id of this larger recording. So
-whatever reads, verifies, serves or cleans trials works on it as on any. The plan then
-lists it in the place of the former one, as after a launch of a spec with the metrics.
+every command that reads, verifies or deletes trials works on it as on any. The plan
+then lists it in place of the former one, as after a launch of a spec with the metrics.
 
-First the values of all trials are computed, then parts are stored, then the spec, and
-the plan at last. So nothing is stored where one trial is refused. If this ends before
-the plan is stored, the study is as it was, and the same command goes on.
+First the values of all trials are computed. Then the parts are stored, then the spec,
+and the plan last. So nothing is stored if one trial is rejected. If the command ends
+before the plan is stored, the study is as it was, and the same command resumes.
 """
 
 import json
@@ -53,19 +53,29 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
 ENDED = ("done", "diverged")
-"""The statuses that a trial has again, whatever it records."""
+"""Statuses that a trial has again, whatever it records."""
 
 
 @dataclass(frozen=True)
 class MeasuredStudy:
-    """What `measure` has done.
+    """The outcome of `measure`.
 
-    metrics   what the study records now, and did not before
-    measured  how many trials were measured
-    stored    how many had the metrics already
-    left      how many are not stored, or not done: a launch runs them
-    record    what the spec of the study now says of them, under `record`
-    path      the file of the spec when it was launched
+    Attributes
+    ----------
+    study : str
+        Name of the study.
+    metrics : list of str
+        Metrics that the study records now, and did not before.
+    measured : int
+        Number of trials that were measured.
+    stored : int
+        Number of trials that had the metrics already.
+    left : int
+        Number of trials that are not stored, or not done: a launch runs them.
+    record : dict
+        Entries of the metrics under `record` in the spec of the study.
+    path : str
+        File of the spec when it was launched.
     """
 
     study: str
@@ -77,7 +87,7 @@ class MeasuredStudy:
     path: str
 
     def as_json(self) -> str:
-        """The same as a JSON object."""
+        """Return the outcome as a JSON object."""
         return json.dumps(asdict(self))
 
 
@@ -89,7 +99,7 @@ CHAINED = (
 
 def measure(
     name: str,
-    asked: Sequence[str],
+    requested: Sequence[str],
     results: Location,
     executor: ExecutorFactory,
     *,
@@ -98,54 +108,89 @@ def measure(
 ) -> MeasuredStudy:
     """Compute further metrics of the stored trials of a study, and store them.
 
-        name      the study, below `results`
-        asked     names of metrics; files that have some, as `./mine.py` or
-                  `./mine.py:NAME`; expressions, as `gain = polarization / speed`
-        executor  measures the trials
-        trust     whether code of the study may run that somebody else has launched
-        report    is told how many of how many trials have been read and measured
+    If an error is raised, all stored results remain.
 
-    Raises ChoiceError for what is no such metric, for one that needs more than is
-    stored, and where all are recorded; CodeError for code that cannot be used or may
-    not run; StoreError where another process is launching the study, where trials are
-    not what this machine and this code compute, and where the store cannot be read or
-    written. Whatever is raised, what was stored stays.
+    Parameters
+    ----------
+    name : str
+        Name of the study.
+    requested : sequence of str
+        Names of metrics; files with metrics, such as `./mine.py` or `./mine.py:NAME`;
+        expressions, such as `gain = polarization / speed`.
+    results : Location
+        Folder of results; the store of the study is below it.
+    executor : ExecutorFactory
+        Engine that measures the trials.
+    trust : bool, default False
+        Whether custom code of the study may run that somebody else has launched.
+    report : callable, optional
+        Called with the number of trials that have been read and measured, and the
+        number of all.
+
+    Returns
+    -------
+    MeasuredStudy
+
+    Raises
+    ------
+    ChoiceError
+        If a metric is unknown or needs more than is stored, or if all are recorded.
+    CodeError
+        If custom code cannot be used, or may not run.
+    StoreError
+        If another process is launching the study, or if this machine and this code do
+        not compute the stored trials. Also if the store cannot be read or written.
     """
-    found = StoredStudy(name, results, trust=trust)
-    with custody(found.store) as lock:
+    unlocked = StoredStudy(name, results, trust=trust)
+    with custody(unlocked.store) as lock:
         study = StoredStudy(name, results, trust=trust)  # from now on none changes it
         if study.about.continued:
             raise ChoiceError(CHAINED, name)
-        further = FurtherMetrics(study, asked)
+        further = FurtherMetrics(study, requested)
         relisted = _relist(study)
         if not (further.names or relisted):
-            words = f"{', '.join(asked)}: recorded already, see `sweep table`"
+            words = f"{', '.join(requested)}: recorded already, see `sweep table`"
             raise ChoiceError(words, name)
         measuring = _Measuring(study, further, executor, report)
         return measuring.run(lock) if further.names else measuring.done([])
 
 
 class _Point(NamedTuple):
-    """A stored trial and what it becomes: the job with the larger recording, and the
-    study of this one trial. `wanted` are the metrics that its row lacks.
+    """A stored trial and its successor: the job with the larger recording.
+
+    `study` is the study of this one trial. `missing` are the metrics that its row
+    lacks.
     """
 
     stored: StoredTrial
     study: Study
     job: Job
-    wanted: tuple[str, ...]
+    missing: tuple[str, ...]
 
     @property
     def is_new(self) -> bool:
-        """Whether its row lacks anything."""
+        """True if the row lacks anything."""
         return bool(self.job.trial_id != self.stored.row["trial_id"])
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Trials of one part that are stored anew: their ids then and now, the study of one
-    of them, where they come from, the tables that they have, the further metrics, and
-    the values of their columns by id; a trial that diverged has none.
+    """Trials of one part that are stored again with further metrics.
+
+    Attributes
+    ----------
+    pairs : Served
+        Former and new ids.
+    study : Study
+        Study of one of the trials.
+    provenance : dict
+        Provenance of the stored trials.
+    tables : list of str
+        Tables that they have.
+    metrics : tuple of str
+        The further metrics.
+    values : dict of dict
+        Values of their columns by new id; a trial that diverged has none.
     """
 
     pairs: Served
@@ -157,7 +202,7 @@ class _Group:
 
 
 class _Measuring:
-    """Further metrics of a stored study, which is in custody."""
+    """Further metrics of a stored study, which this process has locked."""
 
     def __init__(
         self,
@@ -166,15 +211,21 @@ class _Measuring:
         executor: ExecutorFactory,
         report: Callable[[int, int], None],
     ) -> None:
-        self.study, self.store, self.further = study, study.store, further
-        self.executor, self.report = executor, report
+        self.study = study
+        self.store = study.store
+        self.further = further
+        self.executor = executor
+        self.report = report
         if study.code is None:
             words = "it was launched by a version before 0.7"
             raise StoreError(f"{words}: {self._launch}", study.name)
         self.statuses = self.store.trial_ids()
         self.trials: list[str] = study.plan["trial_id"].to_pylist()
-        self.ended = [one for one in self.trials if self.statuses.get(one) in ENDED]
-        self.text, self.seen = further.spec(), 0
+        self.ended = [
+            trial for trial in self.trials if self.statuses.get(trial) in ENDED
+        ]
+        self.text = further.spec()
+        self.processed = 0
         self.counts = Counter[str]()
 
     def run(self, lock: Lock) -> MeasuredStudy:
@@ -183,12 +234,13 @@ class _Measuring:
         if not ended:
             raise ChoiceError("no trial of it is done yet: launch it", self.study.name)
         self.report(0, len(ended))
-        groups, pairs = list[_Group](), NONE_SERVED
+        groups = list[_Group]()
+        pairs = NONE_SERVED
         for trial_ids in by_part(self.store, ended):
             points = [*self._points(stored_trials(self.store, trial_ids))]
-            if new := [one for one in points if one.is_new]:
+            if new := [point for point in points if point.is_new]:
                 pairs = pairs.also(_pairs(new))
-            if lacking := [one for one in new if not self._is_stored(one)]:
+            if lacking := [point for point in new if not self._is_stored(point)]:
                 groups.append(self._group(lacking, len(ended)))
             self._note(len(points) - len(lacking), len(ended))
         for group in groups:
@@ -199,12 +251,13 @@ class _Measuring:
         return self.done(metrics)
 
     def done(self, metrics: list[str]) -> MeasuredStudy:
-        """What has been done, where the study now records these metrics."""
-        ended, measured = len(self.ended), self.counts["measured"]
+        """Return the outcome for a study that now records these metrics."""
+        ended = len(self.ended)
+        measured = self.counts["measured"]
         return MeasuredStudy(
             self.study.name,
             metrics,
-            measured,
+            measured=measured,
             stored=ended - measured,
             left=len(self.trials) - ended,
             record=self.further.recorded(self.text),
@@ -212,60 +265,69 @@ class _Measuring:
         )
 
     def _points(self, trials: Sequence[StoredTrial]) -> Iterator[_Point]:
-        """What some trials of one part become. Raises StoreError for one whose id is
-        not that of the flight which its row describes.
+        """Yield the successors of some trials of one part.
+
+        Raises StoreError if the id of a trial is not that of the run in its row.
         """
-        name, maps, first = self.study.name, self.study.maps, trials[0]
+        name = self.study.name
+        maps = self.study.maps
+        first = trials[0]
         if first.keeps_state:
             words = "its trials keep last states, which have no further metrics"
             raise ChoiceError(f"{words}: {self._launch}", name)
         known = self.further.known(first.provenance)
-        before, _ = stored_point(name, known, maps, first, first.record)
+        before, _ = stored_point(name, known, maps, first, record=first.record)
         record = self.further.record(first)
         for stored in trials:
-            study, job = stored_point(name, known, maps, stored, record)
-            then = replace(study, record=before.record)
+            study, job = stored_point(name, known, maps, stored, record=record)
+            former = replace(study, record=before.record)
             ids = [
-                as_texts(ids_recording(one, [job], Recording.of(one)))[0].as_py()
-                for one in (then, study)
+                ids_recording(variant, [job], Recording.of(variant))
+                for variant in (former, study)
             ]
-            if ids[0] != job.trial_id:
+            former_id, new_id = as_texts(np.concatenate(ids)).to_pylist()
+            if former_id != job.trial_id:
                 raise StoreError(
                     f"trial {job.trial_id} was computed by other code than that of now,"
                     f" or has another map: {self._launch}",
                     name,
                 )
             lacks = set(study.record.names) - set(before.record.names)
-            wanted = tuple(one for one in study.record.names if one in lacks)
-            yield _Point(stored, study, replace(job, trial_id=ids[1]), wanted)
+            missing = tuple(metric for metric in study.record.names if metric in lacks)
+            yield _Point(stored, study, replace(job, trial_id=new_id), missing)
 
     @property
     def _launch(self) -> str:
-        """The way out where trials must run again, in words."""
+        """Fix for trials that must run again, in words."""
         names = ", ".join(self.further.names)
         return f'add {names} under "record" of its spec, and launch that'
 
     def _is_stored(self, point: _Point) -> bool:
         return self.statuses.get(point.job.trial_id) in ENDED
 
-    def _group(self, points: Sequence[_Point], whole: int) -> _Group:
-        """The trials with their values; the first one shows whether they can have any,
-        and compiles what all need.
+    def _group(self, points: Sequence[_Point], total: int) -> _Group:
+        """Measure trials, and return them with their values.
+
+        The first trial shows whether they can have any, and compiles the kernels for
+        all.
         """
         first, *_ = points
-        done = [one for one in points if one.stored.row["status"] == "done"]
+        done = [point for point in points if point.stored.row["status"] == "done"]
         self._check_sources(first)
-        flown = [self._flown(one, flies=one is done[0]) for one in done]
-        then = {one.job.trial_id: one.stored.row["trial_id"] for one in done}
+        flown = [self._flown(point, flies=point is done[0]) for point in done]
+        former_ids = {
+            point.job.trial_id: point.stored.row["trial_id"] for point in done
+        }
         values = dict[str, dict[str, float]]()
         for results in self._measured(flown):
             for result in results:
                 trial = result.trial_id
-                values[trial] = self._checked(result, then[trial])
-            self._note(len(results), whole)
+                values[trial] = self._checked(result, former_ids[trial])
+            self._note(len(results), total)
         self.counts["measured"] += len(points)
-        self._note(len(points) - len(done), whole)
-        stored, pairs = first.stored, _pairs(points)
+        self._note(len(points) - len(done), total)
+        stored = first.stored
+        pairs = _pairs(points)
         tables = [name for name in TABLES if name in {"trials", *stored.tables}]
         for name in tables:
             if name not in ("trials", "trajectories"):  # all else of these was met
@@ -275,12 +337,12 @@ class _Measuring:
             first.study,
             stored.provenance,
             tables,
-            first.wanted,
-            values,
+            metrics=first.missing,
+            values=values,
         )
 
     def _measured(self, flown: list[FlownTrial]) -> Iterator[list[Remeasured]]:
-        yield [remeasure(one) for one in flown[:1]]
+        yield [remeasure(trial) for trial in flown[:1]]
         if rest := flown[1:]:
             yield from drive(
                 rest,
@@ -291,10 +353,11 @@ class _Measuring:
             )
 
     def _check_sources(self, point: _Point) -> None:
-        """Raise ChoiceError where what is stored is not enough for a metric."""
-        stored, record = point.stored, point.study.record
+        """Raise ChoiceError if the stored tables are not enough for a metric."""
+        stored = point.stored
+        record = point.study.record
         series = stored.tables.get("series", {})
-        for name in sources(record, point.wanted, series)[0]:
+        for name in sources(record, point.missing, series)[0]:
             if lacking := what_lacks(point.study.known.metrics[name], record.every):
                 words = f"{name} needs {lacking}, and no trajectory has that"
                 raise ChoiceError(f"{words}: {self._launch}", self.study.name)
@@ -303,7 +366,7 @@ class _Measuring:
                 raise ChoiceError(f"{words}: {self._launch}", self.study.name)
 
     def _checked(self, result: Remeasured, trial: str) -> dict[str, float]:
-        """The further columns of a trial. Raises where it has none, as `measure`."""
+        """Return the further columns of a trial. Raises as `measure` if it has none."""
         if result.need:
             words = (
                 f"{result.need[0]} looks at more than trajectories have: at what was"
@@ -313,20 +376,26 @@ class _Measuring:
         if result.wrong:
             words = f"trial {trial} cannot be measured: {result.wrong}"
             raise StoreError(words, self.study.name)
-        means = {str(Column(name, half=True)): one for name, one in result.mean.items()}
+        means = {
+            str(Column(name, half=True)): mean for name, mean in result.mean.items()
+        }
         return {**result.last, **means}
 
-    def _note(self, more: int, whole: int) -> None:
-        self.seen += more
-        self.report(self.seen, whole)
+    def _note(self, more: int, total: int) -> None:
+        self.processed += more
+        self.report(self.processed, total)
 
     def _flown(self, point: _Point, *, flies: bool) -> FlownTrial:
-        """A trial with its frames. Raises StoreError where they are not what a launch
-        writes.
+        """Return a trial with its frames.
+
+        Raises StoreError if they are not as a launch writes them.
         """
-        job, tables = point.job, point.stored.tables
-        steps, n = expected_steps(job), int(job.settings["n"])
-        series, flight = tables.get("series", {}), tables.get("trajectories", {})
+        job = point.job
+        tables = point.stored.tables
+        steps = expected_steps(job)
+        n = int(job.settings["n"])
+        series = tables.get("series", {})
+        flight = tables.get("trajectories", {})
         names = [name for name in series if name != "frame"]
         state = [*job.known.models[job.model].state] if flight else []
         try:
@@ -340,11 +409,20 @@ class _Measuring:
             message = f"{words}, {error}: {self._launch}"
             raise StoreError(message, self.study.name) from None
         known = dict(zip(names, values[:, :, 0].T, strict=True))
-        return FlownTrial(job, point.wanted, steps, bodies, states, known, flies)
+        return FlownTrial(
+            job,
+            point.missing,
+            steps,
+            bodies,
+            states=states,
+            series=known,
+            flies=flies,
+        )
 
     def _read(self, name: str, pairs: Served, point: Study) -> pa.Table:
-        """What is stored of trials in a table. Raises StoreError for what no launch
-        writes.
+        """Return the stored rows of trials in a table.
+
+        Raises StoreError for a table that no launch writes.
         """
         trials = as_texts(pairs.missing.ids).combine_chunks()
         table = self.store.read(name, trial_ids=trials)
@@ -352,9 +430,10 @@ class _Measuring:
 
     def _store(self, group: _Group) -> None:
         """Store the trials of a group with further columns, as one part."""
-        about = measured_provenance(group.provenance, group.study, self.text)
+        origin = measured_provenance(group.provenance, group.study, self.text)
         keep_code(self.store, group.study.known)
-        schemas, pairs = Tables(group.study, about), group.pairs
+        schemas = Tables(group.study, origin)
+        pairs = group.pairs
         tables = dict[str, pa.Table]()
         for name in group.tables:
             read = self._read(name, pairs, group.study)
@@ -374,67 +453,79 @@ class _Measuring:
         self.store.gather()
 
     def _publish(self, pairs: Served, point: Study) -> list[str]:
-        """Store the plan and the spec that list the trials with their further metrics,
-        whose names are returned.
+        """Store the plan and the spec that list the trials with their further metrics.
+
+        Returns the names of these metrics.
         """
-        about, known = self.study.about, self.further.known(self.study.provenance)
+        metadata = self.study.about
+        known = self.further.known(self.study.provenance)
         keep_code(self.store, known)
         here = replace(point, known=known)
         origin = measured_provenance(self.study.provenance, here, self.text)
         names, derived = sources(point.record, self.further.names, ())
-        recorded = {*about.record, *names, *(one.name for one in derived)}
+        recorded = {*metadata.record, *names, *(column.name for column in derived)}
         record = [name for name in point.record.names if name in recorded]
         listed = pairs.into_rows(self.study.plan.to_reader()).read_all()
-        plan, asked = replace(about, record=record).into(listed, origin), None
-        if (searched := self.store.read_asked()) is not None:
-            asked = pairs.into_rows(searched.to_reader()).read_all()
+        plan = replace(metadata, record=record).into(listed, origin)
+        search_table = self.store.read_asked()
+        if search_table is not None:
+            search_table = pairs.into_rows(search_table.to_reader()).read_all()
         self.store.write_spec(self.text)
-        self.store.write_plan(plan.to_reader(), asked)
-        return [name for name in record if name not in about.record]
+        self.store.write_plan(plan.to_reader(), search_table)
+        return [name for name in record if name not in metadata.record]
 
 
 def _relist(study: StoredStudy) -> bool:
-    """Where the plan of a search lists trials with further metrics, and what it has
-    asked for still names those without, store the plan with the former in both.
-    Returns whether that was so.
+    """Repair the table of a search that still names trials without further metrics.
+
+    The plan lists these trials with the metrics. It is stored again, with the same
+    trials in both tables. Returns whether that was needed. Raises StoreError for a
+    trial that is not stored.
 
     Up to version 0.18 these were two files, and a measurement that was killed between
-    them has left such a study. Raises StoreError for a trial that is not stored.
+    them has left such a study.
     """
-    store, asked = study.store, study.store.read_asked()
-    if asked is None:
+    store = study.store
+    search_table = study.store.read_asked()
+    if search_table is None:
         return False
     listed = study.plan["trial_id"].combine_chunks()
-    former = asked.filter(pc.invert(pc.is_in(asked["trial_id"], value_set=listed)))
+    former = search_table.filter(
+        pc.invert(pc.is_in(search_table["trial_id"], value_set=listed))
+    )
     if not former.num_rows:
         return False
     flight = ("point", "replicate", "seed")
     ids = former["trial_id"].unique()
     trials = store.read("trials", trial_ids=ids, columns=["trial_id", *flight])
-    now = {tuple(row[name] for name in flight): row for row in study.plan.to_pylist()}
-    then = {
-        row["trial_id"]: now.get(tuple(row[name] for name in flight))
+    listed_rows = {
+        tuple(row[name] for name in flight): row for row in study.plan.to_pylist()
+    }
+    former_rows = {
+        row["trial_id"]: listed_rows.get(tuple(row[name] for name in flight))
         for row in trials.to_pylist()
     }
-    found = {trial: row["trial_id"] for trial, row in then.items() if row}
-    if len(found) < len(ids):
-        words = f"its plan lacks {len(ids) - len(found):,} trials that it has asked for"
+    new_ids = {trial: row["trial_id"] for trial, row in former_rows.items() if row}
+    if len(new_ids) < len(ids):
+        words = (
+            f"its plan lacks {len(ids) - len(new_ids):,} trials that it has asked for"
+        )
         raise StoreError(f"{words}: run the search again", study.name)
-    pairs = Served.of(packed(found), packed(found.values()))
-    asked = pairs.into_rows(asked.to_reader()).read_all()
-    store.write_plan(study.plan.to_reader(), asked)
+    pairs = Served.of(packed(new_ids), packed(new_ids.values()))
+    search_table = pairs.into_rows(search_table.to_reader()).read_all()
+    store.write_plan(study.plan.to_reader(), search_table)
     return True
 
 
 def _pairs(points: Sequence[_Point]) -> Served:
-    """The ids of trials then and now."""
-    then = [point.stored.row["trial_id"] for point in points]
-    now = [point.job.trial_id for point in points]
-    return Served.of(packed(then), packed(now))
+    """Return the former and the new ids of trials."""
+    former = [point.stored.row["trial_id"] for point in points]
+    current = [point.job.trial_id for point in points]
+    return Served.of(packed(former), packed(current))
 
 
 def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa.Array]:
-    """What some trials of a group have beside what is stored, or in its place."""
+    """Return the new or changed columns of some trials of a group."""
     ids = trials.to_pylist()
     values = [group.values.get(trial, {}) for trial in ids]
     columns = {
@@ -447,11 +538,12 @@ def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa
 def _in_frames(
     table: Columns, names: Sequence[str], steps: NDArray[np.int64], size: int
 ) -> NDArray[np.float64]:
-    """The columns of these names, which have `size` values a frame: (F, names, size).
+    """Return the columns of these names as an array (F, names, size).
 
-    Raises ValueError where frames are not at these steps, or a column has other values.
+    They have `size` values per frame. Raises ValueError if frames are not at these
+    steps, or a column has other values.
     """
-    found = np.empty((len(steps), len(names), size))
+    values = np.empty((len(steps), len(names), size))
     frames = table.get("frame", np.empty(0))
     if names and not np.array_equal(frames, steps):
         raise ValueError("they are at other steps")
@@ -459,5 +551,5 @@ def _in_frames(
         column = table.get(name, np.empty(0))
         if column.dtype != np.float64 or column.size != len(steps) * size:
             raise ValueError(f"{name} has other values")
-        found[:, place] = column.reshape(len(steps), size)
-    return found
+        values[:, place] = column.reshape(len(steps), size)
+    return values

@@ -1,4 +1,4 @@
-"""The plan of any study: what a launch of it would run."""
+"""The plan of any study: the trials that a launch of it would run."""
 
 from dataclasses import replace
 
@@ -20,11 +20,25 @@ from sweep.trial.simulation import compiling_seconds, layers_of
 
 
 def plan_of(study: Study, workers: int, results: Location | None = None) -> StudyPlan:
-    """What `study` would run with so many workers.
+    """Return the plan of a study.
 
-    Of trials that keep their last states it says how many go on from those that are
-    stored below `results`. Raises SpecError for a design or a search that cannot be,
-    StoreError for results that cannot be read, and as `measured_pace`.
+    If trials keep their last states, the plan counts those that would resume from
+    stored ones.
+
+    Parameters
+    ----------
+    study : Study
+    workers : int
+        Number of workers, for the wall time.
+    results : Location, optional
+        Folder of stored results; without it no trial is counted as resumed.
+
+    Raises
+    ------
+    SpecError
+        If the design is not possible, and as `measured_pace`.
+    StoreError
+        If the results cannot be read.
     """
     seconds = _compiling_seconds(study)
     if study.strategic and (make := study.strategic[0].plan):
@@ -40,8 +54,9 @@ def plan_of(study: Study, workers: int, results: Location | None = None) -> Stud
 
 
 def _compiling_seconds(study: Study) -> float:
-    """How long it takes to compile the model, as all its trials have it: with each
-    choice of layers it is another kernel.
+    """Return the time to compile the kernels of all trials, in s.
+
+    Each choice of layers is another kernel.
     """
     study = study.stand_in
     jobs = {layers_of(job): job for job in unlike(study, expand(study))}
@@ -49,15 +64,17 @@ def _compiling_seconds(study: Study) -> float:
 
 
 def _earlier(study: Study, store: Store) -> Earlier:
-    """From which stored trials those of a study would go on that are missing."""
-    jobs, stored = Jobs(study, expand(study)), StoredTrials(store, (), retry=False)
-    ids, others = jobs.ids(), others_stored(store, study)
+    """Return the stored trials from which missing trials of a study would resume."""
+    jobs = Jobs(study, expand(study))
+    stored = StoredTrials(store, (), retry=False)
+    ids = jobs.ids()
+    recordings = others_stored(store, study)
     missing = _missing(stored, jobs, ids)
-    serving = served(study, missing, others, stored.known, stored.done)
+    serving = served(study, missing, recordings, stored.known, done=stored.done)
     return earlier_trials(study, store, _missing(stored, jobs, serving.into(ids)))
 
 
 def _missing(stored: StoredTrials, jobs: Jobs, ids: Ids) -> SomeJobs:
-    """Those of the jobs, stored under `ids`, that are not."""
+    """Return the jobs whose `ids` are not stored."""
     _, final = stored.ask(ids)
     return SomeJobs(jobs, np.flatnonzero(~final))

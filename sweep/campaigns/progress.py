@@ -1,4 +1,4 @@
-"""How far a campaign is, and what shows it."""
+"""The progress of a campaign, and the interface of its display."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -10,16 +10,34 @@ from sweep.store.locations import Location
 
 @dataclass
 class Progress:
-    """How far a launch is.
+    """Progress of a launch.
 
-    `trials` counts the trials of the plan; of a launch of a share, only those in it.
-    `stored` of them were stored before, and `statuses` counts the new ones. `apart` are
-    stored trials that the plan does not list. Of the new trials `continued` go on from
-    the last states of others, whose steps are `steps_saved` together. The plan grows to
-    `most` trials at most. Where a rule decides how many trials a point gets, `settled`
-    of the `points` have had their last one; `settled` is None where the number is
-    fixed. `ahead` is true where `trials` counts from the beginning all that may be
-    asked for, until the campaign ends. `note` is what the strategy says of its state.
+    Attributes
+    ----------
+    points : int
+        Number of points.
+    most : int
+        Largest number of trials to which the plan can grow.
+    settled : int or None
+        Number of points that have had their last trial, if a rule decides how many
+        trials a point gets. None if the number is fixed.
+    trials : int
+        Number of trials of the plan; in a launch of a shard, only those in it.
+    stored : int
+        Number of these trials that were stored before.
+    apart : int
+        Number of stored trials that the plan does not list.
+    continued : int
+        Number of new trials that resume from the last states of others.
+    steps_saved : int
+        Sum of the steps that they did not have to run.
+    ahead : bool
+        True if `trials` counts from the beginning all that may be requested, until the
+        campaign ends.
+    note : str
+        The state of the strategy, in words.
+    statuses : Counter of str
+        Number of new trials by status.
     """
 
     points: int = 0
@@ -35,29 +53,40 @@ class Progress:
     statuses: Counter[str] = field(default_factory=Counter)
 
     def count(self, trials: int, stored: int, /) -> None:
-        """Count trials that are asked for now, and those of them that are stored."""
+        """Count trials of a round.
+
+        Parameters
+        ----------
+        trials : int
+            Number of trials that are requested now.
+        stored : int
+            Number of them that are stored.
+        """
         self.trials += 0 if self.ahead else trials
         self.stored += stored
 
     @property
     def missing(self) -> int:
+        """Number of trials that were not stored before."""
         return self.trials - self.stored
 
     @property
     def left(self) -> int:
-        """Missing trials that have not run. When a launch has ended, these are links of
-        chains after one that did not come to its end.
+        """Number of missing trials that have not run.
+
+        At the end of a launch, these are links of chains after a link that did not
+        finish.
         """
         return self.missing - self.statuses.total()
 
     @property
     def troubled(self) -> int:
-        """New trials that did not come to their end."""
+        """Number of new trials that did not finish."""
         return sum(count for status, count in self.statuses.items() if status != "done")
 
 
 class Display(Protocol):
-    """What shows the progress of one study to a user, as a context manager."""
+    """A display of the progress of one study, as a context manager."""
 
     def __enter__(self) -> "Display": ...
 
@@ -69,7 +98,15 @@ class Display(Protocol):
     ) -> None: ...
 
     def show(self, progress: Progress) -> None:
-        """Show how far it is now."""
+        """Show the progress."""
 
     def summary(self, progress: Progress, folder: Location) -> str:
-        """What became of it, in one line."""
+        """Return the outcome in one line.
+
+        Parameters
+        ----------
+        progress : Progress
+            Progress at the end.
+        folder : Location
+            Folder of the study.
+        """

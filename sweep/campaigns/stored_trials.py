@@ -1,4 +1,4 @@
-"""Which trials are stored when a launch begins, and what came of those that it runs.
+"""The trials stored when a launch begins, and the results of those that it runs.
 
 So the store is read once, however many rounds a campaign has.
 """
@@ -19,42 +19,59 @@ from sweep.trial.result import FAILED, Result
 
 
 class StoredTrials:
-    """The stored trials of a study: of each its id, its status, and some `columns`.
+    """The stored trials of a study: for each its id, its status, and some `columns`.
 
-    `known` has the ids of those that were stored when the launch began, and `table` the
-    rest of them. `final` says which of them do not run again: all, or with `retry`
-    those that are done. Raises StoreError where they cannot be read, or are not what a
-    launch writes.
+    With `retry`, only trials that are done do not run again. Raises StoreError if they
+    cannot be read, or are not as a launch writes them.
+
+    Attributes
+    ----------
+    known : KnownIds
+        Ids of the n trials that were stored when the launch began.
+    table : Table
+        Status and columns of these trials, n rows.
+    final : array of bool
+        Whether each of them does not run again, shape (n,).
     """
 
     def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
         texts = {"trial_id": pa.string(), "status": pa.string()}
-        found = store.read("trials", columns=list(texts), optional=columns)
-        checked_numbers(store.folder, found, columns)
-        self.known = KnownIds.of_column(found["trial_id"].cast(pa.string()))
-        found = found.drop_columns("trial_id")
+        table = store.read("trials", columns=list(texts), optional=columns)
+        checked_numbers(store.folder, table, columns)
+        self.known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+        table = table.drop_columns("trial_id")
         for name in columns:
-            if name not in found.column_names:
-                found = found.append_column(name, pa.nulls(len(found)))
+            if name not in table.column_names:
+                table = table.append_column(name, pa.nulls(len(table)))
         kinds = {"status": pa.string()} | dict.fromkeys(columns, pa.float64())
         self.schema = pa.schema(kinds)
-        self.table = found.select(self.schema.names).cast(self.schema)
-        del found
+        self.table = table.select(self.schema.names).cast(self.schema)
+        del table
         give_back()
         self.final = np.ones(len(self.table), np.bool_)
         if retry:
             self.final = self.done
         self._begin(NO_IDS)
 
-    def _begin(self, asked: Ids) -> None:
-        self._asked, self._noted = asked, list[Ids]()
+    def _begin(self, ids: Ids) -> None:
+        self._requested = ids
+        self._noted = list[Ids]()
         self._noted_rows = self.schema.empty_table()
 
     def ask(self, ids: Ids) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Begin a round of the trials `ids`, shape (n,).
+        """Begin a round of trials, and return which of them need not run.
 
-        Returns which of them were stored when the launch began, and which of these do
-        not run again; shapes (n,).
+        Parameters
+        ----------
+        ids : Ids
+            Ids of the trials, shape (n,).
+
+        Returns
+        -------
+        stored : array of bool
+            Whether each trial was stored when the launch began, shape (n,).
+        final : array of bool
+            Whether it is stored and does not run again, shape (n,).
         """
         self._begin(ids)
         places = self.known.places(ids)
@@ -64,43 +81,44 @@ class StoredTrials:
         return stored, final
 
     def final_ids(self) -> Ids:
-        """The ids of the trials of `table` that do not run again."""
+        """Return the ids of the trials of `table` that do not run again."""
         return self.known.where(self.final)
 
     def failed_ids(self) -> Ids:
-        """The ids of the trials of `table` that failed."""
+        """Return the ids of the trials of `table` that failed."""
         failed = pc.is_in(self.table["status"], value_set=pa.array(FAILED))
         return self.known.where(failed.to_numpy())
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """Which of the trials of `table` are done."""
+        """Mask of the trials of `table` that are done, shape (n,)."""
         done: NDArray[np.bool_] = pc.equal(self.table["status"], "done").to_numpy()
         return done
 
     def note(self, results: Sequence[Result]) -> None:
         """Enter trials of this round that are stored now."""
-        rows = [{"status": one.status} | trial_metrics(one) for one in results]
+        rows = [{"status": result.status} | trial_metrics(result) for result in results]
         table = pa.Table.from_pylist(rows, self.schema)
-        self._noted.append(packed(one.job.trial_id for one in results))
+        self._noted.append(packed(result.job.trial_id for result in results))
         self._noted_rows = pa.concat_tables([self._noted_rows, table])
 
     def look(self) -> pa.Table:
-        """What is stored of the trials of the round: see `sweep.campaigns.strategy`."""
+        """Return the stored rows of the trials of the round, as Look describes them."""
         both = pa.concat_tables([self.table, self._noted_rows])
         noted = KnownIds.of(np.concatenate([NO_IDS, *self._noted]))
-        before, new = (ids.places(self._asked) for ids in (self.known, noted))
+        before, new = (ids.places(self._requested) for ids in (self.known, noted))
         places = np.where(new >= 0, new + len(self.table), before)
         return both.take(pa.array(places, mask=places < 0))
 
     def forget(self) -> None:
-        """Give the memory back: there is no further round."""
-        self.table, self.known = self.schema.empty_table(), KnownIds.of(NO_IDS)
+        """Release the memory: there is no further round."""
+        self.table = self.schema.empty_table()
+        self.known = KnownIds.of(NO_IDS)
         self._begin(NO_IDS)
         give_back()
 
 
 def among(trials: Iterable[str], ids: Ids) -> set[str]:
-    """Those of some trials that are among `ids`."""
+    """Return the trials that are among `ids`."""
     named = packed(trials)
     return set(as_texts(named[np.isin(named, ids)]).to_pylist())

@@ -1,9 +1,8 @@
-"""What a campaign needs of a strategy, which says which trials of a study are asked
-for.
+"""The interface of a strategy, which decides which trials of a study are requested.
 
-A strategy asks in rounds. What it asks for follows only from the spec and from what is
-stored. So the number of workers, the order in which results come back, and
-interruptions change nothing. Methods have strategies of their own. Here are:
+A strategy requests trials in rounds. Its requests follow only from the spec and from
+stored results. So the number of workers, the order in which results come back, and
+interruptions change nothing. Methods have strategies of their own. Those here are:
 
     FixedStrategy    one round: all trials of the design
     SearchStrategy   a round per rung of a race, and one for the held-out trials
@@ -25,16 +24,16 @@ from sweep.spec.study import Study
 from sweep.store.shares import Share
 
 Origin = Mapping[str, object]
-"""Where results come from, as `sweep.store.provenance` says it."""
+"""Provenance of results, as `sweep.store.provenance` returns it."""
 
 PlanTables = tuple[pa.RecordBatchReader, pa.Table | None]
-"""What becomes the plan, some rows at a time, and what a search has asked for."""
+"""The plan, some rows at a time, and the table of a search, if there is one."""
 
 Look = Callable[[], pa.Table]
-"""Returns what is stored of the trials of the last round: a row each, in their order.
+"""Function that returns a stored row per trial of the last round, in their order.
 
-The columns are `status` and those that the strategy looks at. A cell is null where the
-trial is not stored, and where it has no such value.
+The columns are `status` and those that the strategy looks at. A cell is null if the
+trial is not stored, or has no such value.
 """
 
 P_co = TypeVar("P_co", bound=Progress, covariant=True)
@@ -42,13 +41,21 @@ P_co = TypeVar("P_co", bound=Progress, covariant=True)
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """Trials that are asked for together, none of which was asked for before.
+    """Trials that are requested together, none of which was requested before.
 
-    `ids` are their ids. `jobs_at` makes the jobs at some places among them. `plan`
-    makes the tables of all trials that have been asked for so far. The campaign calls
-    it before it runs what is missing of this round, and at the end if nothing is
-    missing of the last round. Where a share must have some trials together, each of
-    them goes where that of `led_by` does.
+    Attributes
+    ----------
+    ids : Ids
+        Ids of the n trials, shape (n,).
+    jobs_at : callable
+        Returns the jobs at some indices into `ids`.
+    plan : callable
+        Returns the tables of all trials requested so far. The campaign calls it before
+        it runs the missing trials of this round. If no trial of the last round is
+        missing, it calls it at the end.
+    led_by : Ids, optional
+        Ids that decide the shard of each trial, shape (n,), where a shard must have
+        some trials together. By default each trial decides for itself.
     """
 
     ids: Ids
@@ -57,41 +64,46 @@ class Round:
     led_by: Ids | None = None
 
     def some(self, most: int) -> Sequence[Job]:
-        """At most so many of the jobs, spread evenly."""
+        """Return at most `most` of the jobs, spread evenly."""
         return self.jobs_at(np.array(evenly(len(self.ids), most)))
 
     def in_share(self, share: Share) -> NDArray[np.bool_]:
-        """Which of the trials a launch of this share runs, shape (len(ids),)."""
+        """Return whether a launch of this shard runs each of the trials, shape (n,)."""
         decide = self.ids if self.led_by is None else self.led_by
         masks = [share.has(as_texts(some).to_pylist()) for some in blocks(decide)]
         return np.concatenate([np.empty(0, np.bool_), *masks])
 
 
 class Strategy(Protocol[P_co]):
-    """Says which trials of `study` are asked for.
-
-    `grows` says whether there may be a second round. Such a strategy may look;
-    `looks_at` names the columns of trials that it then sees. The campaign counts trials
-    in `progress`, and the strategy enters there what it alone knows.
-    """
+    """Decides which trials of a study are requested."""
 
     @property
-    def study(self) -> Study: ...
+    def study(self) -> Study:
+        """The study."""
 
     @property
-    def progress(self) -> P_co: ...
+    def progress(self) -> P_co:
+        """Progress in which the campaign counts trials.
+
+        The strategy enters the numbers that it alone knows.
+        """
 
     @property
-    def grows(self) -> bool: ...
+    def grows(self) -> bool:
+        """True if there may be a second round.
+
+        Only such a strategy may look.
+        """
 
     @property
-    def looks_at(self) -> Sequence[str]: ...
+    def looks_at(self) -> Sequence[str]:
+        """Columns that a look shows, in addition to the status."""
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """One round after the other.
+        """Yield one round after the other.
 
-        The next one is asked for when all trials of the last one are stored. In a
-        launch of a share, trials of other shares may be missing.
+        The next one is requested when all trials of the last one are stored. In a
+        launch of a shard, trials of other shards may be missing.
         """
 
 
@@ -100,14 +112,15 @@ def beyond(before: Counts, trials: Counts) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    before
-        How many trials each point had, shape (P,).
-    trials
-        How many it has now, shape (P,).
+    before : array of int
+        Number of trials that each point had, shape (P,).
+    trials : array of int
+        Number of trials that it has now, shape (P,).
 
     Returns
     -------
-    Whether each trial is new, point after point, shape (sum of trials,).
+    array of bool
+        Whether each trial is new, point after point, shape (sum of trials,).
     """
     first = np.repeat(np.cumsum(trials) - trials, trials)
     replicate = np.arange(trials.sum()) - first
@@ -124,12 +137,17 @@ def filled(
 
     Parameters
     ----------
-    new
-        Whether each trial is new, as `beyond` returns it.
-    values
-        The values of the new trials.
-    before
-        The values of the other trials.
+    new : array of bool
+        Whether each of the n trials is new, as `beyond` returns it, shape (n,).
+    values : array of float
+        Values of the new trials.
+    before : array of float
+        Values of the other trials.
+
+    Returns
+    -------
+    array of float
+        Values of all trials, shape (n,).
     """
     merged = np.empty(len(new))
     merged[new] = values

@@ -1,5 +1,6 @@
-"""Trials that run again because more is recorded of them: what was stored of the same
-flight must come out again, to the last bit.
+"""Trials that run again because more is recorded of them.
+
+The stored results of the same run must come out again, bitwise identical.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,16 +27,29 @@ from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import Result
 
 Stored = tuple[NDArray[np.uint64], NDArray[np.bool_]]
-"""Of some trials the digests of what is stored, and which are stored and done; (n,)."""
+"""Digests of the stored values of n trials, and a mask of those done, shape (n,)."""
 NO_VALUE = np.float64(np.nan).view(np.uint64)
 
 
 class Twins(NamedTuple):
-    """Stored trials of a recording that are the same flights as some jobs, though they
-    record less. Each takes 24 bytes.
+    """Stored trials of one recording that are the same runs as some jobs.
 
-    `columns` are those that both have. `known` are the ids of the jobs, and `digests`
-    (n,), by their rows, stand for what is stored in the columns.
+    They record less than the jobs. Each takes 24 bytes.
+
+    Attributes
+    ----------
+    store : Store
+        Store of the study.
+    study : Study
+        Study of the jobs.
+    recording : Recording
+        Recording of the stored trials.
+    columns : list of str
+        Columns that both have.
+    known : KnownIds
+        Ids of the n jobs.
+    digests : array of uint64
+        Digests of the stored values in the columns, by the rows of `known`, shape (n,).
     """
 
     store: Store
@@ -46,18 +60,18 @@ class Twins(NamedTuple):
     digests: NDArray[np.uint64]
 
     def check(self, results: Iterable[Result]) -> None:
-        """Raise StoreError where a result has another value than what is stored."""
-        done = [one for one in results if one.status == "done"]
+        """Raise StoreError if a result differs from the stored one."""
+        done = [result for result in results if result.status == "done"]
         if not done:
             return
         rows = [trial_metrics(result) for result in done]
         values = np.array([[row[name] for name in self.columns] for row in rows])
-        places = self.known.places(packed(one.job.trial_id for one in done))
+        places = self.known.places(packed(result.job.trial_id for result in done))
         differs = (places >= 0) & (self.digests[places] != _digests(values))
         for place in np.flatnonzero(differs)[:1].tolist():
             raise self._difference(done[place].job, rows[place])
 
-    def _difference(self, job: Job, found: dict[str, float]) -> StoreError:
+    def _difference(self, job: Job, computed: dict[str, float]) -> StoreError:
         stored = ids_recording(self.study, [job], self.recording)
         table = self.store.read(
             "trials",
@@ -68,11 +82,11 @@ class Twins(NamedTuple):
         name = next(
             name
             for name in self.columns
-            if _bits(np.array(then[name])) != _bits(np.array(found[name]))
+            if _bits(np.array(then[name])) != _bits(np.array(computed[name]))
         )
         return StoreError(
             f"trial {job.trial_id} is the same flight as the stored trial"
-            f" {then['trial_id']}, but its {name} is {found[name]!r}, and"
+            f" {then['trial_id']}, but its {name} is {computed[name]!r}, and"
             f" {then[name]!r} is stored: another processor or library may have computed"
             " it. What is done is stored; launch again to go on, and"
             f' "sweep verify {self.study.name}" compares more trials',
@@ -87,48 +101,81 @@ def twins(
     recordings: Iterable[Recording],
     served: Served,
 ) -> list[Twins]:
-    """The stored trials of each of the `recordings` that must come out again when those
-    of the `jobs` run that are not `served`. Raises StoreError for a damaged part.
+    """Return the stored trials that must come out again when jobs run.
+
+    Parameters
+    ----------
+    store : Store
+        Store of the study.
+    study : Study
+        Study of the jobs.
+    jobs : sequence of Job
+        Trials that are not stored.
+    recordings : iterable of Recording
+        Recordings of stored trials that belong to another spec.
+    served : Served
+        Jobs that do not run, since larger stored trials serve in their place.
+
+    Returns
+    -------
+    list of Twins
+        One per recording with such trials.
+
+    Raises
+    ------
+    StoreError
+        If a part is damaged.
     """
-    asked, found = Recording.of(study), list[Twins]()
+    current = Recording.of(study)
+    groups = list[Twins]()
     for recording in recordings:
-        names = columns_of(recording.shared(asked))
-        own = ids_recording(study, jobs if names else (), asked)
-        run = served.missing.places(own) < 0
+        names = columns_of(recording.shared(current))
+        own_ids = ids_recording(study, jobs if names else (), current)
+        run = served.missing.places(own_ids) < 0
         if not run.any():
             continue
-        own = own[run]
-        other = ids_recording(study, jobs, recording)[run]
+        own_ids = own_ids[run]
+        recorded_ids = ids_recording(study, jobs, recording)[run]
         # Searched ids of a million take 16 MB, which are free again after it.
-        digests, done = _read(store, names, KnownIds.of(other))
-        del other
+        digests, done = _read(store, names, KnownIds.of(recorded_ids))
+        del recorded_ids
         if done.any():
-            ids = KnownIds.of(own[done])
-            found.append(Twins(store, study, recording, names, ids, digests[done]))
-    return found
+            ids = KnownIds.of(own_ids[done])
+            groups.append(
+                Twins(
+                    store,
+                    study,
+                    recording,
+                    columns=names,
+                    known=ids,
+                    digests=digests[done],
+                )
+            )
+    return groups
 
 
-def _read(store: Store, columns: list[str], wanted: KnownIds) -> Stored:
-    """What is stored in the columns, by the rows of `wanted`."""
+def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
+    """Return the stored values in the columns as digests, by the rows of `known`."""
 
     def of_part(part: Location) -> tuple[Counts, NDArray[np.uint64], NDArray[np.bool_]]:
         if not {*columns} <= {*stored_schema(part / "trials.parquet").names}:
             return np.empty(0, np.int64), np.empty(0, np.uint64), np.empty(0, np.bool_)
         rows = load_table(part, "trials", ["trial_id", "status", *columns])
         checked_numbers(store.folder, rows, columns)
-        places = wanted.places_of_column(rows["trial_id"])
+        places = known.places_of_column(rows["trial_id"])
         values = np.column_stack([rows[name].to_numpy() for name in columns])
         done = pc.equal(rows["status"], "done").fill_null(False).to_numpy()
-        there = places >= 0
-        return places[there], _digests(values)[there], done[there]
+        is_known = places >= 0
+        return places[is_known], _digests(values)[is_known], done[is_known]
 
     def read(parts: list[Location]) -> Stored:
-        digests = np.empty(len(wanted.rows), np.uint64)
-        done = np.zeros(len(wanted.rows), np.bool_)
+        digests = np.empty(len(known.rows), np.uint64)
+        done = np.zeros(len(known.rows), np.bool_)
         for part in parts:
             # Parts come oldest first, and a trial counts from the latest one.
             places, numbers, ended = of_part(part)
-            digests[places], done[places] = numbers, ended
+            digests[places] = numbers
+            done[places] = ended
             # Else what each part has freed would be kept beside what the next takes.
             give_back()
         return digests, done
@@ -137,13 +184,13 @@ def _read(store: Store, columns: list[str], wanted: KnownIds) -> Stored:
 
 
 def _bits(values: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """The bits of numbers, those of NaN the same whatever they are."""
+    """Return the bits of numbers, with the same bits for every NaN."""
     bits = np.ascontiguousarray(values, np.float64).view(np.uint64)
     return np.where(np.isnan(values), NO_VALUE, bits)
 
 
 def _digests(values: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """A number that stands for each row of values (n, columns)."""
+    """Return a digest of each row of values (n, columns)."""
     rows = pd.DataFrame(_bits(values))
     hashed = pd.util.hash_pandas_object(rows, index=False)
     return np.asarray(hashed, np.uint64)

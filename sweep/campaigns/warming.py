@@ -1,7 +1,7 @@
-"""Compiling ahead what trials will need, for images and clusters.
+"""Compilation of kernels ahead of a launch, for images and clusters.
 
-Trials are run for one step, as a launch does with its first: so the cache has what a
-launch asks of it, and no more.
+Trials run for one step, as the first step of a launch: so the cache has what a launch
+loads from it, and no more.
 """
 
 import time
@@ -27,21 +27,21 @@ from sweep.workers.failures import in_a_line
 IDEAL = {name: COMMON[name] for group in ROBOT_GROUPS for name in group._fields} | {
     "obstacle_speed": COMMON["obstacle_speed"]
 }
-"""The settings that make robots of boids, or let obstacles move, with the values that
-do not.
-"""
+"""Parameters of robots and of moving obstacles, with the values that disable them."""
 MOST_POINTS = 10_000
-"""Points among which are looked for those that run other code."""
+"""Number of points that are searched for those that need another kernel."""
 
 
 def cache_folder() -> Path:
-    """Where it is kept. Raises CacheError where that cannot be said."""
+    """Return the folder of compiled kernels. Raises CacheError if it is not known."""
     return usual()
 
 
 def warm_study(study: Study) -> float:
-    """Compile what the trials of a study need, alone and where they fly together; the
-    seconds that it took. Raises SpecError where none of them can take a step.
+    """Compile the kernels that the trials of a study need.
+
+    Trials that may run together are compiled for that too. Returns the seconds that it
+    took. Raises SpecError if no trial can take a step.
     """
     began = time.perf_counter()
     study = study.stand_in
@@ -50,8 +50,8 @@ def warm_study(study: Study) -> float:
     results = [warm(job) for job in jobs]
     failed = [result for result in results if result.has_failed]
     if failed and len(failed) == len(results):
-        said = f"no trial can be run: {in_a_line(failed[0].error)}"
-        raise study.document.error(("model",), said)
+        message = f"no trial can be run: {in_a_line(failed[0].error)}"
+        raise study.document.error(("model",), message)
     if study.policy.memory is None and first_group(Jobs(study, design)):
         for job in jobs:
             _warm_together(job)
@@ -59,16 +59,17 @@ def warm_study(study: Study) -> float:
 
 
 def _warm_together(job: Job) -> None:
-    """Compile what trials like `job` need that fly together, if they may do so."""
+    """Compile the kernels for trials like `job` that run together, if they may."""
     alike = [replace(job, replicate=k) for k in range(AT_ONCE)]
     if len(next(groups(alike))) > 1:
         warm_together(alike)
 
 
 def warm_model(model: str, *, code: bool = True) -> float:
-    """Compile a model with each of its presets, and all metrics that can be measured in
-    it; the seconds that it took. Raises SpecError for an unknown one, where it cannot
-    be run, and without `code` for a file.
+    """Compile a model with each of its presets, and all metrics that it can record.
+
+    Returns the seconds that it took. Raises SpecError for an unknown model, for one
+    that cannot run, and without `code` for a file.
     """
     name, known = named_model(model, code=code)
     if name not in known.models:
@@ -81,7 +82,7 @@ def warm_model(model: str, *, code: bool = True) -> float:
             "preset": preset,
             "replicates": AT_ONCE,
         }
-        fitting = [one for one in known.metrics if _fits(spec, one)]
+        fitting = [metric for metric in known.metrics if _fits(spec, metric)]
         warm_study(study_of(spec | {"record": {"metrics": fitting}}))
     return time.perf_counter() - began
 
@@ -95,16 +96,18 @@ def _fits(spec: dict[str, Any], metric: str) -> bool:
 
 
 def unlike(study: Study, design: Design) -> Iterator[Job]:
-    """A trial for each combination of maps, starts and other choices, and of what
-    makes robots of boids: others may run other code.
+    """Yield a trial for each combination of choices that may need another kernel.
+
+    The choices are maps, initial conditions and others, and the parameters that make
+    robots of boids.
     """
     looked = evenly(design.n_points, MOST_POINTS)
-    spreads = [name for name, one in study.settings.items() if one.spread_of]
+    spreads = [name for name, setting in study.settings.items() if setting.spread_of]
     ideal = IDEAL | dict.fromkeys(spreads, 0.0)
     choices = [
-        (one if one.dtype == object else one == ideal[name])[looked]
-        for name, one in design.columns.items()
-        if one.dtype == object or name in ideal
+        (column if column.dtype == object else column == ideal[name])[looked]
+        for name, column in design.columns.items()
+        if column.dtype == object or name in ideal
     ]
     first = (
         dict(zip(zip(*choices, strict=True), looked, strict=True)) if choices else {}

@@ -40,7 +40,7 @@ def search(watched: Watched, question: AskSearch) -> dict[str, Any]:
     table = read_asked(study)
     findings = Findings(study, table)
     behind = PointsBehind(study, table)
-    again = table.about["repetitions"]
+    again = table.description["repetitions"]
     options = {"--repetitions": [str(again)] if again else []}
     spec = str(study.store.folder / SPEC)
     comparisons = (references_text(findings), against_text(findings))

@@ -36,7 +36,7 @@ def _quiet() -> Iterator[None]:
 
 
 def stored(monkeypatch: pytest.MonkeyPatch, asked: MadeUp) -> Any:
-    about = asked.about | {"parameters": list(RANGES), "ranges": RANGES}
+    about = asked.description | {"parameters": list(RANGES), "ranges": RANGES}
     monkeypatch.setattr(
         module,
         "read_asked",

@@ -109,7 +109,7 @@ def test_blocks_are_what_is_independent_not_trials() -> None:
 def test_held_out_intervals_hold_together_over_candidates_and_references() -> None:
     rng = np.random.default_rng(3)
     asked = made_up(rng, [0.0, 0.1, 0.2], judged=3)
-    asked.about["references"] = ["published"]
+    asked.description["references"] = ["published"]
     alone = winners(made_up(np.random.default_rng(3), [0.0, 0.1, 0.2], judged=3))
     assert (winners(asked)["held_out_high"] > alone["held_out_high"]).all()
     assert winners(asked)["search_high"].tolist() == alone["search_high"].tolist()
@@ -174,7 +174,7 @@ def test_bootstrap_intervals_of_other_statistics_cover(
 def test_the_worst_value_has_no_interval_and_no_optimism() -> None:
     worst = Objective("gain", True, Statistic("worst"))
     asked = made_up(np.random.default_rng(7), [0.0, 1.0])
-    asked.about["objectives"] = [worst.as_json()]
+    asked.description["objectives"] = [worst.as_json()]
     row = winners(asked).iloc[0]
     assert not np.isnan(row["held_out"])
     assert np.isnan(
@@ -354,6 +354,8 @@ def test_who_is_surely_better_in_one_objective_only_beats_nobody(
 def test_a_front_that_nobody_has_judged_is_empty() -> None:
     asked = fronted([(0.0, 0.0), (1.0, 1.0)], 1.0)
     unjudged = MadeUp(
-        asked.table[asked.table["phase"] == "search"], asked.about, asked.distributions
+        asked.table[asked.table["phase"] == "search"],
+        asked.description,
+        asked.distributions,
     )
     assert front(unjudged).empty

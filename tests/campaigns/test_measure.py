@@ -495,7 +495,7 @@ def test_what_a_search_asked_for_is_stored_with_its_plan_in_one_step(
             break
         except KeyboardInterrupt:
             study = StoredStudy("tiny", place)
-            asked, columns = read_asked(study).table, read_asked(study).about
+            asked, columns = read_asked(study).table, read_asked(study).description
             assert set(asked["trial_id"]) == set(study.plan["trial_id"].to_pylist())
             assert asked[columns["parameters"]].notna().all(axis=None)
     assert writes == 2

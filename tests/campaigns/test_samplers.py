@@ -61,8 +61,10 @@ def test_a_search_runs_with_every_sampler_again_and_again(
     assert rows["separation_weight"].between(0, 3).all()
     assert rows["cohesion_weight"].between(0.01, 1).all()
     assert rows["candidate"].nunique() > 5
-    assert first.about["sampler"] == name
-    assert first.about["options"] == SEARCH_SAMPLERS[name].options(search_of(spec))
+    assert first.description["sampler"] == name
+    assert first.description["options"] == SEARCH_SAMPLERS[name].options(
+        search_of(spec)
+    )
 
 
 @pytest.mark.parametrize("name", ["random", "qmc", "tpe", "nsga2"])
@@ -86,7 +88,7 @@ def test_several_objectives_choices_and_rejected_candidates(
     assert (
         asked.table["separation_weight"] >= 2 * asked.table["cohesion_weight"]
     ).all()
-    assert asked.about["rejected"]["search"] > 0
+    assert asked.description["rejected"]["search"] > 0
 
 
 @pytest.mark.parametrize("name", SEARCH_SAMPLERS)

@@ -268,7 +268,7 @@ def test_a_scenario_is_a_point_of_over_and_derived_settings_follow(
     searched(spec, tmp_path)
     study = StoredStudy("tiny", tmp_path)
     asked = read_asked(study)
-    assert asked.about["scenarios"] == 4
+    assert asked.description["scenarios"] == 4
     joined = asked.table.merge(study.trials, on="trial_id", suffixes=("", "_stored"))
     settings = joined.groupby("scenario")[
         ["n", "cohesion_range", "separation_range"]
@@ -318,15 +318,15 @@ def test_repetitions_come_with_random_searches(
     assert [name for name in names if name != "references"] == list(
         asked.table["run"].unique()
     )
-    assert asked.about["blocks"] == {
+    assert asked.description["blocks"] == {
         "search": 8,
         "repetition 1": 8,
         "repetition 2": 8,
         "random 1": 3,
         "random 2": 3,
     }
-    assert asked.about["finished"]
-    for name in asked.about["blocks"]:
+    assert asked.description["finished"]
+    for name in asked.description["blocks"]:
         assert phase(asked, name)["trial_id"].nunique() == 50
     assert set(phase(asked, "random 1").groupby("candidate").size()) == {3, 2}
     judged = (
@@ -366,11 +366,11 @@ def test_the_same_search_goes_on_with_its_repetitions(
     (stored,) = tmp_path.rglob("spec.yaml")
     for text in (stored.read_text(), f"# another day\n{spec}"):
         again = asked_by(text, tmp_path, repetitions=None)
-        assert again.about["repetitions"] == 2
+        assert again.description["repetitions"] == 2
         pd.testing.assert_frame_equal(again.table, asked.table)
-    assert asked_by(spec, tmp_path, repetitions=1).about["repetitions"] == 1
+    assert asked_by(spec, tmp_path, repetitions=1).description["repetitions"] == 1
     other = spec.replace("budget: 12", "budget: 13")
-    assert asked_by(other, tmp_path, repetitions=None).about["repetitions"] == 0
+    assert asked_by(other, tmp_path, repetitions=None).description["repetitions"] == 0
 
 
 def test_repetitions_that_nobody_can_read_are_none(
@@ -411,7 +411,7 @@ def test_what_require_rejects_costs_no_trial(tmp_path: Path) -> None:
     )
     asked = asked_by(spec, tmp_path)
     assert (asked.table["separation_weight"] <= 1).all()
-    assert asked.about["rejected"]["search"] > 0
+    assert asked.description["rejected"]["search"] > 0
     assert len(phase(asked)) == 30
     assert phase(asked)["candidate"].max() + 1 > phase(asked)["candidate"].nunique()
 
@@ -519,9 +519,9 @@ def test_a_small_space_is_asked_through_and_the_search_ends(tmp_path: Path) -> N
         == 6
     )
     assert found["candidate"].nunique() == 6
-    assert asked.about["repeated"]["search"] > 0
+    assert asked.description["repeated"]["search"] > 0
     assert len(found) <= 24
-    assert asked.about["finished"]
+    assert asked.description["finished"]
 
 
 def diverging(job: Job) -> Result:
@@ -623,7 +623,7 @@ def test_several_objectives_hold_out_a_front(
         ("candidates: 2", "candidates: 4"),
     )
     asked = asked_by(spec, tmp_path, repetitions=1)
-    assert asked.about["sampler"] == "nsga2"
+    assert asked.description["sampler"] == "nsga2"
     front = phase(asked, "search", "held_out")
     assert front["candidate"].nunique() == 4
     assert front["separation_weight"].between(0, 2.2).all()
@@ -642,8 +642,10 @@ def winner_of(sampler: str, seed: int, blocks: int, level: float | None) -> floa
     )
     setup = RunSetup("search", parse_spec(spec), sampler, blocks, level)
     run = run_without_store(setup, analytic(noise=0.3))
-    assert run.asked[-1].batch > 4
-    complete = [one for one in run.asked if one.samples and len(one.trials) == blocks]
+    assert run.candidates[-1].batch > 4
+    complete = [
+        one for one in run.candidates if one.samples and len(one.trials) == blocks
+    ]
     best = max(
         complete,
         key=lambda one: (

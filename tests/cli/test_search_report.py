@@ -47,7 +47,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
         columns = {"weight": "cohesion_weight"}
         about = (
             ABOUT
-            | asked.about
+            | asked.description
             | {
                 "parameters": ["cohesion_weight"],
                 "ranges": {"cohesion_weight": {"uniform": [0.0, 1.0]}},

@@ -221,7 +221,7 @@ def test_a_comparison_has_the_mean_best_so_far_and_a_point_a_run(drawn) -> None:
 def test_a_comparison_names_the_statistic(drawn) -> None:
     asked = repeated()
     tail = Objective("gain", True, Statistic("quantile", 0.25))
-    asked.about["objectives"] = [tail.as_json()]
+    asked.description["objectives"] = [tail.as_json()]
     assert (
         drawn(comparison_figure, asked).axes[0].get_ylabel()
         == "best quantile 0.25 of gain (%)"

@@ -1,17 +1,17 @@
-"""The table of what a search has asked for, which its plan has, beside its trials. If
-it is lost, the same search writes it again.
+"""The table of the candidates of a search, which is stored with the plan.
 
-It has one row for each block and scenario of a candidate:
+If it is lost, the same search writes it again. It has one row per block and scenario of
+a candidate:
 
     run        "search", "repetition 1", "random 1" and so on, or "references"
     phase      "search" or "held_out"; a held-out row has the run that it judges
-    candidate  its number in the order asked in the run; the place of a reference
-    batch      -1 where there is none
+    candidate  its number in the order asked in the run; the index of a reference
+    batch      -1 if there is none
     block
     scenario
     trial_id
 
-What the search was is in the metadata.
+The metadata describe the search.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ from sweep.store.store import SEARCH_AGAIN, Store
 from sweep.tables.stored_study import StoredStudy
 
 ABOUT = b"search"
-"""The key, in the metadata of that table, of what the search was, as JSON."""
+"""Key of the description of the search in the metadata of that table, as JSON."""
 
 SHAPE = {
     "parameters": [str],
@@ -63,100 +63,119 @@ COLUMNS = pa.schema(
 
 @dataclass(frozen=True, eq=False)
 class AskedTrials:
-    """`table` has the rows of that table, each with its trial's `status`, parameters
-    and metric columns.
+    """The table of a search with its trials, and the description of the search.
 
-    The status is "missing" where the trial is not stored. `about` says what the search
-    was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
-    has them, "references", "budget", "sampler" and "options", "batch", "level",
-    "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
-    that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
-    `distributions` says how the values of each column are distributed.
+    Attributes
+    ----------
+    table : DataFrame
+        The rows, each with the status, parameters and metric columns of its trial. The
+        status is "missing" if the trial is not stored.
+    description : dict
+        "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
+        returns them, "references", "budget", "sampler" and "options", "batch", "level",
+        "scenarios", "repetitions", and "finished". By run: "blocks" (the most that a
+        candidate gets), "rejected" and "repeated" (numbers of proposals).
+    distributions : mapping
+        Distribution of the values of each column.
     """
 
     table: pd.DataFrame
-    about: dict[str, Any]
+    description: dict[str, Any]
     distributions: Mapping[str, Declared]
 
 
 def stored_repetitions(study: Study, results: Location) -> int:
-    """How often the search that is stored of this very spec is repeated, so that the
-    same command goes on with it; 0 where another spec, or nothing that can be read, is
-    stored. Comments make no other spec.
+    """Return the number of repetitions of the stored search of this very spec.
+
+    So the same command resumes the search. The number is 0 if another spec, or nothing
+    that can be read, is stored. Comments do not make another spec.
     """
     store = Store(results / study.name, results)
     try:
-        asked, plan = store.read_asked(), store.read_plan()
-        if asked is None:
+        search_table = store.read_asked()
+        plan = store.read_plan()
+        if search_table is None:
             return 0
-        about = _about(store, asked)
+        description = _description(store, search_table)
         spec = plan_provenance(plan, store.folder / PLAN)["spec"]
         stored = parse_document(spec, study.path).value
     except UserError:  # the launch says what is wrong, or writes it anew
         return 0
-    given = parse_document(study.text, study.path).value
-    found = about.get("repetitions")
-    return found if stored == given and type(found) is int and found > 0 else 0
+    current = parse_document(study.text, study.path).value
+    repetitions = description.get("repetitions")
+    return (
+        repetitions
+        if stored == current and type(repetitions) is int and repetitions > 0
+        else 0
+    )
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:
-    """What a stored search has asked for.
+    """Return the table of a stored search, with its trials.
 
-    Raises ChoiceError where the study is no search, and where `where` has restricted
-    it, and StoreError for a statistic or a distribution that is not known here.
+    Raises ChoiceError if the study is not a search, or if `where` has restricted it.
+    Raises StoreError for a statistic or a distribution that is not known here.
     """
-    asked = study.store.read_asked()
-    if asked is None:
+    search_table = study.store.read_asked()
+    if search_table is None:
         raise ChoiceError("not a search", study.name)
     if study.restricted:
         raise ChoiceError("a search is a whole: ask it before where", study.name)
-    about = _about(study.store, asked)
-    _check_known(study.store.folder / PLAN, about)
+    description = _description(study.store, search_table)
+    _check_known(study.store.folder / PLAN, description)
     metrics = columns_of(study.metrics)
-    stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
+    stored = study.read("trials", search_table["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
-    planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()
+    planned = study.plan.select(["trial_id", *description["parameters"]]).to_pandas()
     table = (
-        asked.to_pandas()
+        search_table.to_pandas()
         .merge(planned, on="trial_id", how="left")
         .merge(known, on="trial_id", how="left")
     )
     return AskedTrials(
         table.assign(status=table["status"].fillna("missing")),
-        about,
+        description,
         study.distributions,
     )
 
 
 def asked_objectives(study: StoredStudy) -> list[Objective]:
-    """The objectives of the search of a stored study, in the order of its spec; none
-    where it is no search.
+    """Return the objectives of a stored search, in the order of its spec.
 
-    Raises StoreError for a statistic that is not known here.
+    The list is empty if the study is not a search. Raises StoreError for a statistic
+    that is not known here.
     """
     if study.asked is None:
         return []
-    about = _about(study.store, study.asked)
-    _check_known(study.store.folder / PLAN, about)
-    return [Objective.from_json(one) for one in about["objectives"]]
+    description = _description(study.store, study.asked)
+    _check_known(study.store.folder / PLAN, description)
+    return [Objective.from_json(objective) for objective in description["objectives"]]
 
 
-def _about(store: Store, asked: pa.Table) -> dict[str, Any]:
-    """What a search was, from what it has asked for. Raises StoreError."""
-    return metadata(asked.schema, ABOUT, SHAPE, store.folder / PLAN, SEARCH_AGAIN)
+def _description(store: Store, search_table: pa.Table) -> dict[str, Any]:
+    """Return the description of a search from the metadata of its table.
+
+    Raises StoreError if there is none of this form.
+    """
+    return metadata(
+        search_table.schema, ABOUT, SHAPE, store.folder / PLAN, remedy=SEARCH_AGAIN
+    )
 
 
-def _check_known(file: Location, about: Mapping[str, Any]) -> None:
-    """Whether a search uses only what is entered here: it may come from anyone."""
-    wanted = (*about["objectives"], *about["constraints"])
-    statistics = {one["statistic"] for one in wanted} - STATISTICS.keys()
-    forms = {form for one in about["ranges"].values() for form in one}
-    for what, names in (
+def _check_known(file: Location, description: Mapping[str, Any]) -> None:
+    """Raise StoreError if a search uses an unknown statistic or distribution.
+
+    The table may come from anyone.
+    """
+    sections = (*description["objectives"], *description["constraints"])
+    statistics = {section["statistic"] for section in sections} - STATISTICS.keys()
+    forms = {form for spread in description["ranges"].values() for form in spread}
+    for kind, names in (
         ("statistic", statistics),
         ("distribution", forms - DISTRIBUTIONS.keys()),
     ):
         if names:
             raise StoreError(
-                f'{file}: there is no {what} "{min(names)}" here; enter it, or'
+                f'{file}: there is no {kind} "{min(names)}" here; enter it, or'
                 f" {SEARCH_AGAIN}"
             )

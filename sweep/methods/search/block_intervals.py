@@ -1,4 +1,4 @@
-"""Estimates of objectives from blocks of trials, with intervals.
+"""Estimates of objectives from blocks of trials, with confidence intervals.
 
 The trials of a block share their seed. So whole blocks are independent of each other,
 and whole blocks are resampled.
@@ -16,18 +16,31 @@ from sweep.methods.search.objectives import Floats, Objective
 def block_interval(
     objective: Objective, values: Floats, confidence: float = CONFIDENCE
 ) -> Interval:
-    """The objective's statistic of `values` (blocks, scenarios), its interval over
-    blocks, and their number.
+    """Return the statistic of an objective with its confidence interval over blocks.
 
-    A mean has the interval that the block means have by the distribution of their
-    metric, as a difference has, see `sweep.analysis.MeanEstimate`; a CVaR the BCa
-    bootstrap's over blocks, a quantile the percentile one. The latter two are too
-    narrow where few blocks are in the tail: measured for 95 % and normal values, a CVaR
-    of 0.2 is covered by 78 % with 20 blocks and by 90 % with 40, a quantile of 0.1 by
-    88 and 92 %. The worst of some values has no interval, NaN: how bad it can get is
-    not known from them, and a resample cannot be worse than they are (Bickel and
-    Freedman 1981, Ann. Stat. 9, 1196-1217, section 6). NaN also where there are fewer
-    than two blocks, where these are equal, and where a result is missing.
+    The interval of a mean follows from the block means, by the distribution of their
+    metric, see `sweep.analysis.MeanEstimate`. A CVaR has a BCa bootstrap interval over
+    blocks, a quantile a percentile one. The latter two are too narrow if few blocks are
+    in the tail. For normal values, intervals of 95 % were measured to cover a CVaR of
+    0.2 in 78 % with 20 blocks and in 90 % with 40. They cover a quantile of 0.1 in 88
+    and 92 %. The worst of some values has no interval, NaN: how bad it can get is not
+    known from them, and a resample cannot be worse than they are (Bickel and Freedman
+    1981, Ann. Stat. 9, 1196-1217, section 6).
+
+    Parameters
+    ----------
+    objective : Objective
+        Statistic, column and distribution.
+    values : array of float
+        Values of the column, shape (blocks, scenarios).
+    confidence : float, default CONFIDENCE
+        Confidence level.
+
+    Returns
+    -------
+    Interval
+        Value, low, high and the number of blocks. Low and high are NaN with fewer than
+        two blocks, with equal blocks, and if a result is missing.
     """
     return difference_interval(objective, values, None, confidence)
 
@@ -38,24 +51,39 @@ def difference_interval(
     second: Floats | None,
     confidence: float = CONFIDENCE,
 ) -> Interval:
-    """The statistic of `first` minus that of `second`, (blocks, scenarios) each, paired
-    by block; as `block_interval`.
+    """Return the difference of a statistic between paired blocks, as `block_interval`.
 
-    Without `second` it is that of `first` alone.
+    Parameters
+    ----------
+    objective : Objective
+        Statistic, column and distribution.
+    first : array of float
+        Values, shape (blocks, scenarios).
+    second : array of float, optional
+        Values to subtract, of the same blocks. Without it, the statistic is that of
+        `first` alone.
+    confidence : float, default CONFIDENCE
+        Confidence level.
+
+    Returns
+    -------
+    Interval
+        Statistic of `first` minus that of `second`.
     """
     value = objective.value(first) - (
         0.0 if second is None else objective.value(second)
     )
     n = len(first)
-    about = objective.statistic.about
-    if n < 2 or np.isnan(value) or about.extreme:
+    kind = objective.statistic.about
+    if n < 2 or np.isnan(value) or kind.extreme:
         return Interval(value, np.nan, np.nan, n)
-    if about.averages:
-        means, of = first.mean(axis=1), objective.distribution
+    if kind.averages:
+        means = first.mean(axis=1)
+        distribution = objective.distribution
         estimate = (
-            mean_estimate(means, distribution=of)
+            mean_estimate(means, distribution=distribution)
             if second is None
-            else paired_estimate(second.mean(axis=1), means, of)
+            else paired_estimate(second.mean(axis=1), means, distribution)
         )
         return Interval(value, *estimate.interval(confidence), n)
     sides = np.stack([first] if second is None else [first, second])
@@ -65,7 +93,7 @@ def difference_interval(
     return Interval(
         value,
         *resampled_interval(
-            np.arange(n, dtype=np.float64), statistic, confidence, about.bootstrap
+            np.arange(n, dtype=np.float64), statistic, confidence, kind.bootstrap
         ),
         n,
     )
@@ -74,8 +102,9 @@ def difference_interval(
 def _resampled(
     drawn: Floats, sides: Floats, objective: Objective, axis: int = -1
 ) -> Floats:
-    """The statistic of the first side, minus that of the second, with the blocks
-    `drawn` (..., n) of their numbers.
+    """Return the statistic of the first side minus that of the second, per resample.
+
+    `drawn` has the numbers of the blocks of each resample, shape (..., n).
     """
     rows = np.moveaxis(drawn, axis, -1).astype(np.intp)
     each = [

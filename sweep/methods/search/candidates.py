@@ -17,16 +17,16 @@ from sweep.spec.settings import Value
 from sweep.spec.study import Study
 
 SAMPLER, HELD_OUT, REPETITION, RANDOM, PROBE = range(5)
-"""What the random numbers of a search are for; see `sweep.spec.seeds`."""
+"""Purposes of the random numbers of a search; see `sweep.spec.seeds`."""
 
 PROBES = 100
 
 
 class Candidate:
-    """One set of values of the parameters of a search. Trials are made when asked for.
+    """One set of values of the parameters of a search. Trials are made on demand.
 
-    Raises SpecError where the spec rejects it in any scenario: by `require`, or because
-    settings do not go together.
+    Raises SpecError if the spec rejects it in any scenario: by `require`, or because
+    parameters are not compatible.
     """
 
     def __init__(self, study: Study, values: Mapping[str, Value]) -> None:
@@ -35,27 +35,35 @@ class Candidate:
         columns = {
             name: study.settings[name].column([value]) for name, value in values.items()
         }
-        whole = replace(study, axes=(*search.over, Axis("candidates", columns)))
-        design = expand(whole)
+        extended = replace(study, axes=(*search.over, Axis("candidates", columns)))
+        design = expand(extended)
         if design.n_points < search.scenarios:
             rejected = search.scenarios - design.n_points
             raise study.document.error(
                 ("require",), f"{rejected} of {search.scenarios} scenarios are rejected"
             )
-        self.jobs = Jobs(whole, design)
+        self.jobs = Jobs(extended, design)
 
     def job(self, block: int, scenario: int) -> Job:
-        """One of its trials."""
+        """Return one trial of the candidate.
+
+        Parameters
+        ----------
+        block : int
+            Index of the block.
+        scenario : int
+            Index of the scenario.
+        """
         return self.jobs[scenario * self.jobs.study.trials_per_point + block]
 
     @property
     def points(self) -> tuple[str, ...]:
-        """The ids of its points, one a scenario; they tell candidates apart."""
+        """Ids of its points, one per scenario; they identify the candidate."""
         return tuple(self.jobs.points)
 
 
 def section_of(study: Study) -> Search:
-    """The search of a study. Raises SpecError where it has none."""
+    """Return the search of a study. Raises SpecError if it has none."""
     search: Search | None = study.sections.get("search")
     if search is None:
         raise study.document.error(
@@ -65,8 +73,10 @@ def section_of(study: Study) -> Search:
 
 
 def check_candidates(study: Study) -> None:
-    """Raise SpecError where none of PROBES random candidates is allowed, even without
-    `require`: some settings do not go together.
+    """Raise SpecError if none of PROBES random candidates is possible.
+
+    `require` is left out, so that the error is about parameters that are not
+    compatible.
     """
     free = replace(study, require=())
     failure: SpecError | None = None
@@ -81,8 +91,9 @@ def check_candidates(study: Study) -> None:
 
 
 def references(study: Study) -> list[Candidate]:
-    """The references of a study's search, in the order of its spec. Raises SpecError
-    where one cannot be.
+    """Return the references of a search, in the order of its spec.
+
+    Raises SpecError if one is not possible.
     """
     return [_reference(study, name) for name in section_of(study).references]
 
@@ -97,7 +108,7 @@ def _reference(study: Study, name: str) -> Candidate:
 
 
 def _probes(study: Study) -> Sequence[dict[str, Value]]:
-    """PROBES random sets of values of the parameters."""
+    """Return PROBES random sets of values of the parameters."""
     rng = np.random.default_rng(address(study.seed, "search", PROBE))
     columns = [
         _drawn(study, parameter, rng) for parameter in section_of(study).parameters
@@ -116,20 +127,31 @@ def _drawn(study: Study, parameter: Parameter, rng: np.random.Generator) -> list
 
 
 def sampler_seed(study: Study) -> int:
-    """The seed of the sampler, of 32 bits."""
+    """Return the seed of the sampler, of 32 bits."""
     return int(address(study.seed, "search", SAMPLER).generate_state(1)[0])
 
 
 def repeated(study: Study, kind: int, number: int) -> Study:
-    """The study with other random numbers throughout: a repetition of its search, or a
-    random search.
+    """Return the study of a repetition of a search, or of a random search.
+
+    All of its random numbers differ.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    kind : int
+        REPETITION or RANDOM.
+    number : int
+        Number of the repetition, from 1.
     """
     return replace(study, seed=_seed(study, kind, number))
 
 
 def held_out(study: Study) -> Study:
-    """The study of the held-out trials. It has a seed that no search of the study uses,
-    so that its replicates are new to every run.
+    """Return the study of the held-out trials.
+
+    No search of the study uses its seed, so that its replicates are new to every run.
     """
     taken = {study.seed, *(study.seeds or ())}
     seed = next(
@@ -143,7 +165,7 @@ def held_out(study: Study) -> Study:
 
 
 def _seed(study: Study, *key: int) -> int:
-    """A seed of 63 bits."""
+    """Return a seed of 63 bits."""
     return int(
         address(study.seed, "search", *key).generate_state(1, np.uint64)[0]
         >> np.uint64(1)

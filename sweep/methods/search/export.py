@@ -1,4 +1,4 @@
-"""A search as a study of optuna, in any of its storages, for its dashboard, plots."""
+"""A search as a study of optuna, in any of its storages, for dashboard and plots."""
 
 import os
 from collections.abc import Iterator
@@ -35,19 +35,39 @@ if TYPE_CHECKING:
 
 
 def export(study: StoredStudy, url: str, name: str | None = None) -> str:
-    """Write the main search into the storage at `url`, as `sqlite:///gains.db`, and
-    return the study's name there.
+    """Write the main search into a storage of optuna.
 
-    That is `name`, by default the name of our study. Candidates with most blocks are
-    complete trials there, so that optuna's best is our winner; the others are pruned
-    ones, and failed ones have failed. With one objective a trial has as intermediate
-    values the estimates after 1, 2, ... blocks. User attributes are candidate, batch,
-    status, blocks, trial_ids, and for those that are judged held_out. Raises
-    OutputError where the study is no search, or the storage cannot be written, or has a
-    study of that name, which is left as it is. The password of a database is that of
-    the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
+    Candidates with most blocks are complete trials there, so that the best one of
+    optuna is our winner. The others are pruned trials, and failed ones have failed.
+    With one objective, the intermediate values of a trial are the estimates after 1, 2,
+    ... blocks. User attributes are candidate, batch, status, blocks, trial_ids, and for
+    judged candidates held_out.
+
+    Parameters
+    ----------
+    study : StoredStudy
+        The stored search.
+    url : str
+        URL of the database, such as `sqlite:///gains.db`. Its password is the value of
+        the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages
+        show.
+    name : str, optional
+        Name of the study there; by default the name of `study`.
+
+    Returns
+    -------
+    str
+        Name of the study there.
+
+    Raises
+    ------
+    ChoiceError
+        If the study is not a search.
+    OutputError
+        If the storage cannot be written, or has a study of that name, which is left as
+        it is.
     """
-    asked = read_asked(study)
+    asked_trials = read_asked(study)
     name = name or study.name
     with quiet():
         import optuna
@@ -55,9 +75,9 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
         kinds = optuna.study.StudyDirection
         directions = [
             kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
-            for objective in objectives(asked)
+            for objective in objectives(asked_trials)
         ]
-        trials = list(_trials(asked))
+        trials = list(_trials(asked_trials))
         with _storage(url) as storage:
             _check_free(storage, url, name)
             written = optuna.create_study(
@@ -65,7 +85,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
             )
             try:
                 written.set_metric_names(
-                    [objective.column for objective in objectives(asked)]
+                    [objective.column for objective in objectives(asked_trials)]
                 )
                 written.set_user_attr(
                     "boidsweep", {"study": study.name, "spec": study.spec}
@@ -78,7 +98,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
 
 
 def check_export(url: str, name: str) -> None:
-    """Raise OutputError, before any work, where `export` to this URL would do so."""
+    """Raise OutputError, before any work, if `export` to this URL would raise it."""
     with quiet(), _storage(url) as storage:
         _check_free(storage, url, name)
 
@@ -97,7 +117,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
 
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
-    """The storage at `url`, closed at the end. Raises OutputError for a wrong one."""
+    """Open the storage at `url`, and close it at the end. Raises OutputError."""
     from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
@@ -121,11 +141,11 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
 
 
 def _with_password(url: str, example: str) -> str:
-    """The URL with the password of the environment. Raises OutputError where it has one
-    of its own, which is not said.
+    """Return the URL with the password of the environment.
 
-    Other users of a machine can read the arguments of a command, and shells and logs
-    keep them.
+    Raises OutputError for a URL with a password, and does not show the password. Other
+    users of a machine can read the arguments of a command, and shells and logs keep
+    them.
     """
     from sqlalchemy.engine import make_url
     from sqlalchemy.exc import ArgumentError
@@ -155,15 +175,14 @@ def _first_line(error: BaseException) -> str:
     return (str(error) or type(error).__name__).splitlines()[0]
 
 
-def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
-    """The candidates of the main search as trials of optuna, in the order asked."""
-    table, found, judged = (
-        candidates(asked),
-        trials_of(asked, SEARCH, "search"),
-        trials_of(asked, SEARCH, HELD_OUT),
-    )
+def _trials(asked_trials: AskedTrials) -> "Iterator[FrozenTrial]":
+    """Yield the candidates of the main search as optuna trials, in the order asked."""
+    table = candidates(asked_trials)
+    searched = trials_of(asked_trials, SEARCH, "search")
+    judged = trials_of(asked_trials, SEARCH, HELD_OUT)
     ranges = {
-        name: next(iter(one.items())) for name, one in asked.about["ranges"].items()
+        name: next(iter(spread.items()))
+        for name, spread in asked_trials.description["ranges"].items()
     }
     asking = distributions(
         tuple(
@@ -171,8 +190,9 @@ def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
             for name, (form, values) in ranges.items()
         )
     )
-    rows = asked.table[
-        (asked.table["run"] == SEARCH) & (asked.table["phase"] == "search")
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == SEARCH)
+        & (asked_trials.table["phase"] == "search")
     ]
     ids = (
         rows.sort_values(["candidate", "block", "scenario"])
@@ -180,72 +200,73 @@ def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
         .agg(list)
     )
     most = table.loc[table["status"] != FAILED, "blocks"].max()
-    wanted, bounds = objectives(asked), constraints(asked)
+    aims = objectives(asked_trials)
+    bounds = constraints(asked_trials)
     for place, row in enumerate(table.to_dict("records")):
-        about = {
+        attributes = {
             name: plain(row[name])
             for name in ("candidate", "batch", "status", "blocks")
         }
-        about["trial_ids"] = ids[row["candidate"]]
+        attributes["trial_ids"] = ids[row["candidate"]]
         if row["candidate"] in judged.candidates:
-            values = held_out_values(judged, [int(row["candidate"])], wanted)[0]
-            about["held_out"] = {
-                one.column: plain(value)
-                for one, value in zip(wanted, values, strict=True)
+            values = held_out_values(judged, [int(row["candidate"])], aims)[0]
+            attributes["held_out"] = {
+                aim.column: plain(value)
+                for aim, value in zip(aims, values, strict=True)
             }
         settings = {str(name): plain(row[name]) for name in asking}
         yield _trial(
             settings,
             asking,
-            about,
-            _estimates(found, place, wanted),
-            _limits(found, place, bounds),
-            int(most),
+            attributes,
+            estimates=_estimates(searched, place, aims),
+            limits=_limits(searched, place, bounds),
+            most=int(most),
         )
 
 
 def _trial(
     settings: dict[str, Any],
     asking: "dict[str, BaseDistribution]",
-    about: dict[str, Any],
+    attributes: dict[str, Any],
     estimates: list[list[float]],
     limits: dict[str, float],
     most: int,
 ) -> "FrozenTrial":
-    """One trial; `estimates` are those of the objectives after each block."""
+    """Return one trial; `estimates` are those of the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
     known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
-    if about["status"] == FAILED or not known:
+    if attributes["status"] == FAILED or not known:
         return create_trial(
             state=TrialState.FAIL,
             params=settings,
             distributions=asking,
-            user_attrs=about,
+            user_attrs=attributes,
         )
     steps = (
         {step: values[0] for step, values in enumerate(estimates)}
         if len(estimates[-1]) == 1
         else None
     )
-    complete = about["blocks"] == most
+    complete = attributes["blocks"] == most
     return create_trial(
         state=TrialState.COMPLETE if complete else TrialState.PRUNED,
         values=estimates[-1],
         params=settings,
         distributions=asking,
-        user_attrs=about,
+        user_attrs=attributes,
         intermediate_values=steps,
         constraints=limits or None,
     )
 
 
 def _estimates(
-    found: TrialsByBlock, place: int, wanted: list[Objective]
+    searched: TrialsByBlock, place: int, aims: list[Objective]
 ) -> list[list[float]]:
-    """The estimates of a candidate after 1, 2, ... of its blocks."""
-    columns = [(objective, found.of(place, objective.column)) for objective in wanted]
-    number = int(found.counts()[place])
+    """Return the estimates of a candidate after 1, 2, ... of its blocks."""
+    columns = [(objective, searched.of(place, objective.column)) for objective in aims]
+    number = int(searched.counts()[place])
     return [
         [objective.value(values[: k + 1]) for objective, values in columns]
         for k in range(number)
@@ -253,13 +274,13 @@ def _estimates(
 
 
 def _limits(
-    found: TrialsByBlock, place: int, bounds: list[Constraint]
+    searched: TrialsByBlock, place: int, bounds: list[Constraint]
 ) -> dict[str, float]:
-    """The violations of a candidate, by the constraint in words; those that are not
-    known are left out.
-    """
+    """Return the known violations of a candidate, by column and statistic."""
     each = {
-        f"{one.column} {one.statistic}": one.violation(found.of(place, one.column))
-        for one in bounds
+        f"{constraint.column} {constraint.statistic}": constraint.violation(
+            searched.of(place, constraint.column)
+        )
+        for constraint in bounds
     }
     return {name: value for name, value in each.items() if not np.isnan(value)}

@@ -88,7 +88,7 @@ def front_marks(study: StoredStudy) -> FigureMarks:
 
 
 def _reference_names(asked_trials: AskedTrials) -> list[str]:
-    return [f"{name}, held out" for name in asked_trials.about["references"]]
+    return [f"{name}, held out" for name in asked_trials.description["references"]]
 
 
 def _colours(first: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def _front_panel(
         }
     )
     judged = wide(winners(asked_trials), "candidate", names)
-    number = len(asked_trials.about["references"])
+    number = len(asked_trials.description["references"])
     parts = [
         proposed,
         _two_ways(asked_trials, winners(asked_trials), names).assign(
@@ -213,7 +213,7 @@ def _judged(asked_trials: AskedTrials, table: pd.DataFrame) -> pd.DataFrame:
     """Return held-out estimates as marks: mean, confidence interval and trials."""
     names = {"": "y", "_low": "low", "_high": "high"}
     held = {mark: table[f"held_out{end}"].to_numpy() for end, mark in names.items()}
-    trials = table["held_out_n"].to_numpy() * asked_trials.about["scenarios"]
+    trials = table["held_out_n"].to_numpy() * asked_trials.description["scenarios"]
     return pd.DataFrame({**held, "n": trials})
 
 

@@ -200,7 +200,7 @@ def _best_label(study: StoredStudy, asked_trials: AskedTrials) -> str:
 
 def _runs_note(asked_trials: AskedTrials) -> str:
     counts = [len(runs(asked_trials, kind)) for kind in (REPETITION, RANDOM)]
-    budget = f"{asked_trials.about['budget']:,} trials"
+    budget = f"{asked_trials.description['budget']:,} trials"
     return (
         f"{counts[0]} repetitions and {counts[1]} random searches of {budget} each"
         if counts[0]

@@ -1,4 +1,4 @@
-"""What a report says of a stored search, and what its reader is warned of."""
+"""The findings of a stored search, and warnings for the readers of a report."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,64 +32,76 @@ from sweep.tables.stored_study import StoredStudy
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a report says. Each part is computed when it is first asked for."""
+    """Findings of a search. Each one is computed at its first use."""
 
     study: StoredStudy
-    asked: AskedTrials
+    asked_trials: AskedTrials
 
     @cached_property
     def objectives(self) -> list[Objective]:
-        return objectives(self.asked)
+        """Objectives, in the order of the spec."""
+        return objectives(self.asked_trials)
 
     @cached_property
     def units(self) -> dict[str, str]:
+        """Units by column."""
         return self.study.units
 
     @cached_property
     def candidates(self) -> pd.DataFrame:
-        return candidates(self.asked)
+        """One row per candidate: see `sweep.methods.search.outcome.candidates`."""
+        return candidates(self.asked_trials)
 
     @cached_property
     def winners(self) -> pd.DataFrame:
-        return winners(self.asked)
+        """One row per chosen candidate and objective: see `held_out.winners`."""
+        return winners(self.asked_trials)
 
     @cached_property
     def references(self) -> pd.DataFrame:
-        return references(self.asked)
+        """One row per reference and objective: see `held_out.references`."""
+        return references(self.asked_trials)
 
     @cached_property
     def differences(self) -> pd.DataFrame:
-        return differences(self.asked)
+        """One row per winner, reference and objective: see `held_out.differences`."""
+        return differences(self.asked_trials)
 
     @cached_property
     def front(self) -> pd.DataFrame:
-        """Raises ChoiceError for a search with one objective."""
+        """One row per member of the Pareto front: see `held_out.front`.
+
+        Raises ChoiceError for a search with one objective.
+        """
         if len(self.objectives) == 1:
             raise ChoiceError(
                 "a front needs two objectives and there is one", self.study.name
             )
-        return front(self.asked)
+        return front(self.asked_trials)
 
     @cached_property
     def against(self) -> AgainstRandom | None:
+        """Repetitions against random searches; None if the search was not repeated."""
         return (
-            against_random(self.asked)
-            if runs(self.asked, REPETITION) and runs(self.asked, RANDOM)
+            against_random(self.asked_trials)
+            if runs(self.asked_trials, REPETITION) and runs(self.asked_trials, RANDOM)
             else None
         )
 
     @cached_property
     def spent(self) -> int:
-        rows = self.asked.table[
-            (self.asked.table["run"] == SEARCH)
-            & (self.asked.table["phase"] == "search")
+        """Number of trials of the main search that are stored, each counted once."""
+        rows = self.asked_trials.table[
+            (self.asked_trials.table["run"] == SEARCH)
+            & (self.asked_trials.table["phase"] == "search")
         ]
         return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())
 
     @cached_property
     def best(self) -> dict[str, Any] | None:
-        """The row of the winner, or with several objectives of the knee or else the
-        first of the front.
+        """The row of the winner; None without a winner.
+
+        With several objectives it is the knee of the front, or else its first member.
         """
         if self.winners.empty:
             return None
@@ -99,40 +111,44 @@ class Findings:
         return dict(self.candidates.set_index("candidate", drop=False).loc[place])
 
     def settings(self, row: dict[str, Any]) -> dict[str, Any]:
-        """The parameters of a candidate as plain values."""
-        return {name: plain(row[name]) for name in self.asked.about["parameters"]}
+        """Return the parameters of a candidate as plain values."""
+        return {
+            name: plain(row[name])
+            for name in self.asked_trials.description["parameters"]
+        }
 
 
-def warnings(found: Findings) -> list[str]:
-    """What a reader must know before believing the rest, a sentence each."""
-    about, best = found.asked.about, found.best
-    said = (
+def warnings(findings: Findings) -> list[str]:
+    """Return the warnings that a reader must know before the rest, a sentence each."""
+    description = findings.asked_trials.description
+    best = findings.best
+    sentences = (
         []
-        if about["finished"]
+        if description["finished"]
         else ["The search is not finished: the same command goes on with it."]
     )
-    said += [
+    sentences += [
         f"{column} has no value in {percent(share)} of the done trials; a candidate of"
         " such a trial has failed."
-        for column, share in undefined_shares(found.asked).items()
+        for column, share in undefined_shares(findings.asked_trials).items()
     ]
     if best is None:
         return [
-            *said,
+            *sentences,
             (
                 "There is no winner: no candidate is feasible and has a result in all"
                 " of its trials."
             ),
         ]
-    full = about["blocks"][SEARCH]
+    full = description["blocks"][SEARCH]
     if best["status"] != COMPLETE:
         few = f"No candidate has all {full} blocks, the best has {best['blocks']}"
-        said.append(
-            f"{few}: the budget of {about['budget']:,} trials is small for that."
+        sentences.append(
+            f"{few}: the budget of {description['budget']:,} trials is small for that."
         )
-    judged = int(found.winners["held_out_n"].iloc[0])
+    judged = int(findings.winners["held_out_n"].iloc[0])
     if judged == 0:
-        said.append(
+        sentences.append(
             "No held-out trials have run: search estimates of the best are too good."
         )
     elif judged < FEWEST_BLOCKS:
@@ -141,32 +157,34 @@ def warnings(found: Findings) -> list[str]:
             if judged == 1
             else f"are {judged} held-out blocks only"
         )
-        said.append(f"There {only}: intervals are wide, or not to be trusted.")
+        sentences.append(f"There {only}: intervals are wide, or not to be trusted.")
     else:
-        said += [
-            sentence for one in found.objectives if (sentence := thin_tail(one, judged))
+        sentences += [
+            sentence
+            for objective in findings.objectives
+            if (sentence := thin_tail(objective, judged))
         ]
-    missing = found.winners.drop_duplicates("candidate").set_index("candidate")[
+    missing = findings.winners.drop_duplicates("candidate").set_index("candidate")[
         "not_done"
     ]
-    said += [
+    sentences += [
         f"Candidate {who}: {count} held-out trials have no result."
         for who, count in missing.items()
         if count
     ]
-    violated = found.winners.drop_duplicates("candidate").set_index("candidate")[
+    violated = findings.winners.drop_duplicates("candidate").set_index("candidate")[
         "violation"
     ]
-    said += [
+    sentences += [
         f"Candidate {who} violates a constraint on held-out seeds, by {number(amount)}."
         for who, amount in violated.items()
         if amount > 0.0
     ]
-    sentences = edges(best, about["ranges"], found.study.settings)
-    return said + [f"{sentence}." for sentence in sentences]
+    edge_sentences = edges(best, description["ranges"], findings.study.settings)
+    return sentences + [f"{sentence}." for sentence in edge_sentences]
 
 
 def plain(value: Any) -> Any:
-    """A value of a table as JSON has it; None for what is not a finite number."""
+    """Return a value of a table as JSON has it; None for NaN and infinity."""
     value = value.item() if isinstance(value, np.generic) else value
     return None if isinstance(value, float) and not np.isfinite(value) else value

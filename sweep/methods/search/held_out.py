@@ -1,5 +1,4 @@
-"""What a search has chosen, judged on seeds that it has never seen, beside what the
-search itself saw.
+"""The candidates that a search has chosen, judged on seeds that it has never seen.
 
 The winner is the luckiest among good candidates, so its search estimate is too good:
 the winner's curse. Its held-out estimate is not, for the choice was made before.
@@ -29,9 +28,10 @@ from sweep.methods.search.trials_by_block import TrialsByBlock
 if TYPE_CHECKING:
     from sweep.methods.search.asked_trials import AskedTrials
 
-RESAMPLES, RESAMPLING_SEED = 2000, 20
+RESAMPLES = 2000
+RESAMPLING_SEED = 20
 UNFINISHED_SHOWN = 5
-"""How many candidates are shown while none has been judged on held-out seeds."""
+"""Number of candidates shown while none has been judged on held-out seeds."""
 UNKNOWN = Interval(np.nan, np.nan, np.nan, 0)
 
 
@@ -48,46 +48,57 @@ class HeldOutDifference(NamedTuple):
     variance_reduction: float
 
 
-def shown(asked: "AskedTrials", run: str = SEARCH) -> list[int]:
-    """The candidates that a run has chosen and judged on held-out seeds, the winner
-    first; before that the best.
+def shown(asked_trials: "AskedTrials", run: str = SEARCH) -> list[int]:
+    """Return the candidates that a run has chosen and judged, the winner first.
+
+    Before any is judged on held-out seeds, these are the best candidates.
     """
-    judged = set(trials_of(asked, run, HELD_OUT).candidates.tolist())
+    judged = set(trials_of(asked_trials, run, HELD_OUT).candidates.tolist())
     order = chosen(
-        candidates(asked, run), objectives(asked), len(judged) or UNFINISHED_SHOWN
+        candidates(asked_trials, run),
+        objectives(asked_trials),
+        len(judged) or UNFINISHED_SHOWN,
     )
     return [number for number in order if number in judged or not judged]
 
 
-def winners(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
-    """One row a chosen candidate and objective, in the order of `chosen`: the winner
-    first.
+def winners(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+    """Return a table of chosen candidates, one row per candidate and objective.
 
-    Columns: candidate, objective, then search and held_out, each with `_low`, `_high`
-    and `_n`, the number of blocks, optimism, violation and not_done. Intervals are
-    those of `block_interval`, 95 %: of the search each for itself and as if the
-    candidate had not been chosen; the held-out ones hold together (Bonferroni) over all
-    rows and those of the references. `optimism` is by how much the search estimate is
-    the better one; NaN for a worst value, which differs by the number of blocks alone.
-    `violation` is the largest on held-out seeds, minus infinity without constraints,
-    and `not_done` the number of held-out trials without a result, for which nothing is
-    known.
+    The order is that of `chosen`: the winner first. Columns: candidate, objective, then
+    search and held_out, each with `_low`, `_high` and `_n`, the number of blocks,
+    optimism, violation and not_done.
+
+    Confidence intervals are those of `block_interval`, 95 %. Search intervals hold each
+    for itself, and as if the candidate had not been chosen. Held-out intervals are
+    simultaneous (Bonferroni) over all rows and those of the references.
+
+    `optimism` is by how much the search estimate is the better one. It is NaN for a
+    worst value, which differs by the number of blocks alone. `violation` is the largest
+    on held-out seeds, minus infinity without constraints. `not_done` is the number of
+    held-out trials without a result, for which nothing is known.
     """
-    numbers, searched, judged = (
-        shown(asked, run),
-        trials_of(asked, run, SEARCH),
-        trials_of(asked, run, HELD_OUT),
-    )
-    confidence = together(asked, numbers)
+    numbers = shown(asked_trials, run)
+    searched = trials_of(asked_trials, run, SEARCH)
+    judged = trials_of(asked_trials, run, HELD_OUT)
+    confidence = together(asked_trials, numbers)
     rows = []
     for number in numbers:
-        for objective in objectives(asked):
-            seen = block_interval(
+        for objective in objectives(asked_trials):
+            search_estimate = block_interval(
                 objective, searched.of(searched.find(number), objective.column)
             )
-            fresh = held_out_interval(judged, number, objective, confidence)
-            optimism = _optimism(objective, seen, fresh)
-            rows.append((number, objective.column, *seen, *fresh, optimism))
+            held_out_estimate = held_out_interval(judged, number, objective, confidence)
+            optimism = _optimism(objective, search_estimate, held_out_estimate)
+            rows.append(
+                (
+                    number,
+                    objective.column,
+                    *search_estimate,
+                    *held_out_estimate,
+                    optimism,
+                )
+            )
     names = [
         "candidate",
         "objective",
@@ -97,22 +108,20 @@ def winners(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     ]
     table = pd.DataFrame(rows, columns=names)
     table["violation"] = [
-        _violation(asked, judged, number) for number in table["candidate"]
+        _violation(asked_trials, judged, number) for number in table["candidate"]
     ]
     table["not_done"] = [_not_done(judged, number) for number in table["candidate"]]
     return table
 
 
-def references(asked: "AskedTrials") -> pd.DataFrame:
-    """One row a reference and objective.
+def references(asked_trials: "AskedTrials") -> pd.DataFrame:
+    """Return a table of the references, one row per reference and objective.
 
     Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
-    not_done, as `winners` has them; the intervals hold together with those.
+    not_done, as in `winners`. The confidence intervals are simultaneous with those.
     """
-    judged, confidence = (
-        trials_of(asked, REFERENCES, HELD_OUT),
-        together(asked, shown(asked)),
-    )
+    judged = trials_of(asked_trials, REFERENCES, HELD_OUT)
+    confidence = together(asked_trials, shown(asked_trials))
     rows = [
         (
             name,
@@ -120,83 +129,95 @@ def references(asked: "AskedTrials") -> pd.DataFrame:
             *held_out_interval(judged, place, objective, confidence),
             place,
         )
-        for place, name in enumerate(asked.about["references"])
-        for objective in objectives(asked)
+        for place, name in enumerate(asked_trials.description["references"])
+        for objective in objectives(asked_trials)
     ]
     table = pd.DataFrame(
         rows,
         columns=["reference", "objective", *_interval_columns("held_out"), "place"],
     )
     places = table.pop("place")
-    table["violation"] = [_violation(asked, judged, place) for place in places]
+    table["violation"] = [_violation(asked_trials, judged, place) for place in places]
     table["not_done"] = [_not_done(judged, place) for place in places]
     return table
 
 
-def differences(asked: "AskedTrials") -> pd.DataFrame:
-    """The winner minus each reference, or with several objectives each member of the
-    front; columns of `HeldOutDifference`.
+def differences(asked_trials: "AskedTrials") -> pd.DataFrame:
+    """Return a table of the winner minus each reference.
 
-    Pairs are held-out blocks, which both have with the same seeds;
-    `variance_reduction`, of means only, says how many times as many independent blocks
-    that saves. The 95 % intervals hold together over all rows (Bonferroni).
+    The columns are the fields of HeldOutDifference. With several objectives, each
+    member of the front takes the place of the winner. Pairs are held-out blocks, which
+    both have with the same seeds. `variance_reduction`, of means only, is the factor of
+    independent blocks that common seeds save. The 95 % confidence intervals are
+    simultaneous over all rows (Bonferroni).
     """
-    wanted, numbers = objectives(asked), shown(asked)
-    numbers = numbers if len(wanted) > 1 else numbers[:1]
-    judged, others = (
-        trials_of(asked, SEARCH, HELD_OUT),
-        trials_of(asked, REFERENCES, HELD_OUT),
-    )
-    names = asked.about["references"]
-    confidence = simultaneous_confidence(
-        max(1, len(numbers) * len(names) * len(wanted))
-    )
+    aims = objectives(asked_trials)
+    numbers = shown(asked_trials)
+    numbers = numbers if len(aims) > 1 else numbers[:1]
+    judged = trials_of(asked_trials, SEARCH, HELD_OUT)
+    reference_trials = trials_of(asked_trials, REFERENCES, HELD_OUT)
+    names = asked_trials.description["references"]
+    confidence = simultaneous_confidence(max(1, len(numbers) * len(names) * len(aims)))
     rows = []
     for number in numbers:
         for place, name in enumerate(names):
-            for objective in wanted:
+            for objective in aims:
                 first, second = (
                     _judged(side, who, objective)
-                    for side, who in ((judged, number), (others, place))
+                    for side, who in ((judged, number), (reference_trials, place))
                 )
                 rows.append(
-                    _difference(number, name, objective, first, second, confidence)
+                    _difference(
+                        number,
+                        name,
+                        objective,
+                        first,
+                        second=second,
+                        confidence=confidence,
+                    )
                 )
     return pd.DataFrame(rows, columns=list(HeldOutDifference._fields))
 
 
-def front(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
-    """One row a member of the Pareto front that a run has chosen: candidate, on_front,
-    share, beaten_by, knee.
+def front(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+    """Return a table of the Pareto front that a run has chosen, one row per member.
 
-    All are of the held-out estimates. `on_front`: no other chosen one dominates it;
-    `share`: in which part of 2000 bootstrap resamples of the blocks that is so;
-    `beaten_by`: a candidate that is better in every objective beyond the 95 % intervals
-    of the paired differences, which hold together over all pairs and objectives
-    (Bonferroni), else -1; `knee`: whether it is the knee of those on the front. Empty
-    before held-out trials have run.
+    Columns: candidate, on_front, share, beaten_by, knee. All are of the held-out
+    estimates. The table is empty before held-out trials have run.
+
+    `on_front` is true if no other chosen candidate dominates the member. `share` is the
+    fraction of 2000 bootstrap resamples of the blocks in which that is so. `beaten_by`
+    is a candidate that is better in every objective, else -1. `knee` is true for the
+    knee of those on the front.
+
+    A better candidate is so beyond the 95 % confidence intervals of the paired
+    differences. These are simultaneous over all pairs and objectives (Bonferroni).
     """
-    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
-    numbers = [number for number in shown(asked, run) if number in judged.candidates]
-    maximize = [objective.maximize for objective in wanted]
-    values = held_out_values(judged, numbers, wanted)
+    aims = objectives(asked_trials)
+    judged = trials_of(asked_trials, run, HELD_OUT)
+    numbers = [
+        number for number in shown(asked_trials, run) if number in judged.candidates
+    ]
+    maximize = [objective.maximize for objective in aims]
+    values = held_out_values(judged, numbers, aims)
     on_front = nondominated(values, maximize)
     place = knee(values[on_front], maximize)
     table = pd.DataFrame({"candidate": numbers, "on_front": on_front})
-    table["share"] = _shares(judged, numbers, wanted)
-    table["beaten_by"] = _beaten_by(judged, numbers, wanted)
+    table["share"] = _shares(judged, numbers, aims)
+    table["beaten_by"] = _beaten_by(judged, numbers, aims)
     table["knee"] = np.arange(len(numbers)) == (
         -1 if place is None else np.flatnonzero(on_front)[place]
     )
     return table
 
 
-def together(asked: "AskedTrials", numbers: list[int]) -> float:
-    """The confidence of each held-out interval with which those of these candidates and
-    the references all hold.
+def together(asked_trials: "AskedTrials", numbers: list[int]) -> float:
+    """Return the confidence level of each held-out interval, for simultaneous 95 %.
+
+    The intervals are those of these candidates and of the references.
     """
-    rows = (len(numbers) + len(asked.about["references"])) * len(
-        asked.about["objectives"]
+    rows = (len(numbers) + len(asked_trials.description["references"])) * len(
+        asked_trials.description["objectives"]
     )
     return simultaneous_confidence(max(1, rows))
 
@@ -204,8 +225,23 @@ def together(asked: "AskedTrials", numbers: list[int]) -> float:
 def held_out_interval(
     judged: TrialsByBlock, number: int, objective: Objective, confidence: float
 ) -> Interval:
-    """The held-out estimate of a candidate with its interval; NaN, with no blocks,
-    where there is none.
+    """Return the held-out estimate of a candidate with its confidence interval.
+
+    Parameters
+    ----------
+    judged : TrialsByBlock
+        Held-out trials.
+    number : int
+        Number of the candidate.
+    objective : Objective
+        Objective to estimate.
+    confidence : float
+        Confidence level.
+
+    Returns
+    -------
+    Interval
+        NaN, with no blocks, if the candidate is not judged.
     """
     if number not in judged.candidates:
         return UNKNOWN
@@ -213,14 +249,29 @@ def held_out_interval(
 
 
 def held_out_values(
-    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+    judged: TrialsByBlock, numbers: list[int], aims: list[Objective]
 ) -> Floats:
-    """The held-out estimates of judged candidates, shape (candidates, objectives)."""
+    """Return the held-out estimates of judged candidates.
+
+    Parameters
+    ----------
+    judged : TrialsByBlock
+        Held-out trials.
+    numbers : list of int
+        Numbers of k candidates.
+    aims : list of Objective
+        The m objectives.
+
+    Returns
+    -------
+    array of float
+        Estimates, shape (k, m).
+    """
     values = [
-        [objective.value(_judged(judged, number, objective)) for objective in wanted]
+        [objective.value(_judged(judged, number, objective)) for objective in aims]
         for number in numbers
     ]
-    return np.array(values, np.float64).reshape(len(numbers), len(wanted))
+    return np.array(values, np.float64).reshape(len(numbers), len(aims))
 
 
 def _judged(judged: TrialsByBlock, number: int, objective: Objective) -> Floats:
@@ -238,25 +289,38 @@ def _difference(
     confidence: float,
 ) -> HeldOutDifference:
     n = min(len(first), len(second))
-    found = difference_interval(objective, first[:n], second[:n], confidence)
+    interval = difference_interval(objective, first[:n], second[:n], confidence)
     reduction = np.nan
     if objective.statistic.about.averages and n > 0:
-        one, other = (pd.Series(side[:n].mean(axis=1)) for side in (first, second))
-        reduction = paired_contrast(one, other).variance_reduction
-    return HeldOutDifference(number, name, objective.column, *found, reduction)
+        first_means, second_means = (
+            pd.Series(side[:n].mean(axis=1)) for side in (first, second)
+        )
+        reduction = paired_contrast(first_means, second_means).variance_reduction
+    return HeldOutDifference(
+        number, name, objective.column, *interval, variance_reduction=reduction
+    )
 
 
-def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:
+def _optimism(objective: Objective, searched: Interval, held_out: Interval) -> float:
     if objective.statistic.about.extreme:
         return np.nan
-    return seen.value - fresh.value if objective.maximize else fresh.value - seen.value
+    return (
+        searched.value - held_out.value
+        if objective.maximize
+        else held_out.value - searched.value
+    )
 
 
-def _violation(asked: "AskedTrials", judged: TrialsByBlock, number: int) -> float:
+def _violation(
+    asked_trials: "AskedTrials", judged: TrialsByBlock, number: int
+) -> float:
     if number not in judged.candidates:
         return np.nan
     place = judged.find(number)
-    each = [one.violation(judged.of(place, one.column)) for one in constraints(asked)]
+    each = [
+        constraint.violation(judged.of(place, constraint.column))
+        for constraint in constraints(asked_trials)
+    ]
     return float(np.max([-np.inf, *each]))
 
 
@@ -267,18 +331,16 @@ def _not_done(judged: TrialsByBlock, number: int) -> int:
     return int((judged.stored[place] & ~judged.done[place]).sum())
 
 
-def _shares(
-    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
-) -> Floats:
+def _shares(judged: TrialsByBlock, numbers: list[int], aims: list[Objective]) -> Floats:
     if not numbers:
         return np.empty(0)
     n = min(int(judged.counts()[judged.find(number)]) for number in numbers)
     if n == 0:
         return np.full(len(numbers), np.nan)
     drawn = np.random.default_rng(RESAMPLING_SEED).integers(0, n, (RESAMPLES, n))
-    draws = np.empty((RESAMPLES, len(numbers), len(wanted)))
+    draws = np.empty((RESAMPLES, len(numbers), len(aims)))
     for row, number in enumerate(numbers):
-        for column, objective in enumerate(wanted):
+        for column, objective in enumerate(aims):
             resampled = _judged(judged, number, objective)[drawn].reshape(RESAMPLES, -1)
             draws[:, row, column] = objective.statistic.along(
                 resampled, maximize=objective.maximize
@@ -287,38 +349,43 @@ def _shares(
     shares = np.full(len(numbers), np.nan)
     if known.any():
         shares[known] = shares_on_front(
-            draws[:, known], [objective.maximize for objective in wanted]
+            draws[:, known], [objective.maximize for objective in aims]
         )
     return shares
 
 
 def _beaten_by(
-    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+    judged: TrialsByBlock, numbers: list[int], aims: list[Objective]
 ) -> list[int]:
     confidence = simultaneous_confidence(
-        max(1, len(numbers) * (len(numbers) - 1) // 2 * len(wanted))
+        max(1, len(numbers) * (len(numbers) - 1) // 2 * len(aims))
     )
     better = {
-        (one, other): all(
-            _better(judged, one, other, objective, confidence) for objective in wanted
+        (rival, number): all(
+            _better(judged, rival, number, objective, confidence=confidence)
+            for objective in aims
         )
-        for one in numbers
-        for other in numbers
-        if one != other
+        for rival in numbers
+        for number in numbers
+        if rival != number
     }
     return [
-        next((one for one in numbers if better.get((one, other))), -1)
-        for other in numbers
+        next((rival for rival in numbers if better.get((rival, number))), -1)
+        for number in numbers
     ]
 
 
 def _better(
-    judged: TrialsByBlock, one: int, other: int, objective: Objective, confidence: float
+    judged: TrialsByBlock,
+    rival: int,
+    number: int,
+    objective: Objective,
+    confidence: float,
 ) -> bool:
-    first, second = (_judged(judged, number, objective) for number in (one, other))
+    first, second = (_judged(judged, side, objective) for side in (rival, number))
     n = min(len(first), len(second))
-    found = difference_interval(objective, first[:n], second[:n], confidence)
-    return found.low > 0.0 if objective.maximize else found.high < 0.0
+    difference = difference_interval(objective, first[:n], second[:n], confidence)
+    return difference.low > 0.0 if objective.maximize else difference.high < 0.0
 
 
 def _interval_columns(name: str) -> list[str]:

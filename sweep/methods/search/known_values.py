@@ -1,4 +1,4 @@
-"""The values by which a search decides, of the trials that it has asked for."""
+"""The values by which a search decides, of the trials that it has requested."""
 
 import math
 from collections.abc import Sequence
@@ -13,22 +13,32 @@ Trial = tuple[float, ...] | None
 
 
 class KnownValues:
-    """For each trial the values of some columns, in the order of `columns`."""
+    """The values of some columns for each trial, in the order of `columns`."""
 
     def __init__(self, columns: Sequence[str]) -> None:
         self.columns = tuple(columns)
         self.trials: dict[str, Trial] = {}
 
-    def enter(self, ids: Sequence[str], seen: pa.Table) -> None:
-        """Enter trials; `seen` has a row each, with its `status` and the columns."""
-        for trial, row in zip(ids, seen.to_pylist(), strict=True):
+    def enter(self, ids: Sequence[str], table: pa.Table) -> None:
+        """Enter trials and their values.
+
+        Parameters
+        ----------
+        ids : sequence of str
+            Ids of the trials.
+        table : Table
+            One row per trial, with its `status` and the columns.
+        """
+        for trial, row in zip(ids, table.to_pylist(), strict=True):
             values = [row[name] for name in self.columns]
             known = row["status"] == "done" and all(map(_finite, values))
             self.trials[trial] = tuple(values) if known else None
 
     def of(self, trials: Sequence[Sequence[str]]) -> dict[str, Floats] | None:
-        """The values of `trials`, ids by block and scenario: an array (blocks,
-        scenarios) for each column; None if a trial has none.
+        """Return the values of trials by column, each as an array (blocks, scenarios).
+
+        `trials` has the ids by block and scenario. Returns None if a trial has no
+        values.
         """
         rows = [[self.trials[trial] for trial in block] for block in trials]
         if any(row is None for block in rows for row in block):

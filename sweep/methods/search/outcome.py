@@ -1,4 +1,4 @@
-"""What became of the candidates of a search, and which of them it chooses."""
+"""The status of the candidates of a search, and the choice among them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,90 +18,133 @@ if TYPE_CHECKING:
 SEARCH = "search"
 HELD_OUT = "held_out"
 REFERENCES = "references"
-COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "failed"
+COMPLETE = "complete"
+RACED_OUT = "raced out"
+CUT_SHORT = "cut short"
+FAILED = "failed"
 
 
-def objectives(asked: "AskedTrials") -> list[Objective]:
-    """The objectives of a search, in the order of its spec."""
-    found = [Objective.from_json(one) for one in asked.about["objectives"]]
-    return [replace(one, distribution=asked.distributions[one.column]) for one in found]
-
-
-def constraints(asked: "AskedTrials") -> list[Constraint]:
-    """The constraints of a search, in the order of its spec."""
-    return [Constraint.from_json(one) for one in asked.about["constraints"]]
-
-
-def trials_of(asked: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
-    """The trials of a run's candidates in a phase, with objectives and constraints."""
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
-    columns = [one.column for one in objectives(asked)] + [
-        one.column for one in constraints(asked)
+def objectives(asked_trials: "AskedTrials") -> list[Objective]:
+    """Return the objectives of a search, in the order of its spec."""
+    aims = [
+        Objective.from_json(objective)
+        for objective in asked_trials.description["objectives"]
     ]
+    return [
+        replace(objective, distribution=asked_trials.distributions[objective.column])
+        for objective in aims
+    ]
+
+
+def constraints(asked_trials: "AskedTrials") -> list[Constraint]:
+    """Return the constraints of a search, in the order of its spec."""
+    return [
+        Constraint.from_json(constraint)
+        for constraint in asked_trials.description["constraints"]
+    ]
+
+
+def trials_of(asked_trials: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
+    """Return the trials of candidates, with the columns of objectives and constraints.
+
+    Parameters
+    ----------
+    asked_trials : AskedTrials
+        The search.
+    run : str
+        Name of the run.
+    phase : str
+        SEARCH or HELD_OUT.
+    """
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == phase)
+    ]
+    columns = _columns(asked_trials)
     return by_block(rows, columns)
 
 
-def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
-    """One row a candidate of a run, in the order asked.
+def _columns(asked_trials: "AskedTrials") -> list[str]:
+    columns = [objective.column for objective in objectives(asked_trials)]
+    return columns + [constraint.column for constraint in constraints(asked_trials)]
+
+
+def candidates(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
+    """Return a table of the candidates of a run, one row each, in the order asked.
 
     Columns: candidate, batch, the parameters, `same_as` (the first candidate with the
     same parameters: itself for most), blocks, trials, violation (the largest of those
-    of the constraints, each in its metric's unit), feasible, status, and each
-    objective's estimate over the candidate's search blocks, under the name of its
-    column. The status is
+    of the constraints, each in the unit of its metric), feasible, status, and the
+    estimate of each objective over the search blocks of the candidate, under the name
+    of its column. The status is
 
     - "complete": it has all blocks that a candidate of this run can get;
     - "raced out": it has fewer, and is clearly worse than others;
     - "cut short": it has fewer, and is of the last batch before the budget ended, or
-      of an unfinished one. Its trials do not tell whether it was raced out;
+      of an unfinished one. Its trials do not show whether it was raced out;
     - "failed": one of its trials is not done, or its result is not finite.
 
-    What is not known is NaN, and a candidate whose violation is not known is not
-    feasible.
+    Unknown values are NaN. A candidate whose violation is not known is not feasible.
     """
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
-    found = trials_of(asked, run, SEARCH)
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == SEARCH)
+    ]
+    searched = trials_of(asked_trials, run, SEARCH)
     first = rows.drop_duplicates("candidate").sort_values("candidate")
-    parameters = list(asked.about["parameters"])
+    parameters = list(asked_trials.description["parameters"])
     table: pd.DataFrame = first[["candidate", "batch", *parameters]].reset_index(
         drop=True
     )
     table["same_as"] = table.groupby(parameters, dropna=False)["candidate"].transform(
         "first"
     )
-    table["blocks"] = found.counts()
-    table["trials"] = found.stored.sum(axis=(1, 2))
-    table["violation"] = _violations(found, constraints(asked))
+    table["blocks"] = searched.counts()
+    table["trials"] = searched.stored.sum(axis=(1, 2))
+    table["violation"] = _violations(searched, constraints(asked_trials))
     table["feasible"] = table["violation"] <= 0.0
-    table["status"] = _statuses(asked, run, table, found)
-    for objective in objectives(asked):
-        table[objective.column] = _estimates(found, objective)
+    table["status"] = _statuses(asked_trials, run, table, searched)
+    for objective in objectives(asked_trials):
+        table[objective.column] = _estimates(searched, objective)
     return table
 
 
-def undefined_shares(asked: "AskedTrials") -> dict[str, float]:
-    """The share of the done trials of all runs that have no value, by the columns of
-    objectives and constraints of which some have none. Their candidates have failed.
+def undefined_shares(asked_trials: "AskedTrials") -> dict[str, float]:
+    """Return the fraction of the done trials of all runs without a value, by column.
+
+    The columns are those of objectives and constraints of which some trials have none.
+    The candidates of these trials have failed.
     """
-    wanted = [one.column for one in objectives(asked)]
-    wanted += [one.column for one in constraints(asked)]
-    trials = asked.table.drop_duplicates("trial_id")
+    columns = _columns(asked_trials)
+    trials = asked_trials.table.drop_duplicates("trial_id")
     done = trials[trials["status"] == "done"]
-    shares = {column: float(done[column].isna().mean()) for column in wanted}
+    shares = {column: float(done[column].isna().mean()) for column in columns}
     return {column: share for column, share in shares.items() if share > 0.0}
 
 
 def chosen(
     candidates: pd.DataFrame, objectives: Sequence[Objective], most: int
 ) -> list[int]:
-    """The candidates that a search chooses, at most `most`, from the table of
-    `candidates`; the winner comes first.
+    """Return the candidates that a search chooses; the winner comes first.
 
-    Those count that are feasible, have not failed, and have as many blocks as any such
-    one: estimates of fewer are the luckier ones. With one objective they are the best
-    estimates in order, of equal ones the first asked, and no setting comes twice. With
-    several they are the Pareto front in the order of the first objective, thinned to
-    `most` by taking away, one at a time, the one that adds least to the hypervolume.
+    A candidate counts if it is feasible, has not failed, and has as many blocks as any
+    such one: estimates of fewer are the luckier ones. No set of parameters comes twice.
+    With one objective these are the best estimates in order, of equal ones the first
+    asked. With several they are the Pareto front in the order of the first objective.
+    It is thinned to `most`: one at a time, the member that adds least to the
+    hypervolume is removed.
+
+    Parameters
+    ----------
+    candidates : DataFrame
+        The table of `candidates`.
+    objectives : sequence of Objective
+        Objectives of the search.
+    most : int
+        Largest number of chosen candidates.
+
+    Returns
+    -------
+    list of int
+        Numbers of candidates.
     """
     pool = eligible(candidates, objectives)
     if pool.empty or most < 1:
@@ -119,8 +162,9 @@ def chosen(
 
 
 def eligible(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> pd.DataFrame:
-    """The rows of `candidates` from which `chosen` chooses: feasible ones with most
-    blocks, no setting twice.
+    """Return the rows of `candidates` from which `chosen` chooses.
+
+    They are feasible ones with most blocks, no set of parameters twice.
     """
     known = (
         candidates[[objective.column for objective in objectives]].notna().all(axis=1)
@@ -131,54 +175,61 @@ def eligible(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> pd.Da
 
 
 def values_of(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> Floats:
-    """The estimates of candidates as an array (candidates, objectives)."""
+    """Return the estimates of candidates as an array (candidates, objectives)."""
     return candidates[[objective.column for objective in objectives]].to_numpy(
         np.float64
     )
 
 
 def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
-    """The worst of each column of `values` (k, m), k above zero, as a point (m,)."""
+    """Return the worst value of each column of `values` (k, m), k > 0; shape (m,)."""
     return np.asarray(np.where(maximize, values.min(axis=0), values.max(axis=0)))
 
 
-def _violations(found: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
-    """The largest violation of each candidate (k,), zero or below if feasible; minus
-    infinity without constraints.
+def _violations(searched: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
+    """Return the largest violation of each candidate, shape (k,).
+
+    It is zero or below for a feasible one, and minus infinity without constraints.
     """
-    largest = np.full(len(found.candidates), -np.inf)
+    largest = np.full(len(searched.candidates), -np.inf)
     for constraint in constraints:
         each = [
-            constraint.violation(found.of(place, constraint.column))
+            constraint.violation(searched.of(place, constraint.column))
             for place in range(len(largest))
         ]
         largest = np.maximum(largest, each)
     return largest
 
 
-def _estimates(found: TrialsByBlock, objective: Objective) -> list[float]:
+def _estimates(searched: TrialsByBlock, objective: Objective) -> list[float]:
     return [
-        objective.value(found.of(place, objective.column))
-        for place in range(len(found.candidates))
+        objective.value(searched.of(place, objective.column))
+        for place in range(len(searched.candidates))
     ]
 
 
 def _statuses(
-    asked: "AskedTrials", run: str, table: pd.DataFrame, found: TrialsByBlock
+    asked_trials: "AskedTrials", run: str, table: pd.DataFrame, searched: TrialsByBlock
 ) -> NDArray[Any]:
-    full = asked.about["blocks"][run]
+    full = asked_trials.description["blocks"][run]
     ended = table["batch"] == table["batch"].max()
     if (
-        asked.about["finished"]
-        and asked.about["budget"] - _spent(asked, run) >= found.stored.shape[2]
+        asked_trials.description["finished"]
+        and asked_trials.description["budget"] - _spent(asked_trials, run)
+        >= searched.stored.shape[2]
     ):
         ended &= False
-    failed = (found.stored & ~found.done).any(axis=(1, 2))
+    failed = (searched.stored & ~searched.done).any(axis=(1, 2))
     kinds = [failed, table["blocks"] >= full, ended]
     return np.select(kinds, [FAILED, COMPLETE, CUT_SHORT], RACED_OUT)
 
 
-def _spent(asked: "AskedTrials", run: str) -> int:
-    """How many trials of a run count against its budget; a shared one counts once."""
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
+def _spent(asked_trials: "AskedTrials", run: str) -> int:
+    """Return the number of trials that count against the budget of a run.
+
+    A trial that candidates share counts once.
+    """
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == SEARCH)
+    ]
     return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())

@@ -1,4 +1,4 @@
-"""What a search has asked for so far, by phases, and the tables of it."""
+"""The candidates that a search has requested so far, by phases, and their tables."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ from sweep.store.plan_about import AxisAbout, PlanAbout
 
 
 class AskedRow(NamedTuple):
-    """A row of what was asked for, with a job in place of its id."""
+    """A row of the table of a search, with a job in place of its id."""
 
     run: str
     phase: str
@@ -33,8 +33,9 @@ class AskedRow(NamedTuple):
 
 
 class AskedPhase(NamedTuple):
-    """The candidates of one phase of a run, in the order asked: a list that may grow,
-    like the trials of each.
+    """The candidates of one phase of a run, in the order asked.
+
+    The list may grow, and so may the trials of each candidate.
     """
 
     run: str
@@ -42,22 +43,34 @@ class AskedPhase(NamedTuple):
     candidates: list[AskedCandidate]
 
     def rows(self) -> Iterator[AskedRow]:
-        """A row a trial, by candidate, block and scenario."""
-        for one in self.candidates:
-            for block, jobs in enumerate(one.trials):
+        """Yield one row per trial, by candidate, block and scenario."""
+        for candidate in self.candidates:
+            for block, jobs in enumerate(candidate.trials):
                 for scenario, job in enumerate(jobs):
-                    about = self.run, self.phase, one.number, one.batch
-                    yield AskedRow(*about, block, scenario, job)
+                    shared = self.run, self.phase, candidate.number, candidate.batch
+                    yield AskedRow(*shared, block, scenario, job)
 
 
 def plan_tables(
     study: Study,
     phases: Sequence[AskedPhase],
-    about: Mapping[str, Any],
+    description: Mapping[str, Any],
     origin: Origin,
 ) -> PlanTables:
-    """The plan of a search, which lists each trial once, and what it has asked for,
-    with `about` in the metadata of the latter.
+    """Return the plan of a search, and the table of the search.
+
+    The plan lists each trial once.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    phases : sequence of AskedPhase
+        Phases so far.
+    description : mapping
+        Description of the search, for the metadata of its table.
+    origin : Origin
+        Provenance, for the metadata of the plan.
     """
     rows = [row for phase in phases for row in phase.rows()]
     jobs = {row.job.trial_id: row.job for row in rows}
@@ -65,16 +78,30 @@ def plan_tables(
         name: [getattr(row, name) for row in rows] for name in COLUMNS.names[:-1]
     }
     columns["trial_id"] = [row.job.trial_id for row in rows]
-    asked = pa.table(columns, COLUMNS.with_metadata({ABOUT: json.dumps(about)}))
-    return _plan(study, jobs.values(), origin).to_reader(), asked
+    search_table = pa.table(
+        columns, COLUMNS.with_metadata({ABOUT: json.dumps(description)})
+    )
+    return _plan(study, jobs.values(), origin).to_reader(), search_table
 
 
 def known_trials(
-    study: Study, phase: AskedPhase, known: KnownValues, about: dict[str, Any]
+    study: Study, phase: AskedPhase, known: KnownValues, description: dict[str, Any]
 ) -> AskedTrials:
-    """What `read_asked` would return of a phase whose trials are all stored."""
+    """Return the result of `read_asked` for a phase whose trials are all stored.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    phase : AskedPhase
+        The phase.
+    known : KnownValues
+        Values of its trials.
+    description : dict
+        Description of the search.
+    """
     distributions = {name: study.distribution(name) for name in known.columns}
-    parameters = about["parameters"]
+    parameters = description["parameters"]
     rows = []
     for *where, job in phase.rows():
         values = known.trials[job.trial_id]
@@ -83,22 +110,25 @@ def known_trials(
         cells = values or [None] * len(known.columns)
         rows.append([*where, job.trial_id, *settings, status, *cells])
     names = [*COLUMNS.names, *parameters, "status", *known.columns]
-    return AskedTrials(pd.DataFrame(rows, columns=names), about, distributions)
+    return AskedTrials(pd.DataFrame(rows, columns=names), description, distributions)
 
 
 def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:
-    search, varied = section_of(study), _varied(study)
+    search = section_of(study)
+    varied = _varied(study)
     parameters = [parameter.name for parameter in search.parameters]
     candidates = {"candidates": AxisAbout(parameters, search.sampler)}
-    about = PlanAbout.of(study, varied, search.over)
-    about = replace(about, axes=(about.axes or {}) | candidates)
+    metadata = PlanAbout.of(study, varied, search.over)
+    metadata = replace(metadata, axes=(metadata.axes or {}) | candidates)
     rows = [_planned(job, varied) for job in jobs]
-    return about.into(pa.Table.from_pylist(rows), origin)
+    return metadata.into(pa.Table.from_pylist(rows), origin)
 
 
 def _varied(study: Study) -> list[str]:
-    """The settings that can differ between trials: parameters, scenarios, and what
-    follows from them.
+    """Return the parameters that can differ between trials.
+
+    These are the parameters of the search, those of scenarios, and those derived from
+    them.
     """
     search = section_of(study)
     names = [setting for axis in search.over for setting in axis.columns]
@@ -113,12 +143,23 @@ def _varied(study: Study) -> list[str]:
 def about_search(
     study: Study, blocks: Mapping[str, int], repetitions: int
 ) -> dict[str, Any]:
-    """The metadata of a new search; `blocks` are the most of a candidate, by run."""
+    """Return the description of a new search.
+
+    Parameters
+    ----------
+    study : Study
+        Study of the search.
+    blocks : mapping of int
+        Largest number of blocks of a candidate, by run.
+    repetitions : int
+        Number of repetitions.
+    """
     search = section_of(study)
     return {
         "parameters": [parameter.name for parameter in search.parameters],
         "ranges": {
-            one.name: {one.form: list(one.arguments)} for one in search.parameters
+            parameter.name: {parameter.form: list(parameter.arguments)}
+            for parameter in search.parameters
         },
         "objectives": [objective.as_json() for objective in search.objectives],
         "constraints": [constraint.as_json() for constraint in search.constraints],
@@ -138,10 +179,10 @@ def about_search(
 
 
 def _planned(job: Job, varied: Sequence[str]) -> dict[str, Value]:
-    about: dict[str, Value] = {
+    row: dict[str, Value] = {
         "trial_id": job.trial_id,
         "point": job.point,
         "replicate": job.replicate,
         "seed": job.seed,
     }
-    return about | {name: job.settings[name] for name in varied}
+    return row | {name: job.settings[name] for name in varied}

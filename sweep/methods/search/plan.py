@@ -1,4 +1,4 @@
-"""What a search would run at most, without running it."""
+"""The largest number of trials that a search would run, without running it."""
 
 import json
 from dataclasses import asdict, dataclass, replace
@@ -22,7 +22,7 @@ from sweep.trial.probe import measured_pace
 class SearchPlan:
     """Counts and estimates for a search that spends its budget, without repetitions.
 
-    `probe_steps`, `notes` and `compiling_seconds` are those of a `Plan`.
+    `probe_steps`, `notes` and `compiling_seconds` are those of a Plan.
     """
 
     study: str
@@ -47,11 +47,11 @@ class SearchPlan:
     compiling_seconds: float = 0.0
 
     def as_json(self) -> str:
-        """The plan as a JSON object."""
+        """Return the plan as a JSON object."""
         return json.dumps(asdict(self), indent=2)
 
     def as_text(self) -> str:
-        """The plan for a reader."""
+        """Return the plan for a reader."""
         scenarios = (
             f" in each of {self.scenarios:,} scenarios" if self.scenarios > 1 else ""
         )
@@ -92,11 +92,15 @@ def make_search_plan(
     ----------
     study : Study
     workers : int
+        Number of workers, for the wall time.
     compiling_seconds : float, default 0
         Additional wall time, once.
 
-    Raises SpecError where nothing that it could ask for is allowed, where a reference
-    cannot be, and as `measured_pace`.
+    Raises
+    ------
+    SpecError
+        If no candidate is allowed, if a reference is not possible, and as
+        `measured_pace`.
     """
     search = section_of(study)
     check_candidates(study)

@@ -1,4 +1,4 @@
-"""The points whose trials stand behind the candidates and references of a search."""
+"""The stored points of the candidates and references of a search."""
 
 from collections.abc import Iterable
 from typing import cast
@@ -10,12 +10,12 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class PointsBehind:
-    """The ids of the points of candidates, by run and phase."""
+    """Ids of the points of candidates, by run and phase."""
 
-    def __init__(self, study: StoredStudy, asked: AskedTrials) -> None:
+    def __init__(self, study: StoredStudy, asked_trials: AskedTrials) -> None:
         plan: pd.DataFrame = study.plan.select(["trial_id", "point"]).to_pandas()
         point = plan.set_index("trial_id")["point"]
-        table = asked.table[["run", "phase", "candidate", "trial_id"]]
+        table = asked_trials.table[["run", "phase", "candidate", "trial_id"]]
         named = table.assign(point=table["trial_id"].map(point)).dropna()
         keys = ["run", "phase", "candidate"]
         self._ids = {
@@ -24,5 +24,20 @@ class PointsBehind:
         }
 
     def ids(self, run: str, phase: str, numbers: Iterable[int]) -> list[str]:
-        """Of each of these candidates."""
+        """Return the ids of the points of each candidate.
+
+        Parameters
+        ----------
+        run : str
+            Name of the run.
+        phase : str
+            "search" or "held_out".
+        numbers : iterable of int
+            Numbers of the candidates.
+
+        Returns
+        -------
+        list of str
+            Ids separated by spaces, one text per candidate; "" if it has no points.
+        """
         return [self._ids.get((run, phase, number), "") for number in numbers]

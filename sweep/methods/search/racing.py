@@ -19,23 +19,31 @@ from numpy.typing import NDArray
 from sweep.methods.search.objectives import Constraint, Floats, Objective
 
 Samples = Mapping[str, Floats]
-"""The trials of one candidate: by column the values in the blocks it has had so far,
-shape (blocks, scenarios).
-"""
+"""Values of a candidate in its blocks so far, by column; shape (blocks, scenarios)."""
 
 SAME = 1e-12
-"""Differences that vary by less than this share of themselves are equal."""
+"""Relative variation below which differences are equal."""
 
 LEAST_BLOCKS = 5
-"""Blocks below which nothing is resampled."""
+"""Number of blocks below which nothing is resampled."""
 
 RESAMPLES = 1000
 
 
 @dataclass(frozen=True)
 class Race:
-    """How candidates are compared: by what, at which level of the tests, and how many
-    blocks make a candidate complete.
+    """The comparison of candidates in a race.
+
+    Attributes
+    ----------
+    objectives : tuple of Objective
+        Objectives to compare by.
+    constraints : tuple of Constraint
+        Constraints that candidates must not violate.
+    level : float
+        Level of the tests.
+    complete : int
+        Number of blocks that make a candidate complete.
     """
 
     objectives: tuple[Objective, ...]
@@ -46,35 +54,51 @@ class Race:
     def dropped(
         self, earlier: Sequence[Samples], running: Sequence[Samples]
     ) -> list[bool]:
-        """Which of the `running` candidates get no more blocks.
+        """Return which of the running candidates get no more blocks.
 
-        All of them have equally many; `earlier` are the candidates of the batches
-        before. None of the samples may be empty or NaN.
+        None of the samples may be empty or NaN.
+
+        Parameters
+        ----------
+        earlier : sequence of Samples
+            Candidates of the batches before.
+        running : sequence of Samples
+            Candidates that are left; all have the same number of blocks.
+
+        Returns
+        -------
+        list of bool
+            True for each candidate of `running` that is dropped.
         """
         everyone = [*earlier, *running]
         out = [
-            any(_violates(samples, one, self.level) for one in self.constraints)
+            any(
+                _violates(samples, constraint, self.level)
+                for constraint in self.constraints
+            )
             for samples in running
         ]
         leaders = self.leaders(everyone)
         if not leaders and running and len(self.objectives) == 1:
             leaders = self._front(
                 [
-                    one
-                    for one in everyone
-                    if self._blocks(one) == self._blocks(running[0])
+                    rival
+                    for rival in everyone
+                    if self._blocks(rival) == self._blocks(running[0])
                 ]
             )
         for leader in leaders:
             for place, samples in enumerate(running):
                 out[place] |= samples is not leader and all(
-                    _lost(samples, leader, one, self.level) for one in self.objectives
+                    _lost(samples, leader, objective, self.level)
+                    for objective in self.objectives
                 )
         return out
 
     def leaders(self, everyone: Sequence[Samples]) -> list[Samples]:
-        """The best of the complete candidates within the constraints: one, or for
-        several objectives their front.
+        """Return the best of the complete candidates within the constraints.
+
+        It is one candidate, or for several objectives their front.
         """
         return self._front(
             [samples for samples in everyone if self._blocks(samples) >= self.complete]
@@ -90,7 +114,7 @@ class Race:
         )
 
     def _values(self, samples: Samples) -> list[float]:
-        """The objectives' values, the smaller the better."""
+        """Return the values of the objectives; smaller ones are better."""
         values = [
             (objective.value(samples[objective.column]), objective.maximize)
             for objective in self.objectives
@@ -98,8 +122,9 @@ class Race:
         return [-value if maximize else value for value, maximize in values]
 
     def _front(self, everyone: Sequence[Samples]) -> list[Samples]:
-        """Those within the constraints that no other dominates; for one objective the
-        best.
+        """Return the candidates within the constraints that no other dominates.
+
+        For one objective it is the best one.
         """
         rivals = [samples for samples in everyone if self._feasible(samples)]
         if len(self.objectives) == 1:
@@ -119,10 +144,12 @@ class Race:
 def _lost(
     samples: Samples, leader: Samples, objective: Objective, level: float
 ) -> bool:
-    """Whether a candidate is worse than the leader in an objective, at this level."""
-    values, best = samples[objective.column], leader[objective.column]
+    """Return whether a candidate is worse than the leader in an objective."""
+    values = samples[objective.column]
+    best = leader[objective.column]
     shared = min(len(values), len(best))
-    values, best = values[:shared], best[:shared]
+    values = values[:shared]
+    best = best[:shared]
     if objective.statistic.about.averages:
         gains = values.mean(axis=1) - best.mean(axis=1)
         return _below_zero(gains if objective.maximize else -gains, level)
@@ -134,10 +161,12 @@ def _lost(
 
 
 def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
-    """Whether a candidate violates a constraint: surely for a statistic that more
-    trials can only make worse, else at this level.
+    """Return whether a candidate violates a constraint, at this level.
+
+    The violation is certain for a statistic that more trials can only make worse.
     """
-    values, statistic = samples[constraint.column], constraint.statistic
+    values = samples[constraint.column]
+    statistic = constraint.statistic
     if statistic.about.extreme:
         return constraint.violation(values) > 0
     if statistic.about.averages:
@@ -145,25 +174,28 @@ def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
         return _below_zero(slack if constraint.at_most else -slack, level)
     if len(values) < LEAST_BLOCKS:
         return False
-    found = _resampled(
+    estimates = _resampled(
         values, Objective(constraint.column, not constraint.at_most, statistic)
     )
     within = (
-        found <= constraint.bound if constraint.at_most else found >= constraint.bound
+        estimates <= constraint.bound
+        if constraint.at_most
+        else estimates >= constraint.bound
     )
     return bool(within.mean() < level)
 
 
 def _below_zero(sample: Floats, level: float) -> bool:
-    """Whether the mean of a sample (blocks,) is below zero, by Student's one-sided
-    test; never for one block, which has no deviation.
+    """Return whether the mean of a sample (blocks,) is below zero, at this level.
 
-    Blocks that are all equal have none either, as those of a rare event: they are
+    The test is Student's one-sided test. One block is never below: it has no deviation.
+    Blocks that are all equal have none either, such as those of a rare event: they are
     tested by their signs.
     """
     from scipy.special import stdtrit
 
-    count, mean = len(sample), sample.mean()
+    count = len(sample)
+    mean = sample.mean()
     if count < 2 or mean >= 0.0:
         return False
     if np.ptp(sample) <= SAME * np.abs(mean):
@@ -173,8 +205,9 @@ def _below_zero(sample: Floats, level: float) -> bool:
 
 
 def _resampled(values: Floats, objective: Objective) -> Floats:
-    """The statistic of `values` (blocks, scenarios) in each resample of the blocks,
-    shape (RESAMPLES,).
+    """Return the statistic of `values` in each resample of blocks, shape (RESAMPLES,).
+
+    `values` has the shape (blocks, scenarios).
     """
     drawn = values[_resampled_blocks(len(values))].reshape(RESAMPLES, -1)
     return objective.statistic.along(drawn, maximize=objective.maximize)
@@ -182,7 +215,8 @@ def _resampled(values: Floats, objective: Objective) -> Floats:
 
 @lru_cache
 def _resampled_blocks(count: int) -> NDArray[np.int64]:
-    """The blocks of each resample, shape (RESAMPLES, count): the same for all
-    candidates and in every process.
+    """Return the blocks of each resample, shape (RESAMPLES, count).
+
+    They are the same for all candidates and in every process.
     """
     return np.random.default_rng(0).integers(count, size=(RESAMPLES, count))

@@ -1,5 +1,7 @@
-"""A search against time and against plain random search: the best so far, and what
-independent repetitions found.
+"""A search against time and against plain random search.
+
+The module compares the best candidate so far, and the results of independent
+repetitions.
 """
 
 from dataclasses import dataclass
@@ -27,18 +29,30 @@ from sweep.methods.search.outcome import (
 if TYPE_CHECKING:
     from sweep.methods.search.asked_trials import AskedTrials
 
-REPETITION, RANDOM = "repetition", "random"
+REPETITION = "repetition"
+RANDOM = "random"
 HYPERVOLUME = "hypervolume"
 
 
 @dataclass(frozen=True, eq=False)
 class AgainstRandom:
-    """What repetitions of a search found against what random searches found, with as
-    many trials each.
+    """Repetitions of a search against random searches with as many trials each.
 
-    `quantity` is the objective's column, or "hypervolume". `search` and `random` hold
-    one held-out value a run, (n,) each, of its winner; `without` counts the runs of
-    either kind that have found none, or are not judged yet.
+    Attributes
+    ----------
+    quantity : str
+        Column of the objective, or "hypervolume".
+    maximize : bool
+        Whether larger values are better.
+    search : array of float
+        Held-out value of the winner of each repetition, shape (n,).
+    random : array of float
+        Held-out value of the winner of each random search, shape (n,).
+    without : tuple of int
+        Number of repetitions and of random searches that have no winner, or are not
+        judged yet.
+    distribution : Declared, default "normal"
+        Distribution of the values.
     """
 
     quantity: str
@@ -50,123 +64,158 @@ class AgainstRandom:
 
     @property
     def estimate(self) -> MeanEstimate:
-        """The search minus random search, with the interval and the test of the
-        distribution of the objective: Welch's where it is normal.
+        """The search minus random search, with its confidence interval and test.
+
+        They are those of the distribution of the objective: Welch's if it is normal.
         """
         return mean_estimate(self.random, self.search, distribution=self.distribution)
 
 
-def runs(asked: "AskedTrials", kind: str) -> list[str]:
-    """The names of the runs that are a "repetition", or "random", by their numbers."""
+def runs(asked_trials: "AskedTrials", kind: str) -> list[str]:
+    """Return the names of the runs of a kind, in the order of their numbers.
+
+    The kind is REPETITION or RANDOM.
+    """
     names = [
-        name for name in asked.table["run"].unique() if name.rsplit(" ", 1)[0] == kind
+        name
+        for name in asked_trials.table["run"].unique()
+        if name.rsplit(" ", 1)[0] == kind
     ]
     return sorted(names, key=lambda name: int(name.rsplit(" ", 1)[1]))
 
 
-def against_random(asked: "AskedTrials") -> AgainstRandom:
-    """The repetitions of a search against the random searches, by the held-out values
-    of their winners.
+def against_random(asked_trials: "AskedTrials") -> AgainstRandom:
+    """Compare the repetitions of a search with the random searches.
 
-    A run is one independent value: it has seeds of its own for its sampler and its
-    trials. The held-out seeds are common to all runs, so the interval is for these
-    seeds; what a seed adds for every setting cancels out. With several objectives the
-    value is the hypervolume of the held-out estimates of the run's front, beyond the
-    point of `reference_point`.
+    The held-out values of their winners are compared. A run is one independent value:
+    it has its own seeds for its sampler and its trials. The held-out seeds are common
+    to all runs, so the confidence interval is for these seeds; the effect that a seed
+    has on every candidate cancels out. With several objectives the value is the
+    hypervolume of the held-out estimates of the front of the run, beyond the point of
+    `reference_point`.
     """
-    wanted = objectives(asked)
-    several = len(wanted) > 1
-    reference = reference_point(asked) if several else None
+    aims = objectives(asked_trials)
+    several = len(aims) > 1
+    reference = reference_point(asked_trials) if several else None
     each = [
         np.array(
-            [_judged_value(asked, run, reference) for run in runs(asked, kind)],
+            [
+                _judged_value(asked_trials, run, reference)
+                for run in runs(asked_trials, kind)
+            ],
             np.float64,
         )
         for kind in (REPETITION, RANDOM)
     ]
     search, random = (values[~np.isnan(values)] for values in each)
     without = (len(each[0]) - len(search), len(each[1]) - len(random))
-    quantity = HYPERVOLUME if several else wanted[0].column
-    single = len(wanted) == 1 and wanted[0].statistic.about.averages
+    quantity = HYPERVOLUME if several else aims[0].column
+    single = len(aims) == 1 and aims[0].statistic.about.averages
     return AgainstRandom(
         quantity,
-        several or wanted[0].maximize,
-        search,
-        random,
-        without,
-        wanted[0].distribution if single else "normal",
+        several or aims[0].maximize,
+        search=search,
+        random=random,
+        without=without,
+        distribution=aims[0].distribution if single else "normal",
     )
 
 
 def best_so_far(
-    asked: "AskedTrials", run: str = SEARCH, reference: Floats | None = None
+    asked_trials: "AskedTrials", run: str = SEARCH, reference: Floats | None = None
 ) -> pd.DataFrame:
-    """The search estimate of the best so far after each batch of a run, or after each
-    candidate where there are none.
+    """Return the search estimate of the best candidate after each batch of a run.
 
-    Columns: step (batch or candidate), trials (spent by then, each counted once),
-    candidate and value: the winner by then and its estimate, on the seeds of the search
-    and so too good; with several objectives candidate is -1, and value the hypervolume
-    of the candidates with all blocks by then, beyond `reference`, by default the point
-    of `reference_point`. NaN, and -1, before there is any.
+    Without batches, there is one row per candidate. The estimate is on the seeds of the
+    search, and so too good.
+
+    Parameters
+    ----------
+    asked_trials : AskedTrials
+        The search.
+    run : str, default SEARCH
+        Name of the run.
+    reference : array of float, optional
+        Reference point of the hypervolume, shape (m,); by default that of
+        `reference_point`.
+
+    Returns
+    -------
+    DataFrame
+        Columns: step (batch or candidate), trials (spent by then, each counted once),
+        candidate and value (the winner by then and its estimate). With several
+        objectives candidate is -1, and value the hypervolume of the candidates with all
+        blocks by then. NaN, and -1, before there is any.
     """
-    wanted = objectives(asked)
-    table = candidates(asked, run)
+    aims = objectives(asked_trials)
+    table = candidates(asked_trials, run)
     table["step"] = table["batch"].where(table["batch"] >= 0, table["candidate"])
-    spent = _spent(asked, run, table)
-    if len(wanted) == 1:
-        found = _best(table, wanted[0])
+    spent = _spent(asked_trials, run, table)
+    if len(aims) == 1:
+        leading = _best(table, aims[0])
     else:
-        found = _volumes(
-            table, wanted, reference_point(asked) if reference is None else reference
+        leading = _volumes(
+            table,
+            aims,
+            reference_point(asked_trials) if reference is None else reference,
         )
-    last = found.groupby(table["step"], sort=True).last()
+    last = leading.groupby(table["step"], sort=True).last()
     return last.assign(trials=spent.loc[last.index]).reset_index()[
         ["step", "trials", "candidate", "value"]
     ]
 
 
-def reference_point(asked: "AskedTrials") -> Floats | None:
-    """The point (m,) that hypervolumes of a search are measured from, the same for all
-    of its runs.
+def reference_point(asked_trials: "AskedTrials") -> Floats | None:
+    """Return the reference point (m,) of the hypervolumes of all runs of a search.
 
     In each objective it is the worst search estimate of all feasible candidates with
-    all blocks of all runs; None where there is none.
+    all blocks of all runs; None if there is none.
     """
-    wanted = objectives(asked)
-    searched = asked.table.loc[asked.table["phase"] == SEARCH, "run"].unique()
-    tables = [candidates(asked, run) for run in searched]
+    aims = objectives(asked_trials)
+    searched = asked_trials.table.loc[
+        asked_trials.table["phase"] == SEARCH, "run"
+    ].unique()
+    tables = [candidates(asked_trials, run) for run in searched]
     pools = [
-        values_of(table[table["feasible"] & (table["status"] == COMPLETE)], wanted)
+        values_of(table[table["feasible"] & (table["status"] == COMPLETE)], aims)
         for table in tables
     ]
     values = np.concatenate(pools)
     values = values[~np.isnan(values).any(axis=1)]
     return (
-        worst(values, [objective.maximize for objective in wanted])
+        worst(values, [objective.maximize for objective in aims])
         if len(values)
         else None
     )
 
 
-def _judged_value(asked: "AskedTrials", run: str, reference: Floats | None) -> float:
-    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
-    numbers = [number for number in shown(asked, run) if number in judged.candidates]
+def _judged_value(
+    asked_trials: "AskedTrials", run: str, reference: Floats | None
+) -> float:
+    aims = objectives(asked_trials)
+    judged = trials_of(asked_trials, run, HELD_OUT)
+    numbers = [
+        number for number in shown(asked_trials, run) if number in judged.candidates
+    ]
     if not numbers:
         return np.nan
-    values = held_out_values(judged, numbers, wanted)
-    if len(wanted) == 1:
+    values = held_out_values(judged, numbers, aims)
+    if len(aims) == 1:
         return float(values[0, 0])
     return (
         np.nan
         if reference is None
-        else hypervolume(values, reference, [one.maximize for one in wanted])
+        else hypervolume(values, reference, [aim.maximize for aim in aims])
     )
 
 
-def _spent(asked: "AskedTrials", run: str, table: pd.DataFrame) -> "pd.Series[int]":
-    """The number of trials by the end of each step."""
-    rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
+def _spent(
+    asked_trials: "AskedTrials", run: str, table: pd.DataFrame
+) -> "pd.Series[int]":
+    """Return the number of trials by the end of each step."""
+    rows = asked_trials.table[
+        (asked_trials.table["run"] == run) & (asked_trials.table["phase"] == SEARCH)
+    ]
     rows = rows[rows["status"] != "missing"]
     steps = table.set_index("candidate")["step"]
     first = (
@@ -179,32 +228,35 @@ def _spent(asked: "AskedTrials", run: str, table: pd.DataFrame) -> "pd.Series[in
 
 
 def _best(table: pd.DataFrame, objective: Objective) -> pd.DataFrame:
-    """The winner among the candidates up to each, by the rule of `chosen`."""
+    """Return the winner among the candidates up to each, by the rule of `chosen`."""
     sign = 1.0 if objective.maximize else -1.0
     value = table[objective.column].to_numpy(np.float64)
     counts = table["feasible"] & (table["status"] != FAILED) & ~np.isnan(value)
-    best, place, places = (-1, -np.inf), -1, []
+    best = (-1, -np.inf)
+    place = -1
+    places = []
     for row, (allowed, n) in enumerate(zip(counts, table["blocks"], strict=True)):
         if allowed and (n, sign * value[row]) > best:
-            best, place = (n, sign * value[row]), row
+            best = (n, sign * value[row])
+            place = row
         places.append(place)
-    numbers, values = np.append(table["candidate"], -1), np.append(value, np.nan)
+    numbers = np.append(table["candidate"], -1)
+    values = np.append(value, np.nan)
     return pd.DataFrame(
         {"candidate": numbers[places], "value": values[places]}, index=table.index
     )
 
 
 def _volumes(
-    table: pd.DataFrame, wanted: list[Objective], reference: Floats | None
+    table: pd.DataFrame, aims: list[Objective], reference: Floats | None
 ) -> pd.DataFrame:
-    """The hypervolume of the candidates up to each that have all blocks; known for the
-    last of each step.
+    """Return the hypervolume of the candidates up to each that have all blocks.
+
+    It is known for the last candidate of each step.
     """
     counts = (table["feasible"] & (table["status"] == COMPLETE)).to_numpy()
-    values, maximize = (
-        values_of(table, wanted),
-        [objective.maximize for objective in wanted],
-    )
+    values = values_of(table, aims)
+    maximize = [objective.maximize for objective in aims]
     volumes = np.full(len(table), np.nan)
     if reference is not None:
         for row in np.flatnonzero(table["step"] != table["step"].shift(-1)):

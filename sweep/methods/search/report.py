@@ -1,5 +1,6 @@
-"""What a report says of a stored search, as plain data, as tables of texts and in
-sentences: `sweep search` prints it, and the explorer shows it.
+"""The report of a stored search as plain data, as tables of texts and in sentences.
+
+`sweep search` prints it, and the explorer shows it.
 """
 
 from typing import Any, NamedTuple
@@ -22,8 +23,20 @@ from sweep.spec.strict_yaml import dump
 
 
 class ReportTable(NamedTuple):
-    """A table of texts, and how to read it. `candidates` has for each row the place of
-    its candidate, and `references` that of its reference; -1 where it has none.
+    """A table of texts, and how to read it.
+
+    Attributes
+    ----------
+    titles : list of str
+        Titles of the columns.
+    rows : list of list of str
+        Texts of the cells.
+    note : str
+        Explanation of the table.
+    candidates : list of int
+        Number of the candidate of each row; -1 if it has none.
+    references : list of int
+        Index of the reference of each row; -1 if it has none.
     """
 
     titles: list[str]
@@ -33,109 +46,132 @@ class ReportTable(NamedTuple):
     references: list[int]
 
 
-def report_facts(found: Findings) -> dict[str, Any]:
-    """What `sweep search --json` prints. Numbers have all their digits, and what is not
-    known is None.
+def report_facts(findings: Findings) -> dict[str, Any]:
+    """Return the report that `sweep search --json` prints.
+
+    Numbers have all their digits, and unknown ones are None.
     """
-    against = found.against
+    against = findings.against
     return {
-        "study": found.study.name,
+        "study": findings.study.name,
         **{
             name: value
-            for name, value in found.asked.about.items()
+            for name, value in findings.asked_trials.description.items()
             if name != "parameters"
         },
-        "spent": found.spent,
-        "warnings": warnings(found),
+        "spent": findings.spent,
+        "warnings": warnings(findings),
         "best": (
-            found.best
+            findings.best
             and {
-                "candidate": plain(found.best["candidate"]),
-                **found.settings(found.best),
+                "candidate": plain(findings.best["candidate"]),
+                **findings.settings(findings.best),
             }
         ),
-        "candidates": _records(found.candidates),
-        "winners": _records(found.winners),
-        "references": _records(found.references),
-        "differences": _records(found.differences),
-        "front": _records(found.front) if len(found.objectives) > 1 else None,
+        "candidates": _records(findings.candidates),
+        "winners": _records(findings.winners),
+        "references": _records(findings.references),
+        "differences": _records(findings.differences),
+        "front": _records(findings.front) if len(findings.objectives) > 1 else None,
         "against_random": against and _against_json(against),
     }
 
 
-def searched_text(found: Findings) -> str:
-    """What was searched, and what was spent."""
-    about, origin = found.asked.about, found.study.provenance
-    racing = f"racing at {about['level']:g}" if about["level"] else "no racing"
+def searched_text(findings: Findings) -> str:
+    """Return the extent of the search, and the trials spent."""
+    description = findings.asked_trials.description
+    origin = findings.study.provenance
+    racing = (
+        f"racing at {description['level']:g}" if description["level"] else "no racing"
+    )
     bounds = "".join(
-        f"\n            {constraint_words(one)}" for one in constraints(found.asked)
+        f"\n            {constraint_words(constraint)}"
+        for constraint in constraints(findings.asked_trials)
     )
     scenarios = (
-        f", over {about['scenarios']} scenarios" if about["scenarios"] > 1 else ""
+        f", over {description['scenarios']} scenarios"
+        if description["scenarios"] > 1
+        else ""
     )
-    wanted = "\n            ".join(
-        objective_words(one) + scenarios for one in found.objectives
+    aims = "\n            ".join(
+        objective_words(objective) + scenarios for objective in findings.objectives
     )
-    full = about["blocks"][SEARCH]
-    rejected, repeated = (
-        about["rejected"].get(SEARCH, 0),
-        about["repeated"].get(SEARCH, 0),
-    )
+    full = description["blocks"][SEARCH]
+    rejected = description["rejected"].get(SEARCH, 0)
+    repeated = description["repeated"].get(SEARCH, 0)
     return (
-        f"search      {found.study.name}: {origin['model']} {origin['preset']},"
-        f" {', '.join(about['parameters'])}\nobjective   {wanted}{bounds}\nsampler    "
-        f" {about['sampler']}, batches of {about['batch']}, {racing}; up to {full}"
-        f" blocks a candidate\nbudget      {found.spent:,} of {about['budget']:,}"
-        f" trials spent\ncandidates  {counted(found.candidates, rejected, repeated)}"
+        f"search      {findings.study.name}: {origin['model']} {origin['preset']},"
+        f" {', '.join(description['parameters'])}\n"
+        f"objective   {aims}{bounds}\n"
+        f"sampler     {description['sampler']}, batches of {description['batch']},"
+        f" {racing}; up to {full} blocks a candidate\n"
+        f"budget      {findings.spent:,} of {description['budget']:,} trials spent\n"
+        f"candidates  {counted(findings.candidates, rejected, repeated)}"
     )
 
 
-def best_text(found: Findings) -> str:
-    """The best settings as lines of a spec, to six digits; "" without a winner."""
-    if found.best is None:
+def best_text(findings: Findings) -> str:
+    """Return the best parameters as lines of a spec, to six digits.
+
+    The text is "" without a winner.
+    """
+    if findings.best is None:
         return ""
-    what = (
+    role = (
         "the winner"
-        if len(found.objectives) == 1
+        if len(findings.objectives) == 1
         else "of the front the best in the first objective"
     )
-    if len(found.objectives) > 1 and found.front["knee"].any():
-        what = "the knee of the front"
+    if len(findings.objectives) > 1 and findings.front["knee"].any():
+        role = "the knee of the front"
     settings = {
-        name: _six_digits(value) for name, value in found.settings(found.best).items()
+        name: _six_digits(value)
+        for name, value in findings.settings(findings.best).items()
     }
     # `dump` writes a mapping of one entry in braces; they are cut off here.
     lines = "".join(
         f"\n  {dump({name: value}).strip()[1:-1]}" for name, value in settings.items()
     )
-    return f"# candidate {found.best['candidate']}, {what}\nfixed:{lines}"
+    return f"# candidate {findings.best['candidate']}, {role}\nfixed:{lines}"
 
 
 def _six_digits(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def report_tables(found: Findings) -> list[ReportTable]:
-    """The tables of a report: the chosen and the references, judged on held-out seeds;
-    of several objectives also the front, and its differences from the references.
+def report_tables(findings: Findings) -> list[ReportTable]:
+    """Return the tables of a report.
+
+    The first has the chosen candidates and the references, judged on held-out seeds.
+    With several objectives, there are also the front and its differences from the
+    references.
     """
-    tables = [judged_table(found), front_table(found), differences_table(found)]
+    tables = [
+        judged_table(findings),
+        front_table(findings),
+        differences_table(findings),
+    ]
     return [table for table in tables if table is not None]
 
 
-def judged_table(found: Findings) -> ReportTable | None:
-    """What was chosen, and the references, on held-out seeds; None without a winner."""
-    if found.winners.empty:
+def judged_table(findings: Findings) -> ReportTable | None:
+    """Return the chosen candidates and the references, on held-out seeds.
+
+    Returns None without a winner.
+    """
+    if findings.winners.empty:
         return None
-    several = len(found.objectives) > 1
-    places = list(found.asked.about["references"])
-    rows, candidates, references = list[list[str]](), list[int](), list[int]()
-    for row in _records(found.winners):
+    several = len(findings.objectives) > 1
+    places = list(findings.asked_trials.description["references"])
+    rows = list[list[str]]()
+    candidates = list[int]()
+    references = list[int]()
+    for row in _records(findings.winners):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
         rows.append(
             [
                 str(row["candidate"]),
-                *([_named(found, row["objective"])] if several else []),
+                *([_named(findings, row["objective"])] if several else []),
                 _interval(row["search"], row["search_low"], row["search_high"]),
                 str(row["search_n"]),
                 _interval(*judged),
@@ -145,14 +181,14 @@ def judged_table(found: Findings) -> ReportTable | None:
         )
         candidates.append(int(row["candidate"]))
         references.append(-1)
-    for row in _records(found.references):
+    for row in _records(findings.references):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
-        named = [_named(found, row["objective"])] if several else []
+        named = [_named(findings, row["objective"])] if several else []
         texts = ["", "", _interval(*judged), str(row["held_out_n"]), ""]
         rows.append([row["reference"], *named, *texts])
         candidates.append(-1)
         references.append(places.index(row["reference"]))
-    what = "" if several else f"{_named(found, found.objectives[0].column)}, "
+    metric = "" if several else f"{_named(findings, findings.objectives[0].column)}, "
     return ReportTable(
         [
             "candidate",
@@ -160,20 +196,20 @@ def judged_table(found: Findings) -> ReportTable | None:
             *("search", "blocks", "held out", "held-out blocks", "too good by"),
         ],
         rows,
-        f"{what}95 % intervals over so many blocks: of the search each as if"
+        f"{metric}95 % intervals over so many blocks: of the search each as if"
         " its candidate had not\nbeen chosen, which makes it look too good; held out,"
         " on seeds that no search has seen, they hold together.",
-        candidates,
-        references,
+        candidates=candidates,
+        references=references,
     )
 
 
-def front_table(found: Findings) -> ReportTable | None:
-    """The chosen of several objectives as a front; None for one objective."""
-    if len(found.objectives) == 1 or found.front.empty:
+def front_table(findings: Findings) -> ReportTable | None:
+    """Return the chosen candidates as a front; None for one objective."""
+    if len(findings.objectives) == 1 or findings.front.empty:
         return None
     rows = []
-    for row in _records(found.front):
+    for row in _records(findings.front):
         beaten = str(row["beaten_by"]) if row["beaten_by"] >= 0 else ""
         on_front = "yes" if row["on_front"] else "no"
         share = "-" if row["share"] is None else f"{100.0 * row['share']:.0f} %"
@@ -185,23 +221,24 @@ def front_table(found: Findings) -> ReportTable | None:
         "In resamples: how often a candidate stays on the front when held-out"
         " blocks are drawn again. Beaten by:\nbetter in every objective, beyond"
         " intervals of the paired differences that hold together.",
-        found.front["candidate"].tolist(),
-        [-1] * len(rows),
+        candidates=findings.front["candidate"].tolist(),
+        references=[-1] * len(rows),
     )
 
 
-def differences_table(found: Findings) -> ReportTable | None:
-    """The chosen of several objectives minus the references; None for one objective."""
-    if len(found.objectives) == 1 or found.differences.empty:
+def differences_table(findings: Findings) -> ReportTable | None:
+    """Return the chosen candidates minus the references; None for one objective."""
+    if len(findings.objectives) == 1 or findings.differences.empty:
         return None
-    rows, places = [], list(found.asked.about["references"])
-    for row in found.differences.to_dict("records"):
+    rows = []
+    places = list(findings.asked_trials.description["references"])
+    for row in findings.differences.to_dict("records"):
         saved = float(row["variance_reduction"])
         rows.append(
             [
                 str(row["candidate"]),
                 str(row["reference"]),
-                _named(found, str(row["objective"])),
+                _named(findings, str(row["objective"])),
                 _interval(row["difference"], row["low"], row["high"]),
                 str(row["n"]),
                 f"{saved:.2g}" if np.isfinite(saved) else "-",
@@ -212,40 +249,48 @@ def differences_table(found: Findings) -> ReportTable | None:
         rows,
         "95 % intervals that hold together, of n pairs of blocks; common seeds"
         " save so many times as many blocks.",
-        found.differences["candidate"].tolist(),
-        [places.index(name) for name in found.differences["reference"]],
+        candidates=findings.differences["candidate"].tolist(),
+        references=[places.index(name) for name in findings.differences["reference"]],
     )
 
 
-def references_text(found: Findings) -> str:
-    """The winner of one objective against the references, in words; "" where there is
-    none, and for several objectives.
+def references_text(findings: Findings) -> str:
+    """Return sentences on the winner against the references.
+
+    The text is "" without references, and for several objectives.
     """
-    if len(found.objectives) > 1 or found.differences.empty:
+    if len(findings.objectives) > 1 or findings.differences.empty:
         return ""
     lines = []
-    for row in found.differences.to_dict("records"):
+    for row in findings.differences.to_dict("records"):
         difference = {end: row[end] for end in ("difference", "low", "high")}
-        unit = found.units.get(found.objectives[0].column, "")
-        said = verdict(
-            found.objectives[0], difference, unit, "The winner", str(row["reference"])
+        unit = findings.units.get(findings.objectives[0].column, "")
+        sentence = verdict(
+            findings.objectives[0],
+            difference,
+            unit,
+            who="The winner",
+            whom=str(row["reference"]),
         )
         saved = float(row["variance_reduction"])
         reduction = (
             f"; common seeds save a factor of {saved:.2g}" if np.isfinite(saved) else ""
         )
-        lines.append(f"{said}\n    (95 %; {row['n']} pairs of blocks{reduction})")
+        lines.append(f"{sentence}\n    (95 %; {row['n']} pairs of blocks{reduction})")
     return "\n".join(lines) + (
         "\nThese intervals hold together." if len(lines) > 1 else ""
     )
 
 
-def against_text(found: Findings) -> str:
-    """The search against random searches; "" where it was not repeated."""
-    against = found.against
+def against_text(findings: Findings) -> str:
+    """Return sentences on the search against random searches.
+
+    The text is "" if the search was not repeated.
+    """
+    against = findings.against
     if against is None:
         return ""
-    budget = found.asked.about["budget"]
+    budget = findings.asked_trials.description["budget"]
     head = (
         f"{len(against.search)} repetitions of the search against {len(against.random)}"
         " random searches"
@@ -262,18 +307,20 @@ def against_text(found: Findings) -> str:
         return head + " too few to compare" + "".join(missing)
     low, high = against.estimate.interval()
     quantity = Objective(
-        against.quantity, against.maximize, found.objectives[0].statistic
+        against.quantity, against.maximize, findings.objectives[0].statistic
     )
-    unit = found.units.get(against.quantity, "")
+    unit = findings.units.get(against.quantity, "")
     difference = {"difference": against.estimate.value, "low": low, "high": high}
-    said = verdict(quantity, difference, unit, "The search", "random search")
+    sentence = verdict(
+        quantity, difference, unit, who="The search", whom="random search"
+    )
     half = (high - low) / 2
     means = [number(sample.mean, half) for sample in against.estimate.samples]
     unit = f" {unit}" if unit else ""
-    of = against.estimate.distribution
-    test = "Welch" if of == "normal" else of
+    distribution = against.estimate.distribution
+    test = "Welch" if distribution == "normal" else distribution
     return (
-        f"{head}\n{said}\n    (95 %, {test}; means {means[0]} and {means[1]}{unit})"
+        f"{head}\n{sentence}\n    (95 %, {test}; means {means[0]} and {means[1]}{unit})"
         + "".join(missing)
     )
 
@@ -300,8 +347,8 @@ def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
     ]
 
 
-def _named(found: Findings, column: str) -> str:
-    unit = found.units.get(column, "")
+def _named(findings: Findings, column: str) -> str:
+    unit = findings.units.get(column, "")
     return column + (f" ({unit})" if unit else "")
 
 
@@ -310,5 +357,5 @@ def _interval(*numbers: float | None) -> str:
 
 
 def _known(*numbers: float | None) -> str:
-    value, low, high = (np.nan if one is None else one for one in numbers)
+    value, low, high = (np.nan if cell is None else cell for cell in numbers)
     return number(value, (high - low) / 2)

@@ -1,8 +1,7 @@
-"""One run of a search: a batch of candidates is asked for, raced, and told, until the
-budget is spent.
+"""One run of a search: propose candidates, race and tell, until the budget is spent.
 
-Nothing depends on the order in which trials come back: all of a rung are there before
-anything is decided.
+Nothing depends on the order in which trials come back: all results of a rung are known
+before anything is decided.
 """
 
 from collections.abc import Iterable, Iterator
@@ -23,15 +22,25 @@ if TYPE_CHECKING:
     from optuna.trial import Trial
 
 MOST_IDLE = 1000
-"""Candidates in a row that bring no new trial, after which a search ends."""
+"""Number of candidates in a row without a new trial, after which a search ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunSetup:
-    """What tells one run of a search from another.
+    """The properties that distinguish one run of a search from another.
 
-    `study` has the seed of the run. A candidate gets at most so many `blocks`. `level`
-    is that of the tests of a race; it is None where there are no races.
+    Attributes
+    ----------
+    name : str
+        Name of the run.
+    study : Study
+        Study with the seed of the run.
+    sampler : str
+        Name of the sampler.
+    blocks : int
+        Largest number of blocks of a candidate.
+    level : float or None
+        Level of the tests of a race; None without races.
     """
 
     name: str
@@ -41,8 +50,9 @@ class RunSetup:
     level: float | None
 
     def rungs(self) -> list[int]:
-        """How many blocks candidates have after each rung: 1, 2, 4, ... and the last;
-        without races only the last.
+        """Return the number of blocks after each rung: 1, 2, 4, ... and the last.
+
+        Without races there is only the last.
         """
         if self.level is None:
             return [self.blocks]
@@ -56,11 +66,20 @@ class RunSetup:
 
 @dataclass(eq=False)
 class AskedCandidate:
-    """A candidate, and the trials that it has got so far, by block and scenario.
+    """A candidate, and the trials that it has got so far.
 
-    `number` is its place among all that were proposed, and `batch` is -1 where there is
-    none. `samples` has the values of the trials by column, or None where one of them
-    has no result.
+    Attributes
+    ----------
+    number : int
+        Index among all proposals.
+    batch : int
+        Number of the batch; -1 if there is none.
+    candidate : Candidate
+        The values of the parameters.
+    trials : list of list of Job
+        Trials by block and scenario.
+    samples : dict of arrays, optional
+        Values of the trials by column; None if a trial has no result.
     """
 
     number: int
@@ -70,7 +89,7 @@ class AskedCandidate:
     samples: dict[str, Floats] | None = None
 
     def give(self, blocks: Iterable[int]) -> list[Job]:
-        """Give it the trials of some blocks more."""
+        """Add the trials of some blocks, and return them."""
         scenarios = range(len(self.candidate.points))
         more = [
             [self.candidate.job(block, place) for place in scenarios]
@@ -80,17 +99,40 @@ class AskedCandidate:
         return [job for block in more for job in block]
 
     def ids(self) -> list[list[str]]:
-        """The trial ids by block and scenario."""
+        """Return the trial ids by block and scenario."""
         return [[job.trial_id for job in block] for block in self.trials]
 
 
 @dataclass(eq=False)
 class Run:
-    """A run on its way.
+    """A run of a search.
 
-    `asked` has its candidates so far, in the order asked. `rejected` counts proposals
-    that the spec does not allow, and `repeated` those that were made before. `found`
-    says in words what there is after the last batch.
+    Attributes
+    ----------
+    setup : RunSetup
+        Study, sampler and races of the run.
+    known : KnownValues
+        Values of all trials of the search so far.
+    rejected : int
+        Number of proposals that the spec does not allow.
+    repeated : int
+        Number of proposals that were made before.
+    number : int
+        Number of proposals.
+    idle : int
+        Number of proposals in a row that brought no new candidate.
+    candidates : list of AskedCandidate
+        Candidates so far, in the order asked.
+    spent : set of str
+        Ids of the trials that count against the budget.
+    by_points : dict
+        Candidates by the ids of their points.
+    proposed : set of tuple
+        Values of all proposals.
+    refusal : SpecError, optional
+        The last error of a rejected proposal.
+    best_so_far : str
+        The best candidate after the last batch, in words.
     """
 
     setup: RunSetup
@@ -99,18 +141,18 @@ class Run:
     repeated: int = 0
     number: int = 0
     idle: int = 0
-    asked: list[AskedCandidate] = field(default_factory=list)
+    candidates: list[AskedCandidate] = field(default_factory=list)
     spent: set[str] = field(default_factory=set)
-    seen: dict[tuple[str, ...], AskedCandidate] = field(default_factory=dict)
+    by_points: dict[tuple[str, ...], AskedCandidate] = field(default_factory=dict)
     proposed: set[tuple[Value, ...]] = field(default_factory=set)
     refusal: SpecError | None = None
-    found: str = ""
+    best_so_far: str = ""
 
     def rounds(self) -> Iterator[list[Job]]:
-        """The trials of one rung after the other.
+        """Yield the trials of one rung after the other.
 
-        Whoever takes the next ones has entered the values of the last ones in `known`.
-        Raises SpecError where MOST_IDLE candidates in a row are rejected, or all.
+        Before the caller takes the next ones, it enters the values of the last ones in
+        `known`. Raises SpecError if MOST_IDLE candidates in a row are rejected, or all.
         """
         search = section_of(self.setup.study)
         self.optuna = new_study(
@@ -123,21 +165,23 @@ class Run:
             proposed = [self._ask(batch) for _ in range(min(search.batch, affordable))]
             fresh = list(
                 {
-                    id(asked): asked
-                    for _, asked in proposed
-                    if asked and not asked.trials
+                    id(candidate): candidate
+                    for _, candidate in proposed
+                    if candidate and not candidate.trials
                 }.values()
             )
             yield from self._race(fresh)
             self._tell(proposed)
-            self.found = self.leading()
+            self.best_so_far = self.leading()
             batch += 1
 
     def leading(self) -> str:
-        """The best so far, in words."""
+        """Return the best candidate so far, in words."""
         search = section_of(self.setup.study)
         race = Race(search.objectives, search.constraints, 0.0, self.setup.blocks)
-        leaders = race.leaders([one.samples for one in self.asked if one.samples])
+        leaders = race.leaders(
+            [candidate.samples for candidate in self.candidates if candidate.samples]
+        )
         if not leaders:
             return "none complete yet"
         if len(search.objectives) > 1:
@@ -146,26 +190,29 @@ class Run:
         return f"best {best.column} {best.value(leaders[0][best.column]):.5g}"
 
     def _left(self) -> int:
-        """For how many blocks the budget still suffices."""
+        """Return the number of blocks for which the budget is enough."""
         search = section_of(self.setup.study)
         return (search.budget - len(self.spent)) // search.scenarios
 
     def _exhausted(self) -> bool:
         size = size_of(section_of(self.setup.study).parameters)
         ended = self.idle >= MOST_IDLE or len(self.proposed) >= size
-        if ended and self.refusal and not self.asked:
+        if ended and self.refusal and not self.candidates:
             raise SpecError(
                 f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
             )
         return ended
 
     def _ask(self, batch: int) -> "tuple[Trial, AskedCandidate | None]":
-        """What the sampler proposes next, and the candidate: an earlier one where it is
-        the same, None if rejected.
+        """Return the next proposal of the sampler, and its candidate.
+
+        The candidate is an earlier one if it is the same, and None if the spec rejects
+        it.
         """
         with quiet():
             trial = self.optuna.ask(self.ranges)
-        number, self.number = self.number, self.number + 1
+        number = self.number
+        self.number += 1
         study = self.setup.study
         values: dict[str, Value] = {
             name: study.settings[name].coerce(value)
@@ -176,78 +223,92 @@ class Run:
         try:
             candidate = Candidate(study, values)
         except SpecError as error:
-            self.rejected, self.refusal = self.rejected + 1, error
+            self.rejected += 1
+            self.refusal = error
             return trial, None
-        if candidate.points in self.seen:
+        if candidate.points in self.by_points:
             self.repeated += 1
         else:
             self.idle = 0
-            self.seen[candidate.points] = AskedCandidate(number, batch, candidate)
-        return trial, self.seen[candidate.points]
+            self.by_points[candidate.points] = AskedCandidate(number, batch, candidate)
+        return trial, self.by_points[candidate.points]
 
     def _race(self, fresh: list[AskedCandidate]) -> Iterator[list[Job]]:
-        """The trials of a batch's candidates, rung by rung."""
-        search, setup = section_of(self.setup.study), self.setup
+        """Yield the trials of the candidates of a batch, rung by rung."""
+        search = section_of(self.setup.study)
+        setup = self.setup
         race = (
             Race(search.objectives, search.constraints, setup.level, setup.blocks)
             if setup.level
             else None
         )
-        earlier = [asked.samples for asked in self.asked if asked.samples]
-        self.asked += fresh
-        running, had = fresh, 0
+        earlier = [
+            candidate.samples for candidate in self.candidates if candidate.samples
+        ]
+        self.candidates += fresh
+        running = fresh
+        had = 0
         for rung in setup.rungs():
             jobs, allowed = self._allot(running, had, rung)
             yield jobs
-            for asked in running:
-                asked.samples = self.known.of(asked.ids()) if asked.trials else None
-            running, had = [asked for asked in running if asked.samples], rung
+            for candidate in running:
+                candidate.samples = (
+                    self.known.of(candidate.ids()) if candidate.trials else None
+                )
+            running = [candidate for candidate in running if candidate.samples]
+            had = rung
             if not allowed:
                 break
             if race and rung < setup.blocks:
                 dropped = race.dropped(
-                    earlier, [asked.samples for asked in running if asked.samples]
+                    earlier,
+                    [candidate.samples for candidate in running if candidate.samples],
                 )
                 running = [
-                    asked
-                    for asked, out in zip(running, dropped, strict=True)
+                    candidate
+                    for candidate, out in zip(running, dropped, strict=True)
                     if not out
                 ]
 
     def _allot(
         self, running: list[AskedCandidate], had: int, rung: int
     ) -> tuple[list[Job], bool]:
-        """Give each candidate its blocks from `had` to `rung`, block after block: their
-        trials, and whether the budget was enough.
+        """Give each candidate its blocks from `had` to `rung`, block after block.
+
+        Returns their trials, and whether the budget was enough.
         """
         jobs: list[Job] = []
         for block in range(had, rung):
-            for asked in running:
+            for candidate in running:
                 if self._left() < 1:
                     return jobs, False
-                given = asked.give([block])
-                self.spent.update(job.trial_id for job in given)
-                jobs += given
+                new = candidate.give([block])
+                self.spent.update(job.trial_id for job in new)
+                jobs += new
         return jobs, True
 
     def _tell(self, proposed: "list[tuple[Trial, AskedCandidate | None]]") -> None:
-        """What became of the batch, in the order asked; what has no value is worse than
-        all that has.
+        """Tell the sampler the results of a batch, in the order asked.
+
+        A proposal without a result is worse than all others.
         """
         from optuna.trial import TrialState
 
         search = section_of(self.setup.study)
         with quiet():
-            for trial, asked in proposed:
-                if asked is None or asked.samples is None:
+            for trial, candidate in proposed:
+                if candidate is None or candidate.samples is None:
                     self.optuna.tell(trial, state=TrialState.PRUNED)
                     continue
                 for place, constraint in enumerate(search.constraints):
                     trial.set_constraint(
                         str(place),
-                        constraint.violation(asked.samples[constraint.column]),
+                        constraint.violation(candidate.samples[constraint.column]),
                     )
                 self.optuna.tell(
                     trial,
-                    [one.value(asked.samples[one.column]) for one in search.objectives],
+                    [
+                        objective.value(candidate.samples[objective.column])
+                        for objective in search.objectives
+                    ],
                 )

@@ -1,4 +1,4 @@
-"""Optuna at work: a study of it that proposes candidates, and what it asks for."""
+"""Optuna as the sampler of a search: its study, and the ranges of parameters."""
 
 import warnings
 from collections.abc import Iterator
@@ -16,8 +16,16 @@ if TYPE_CHECKING:
 
 
 def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
-    """An optuna study in memory for these objectives, with the sampler `name` and its
-    `seed` of 32 bits.
+    """Return an optuna study in memory, for the objectives of a search.
+
+    Parameters
+    ----------
+    name : str
+        Name of the sampler.
+    search : Search
+        The search, with objectives and options.
+    seed : int
+        Seed of the sampler, of 32 bits.
     """
     with quiet():
         import optuna
@@ -27,13 +35,13 @@ def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
             kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
             for objective in search.objectives
         ]
-        about = SEARCH_SAMPLERS[name]
-        sampler = about.make(seed=seed, **about.options(search))
+        entry = SEARCH_SAMPLERS[name]
+        sampler = entry.make(seed=seed, **entry.options(search))
         return optuna.create_study(directions=directions, sampler=sampler)
 
 
 def distributions(parameters: tuple[Parameter, ...]) -> "dict[str, BaseDistribution]":
-    """What optuna is to ask for each parameter."""
+    """Return the distribution of optuna for each parameter."""
     return {
         parameter.name: _distribution(parameter.form, parameter.arguments)
         for parameter in parameters
@@ -47,16 +55,16 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
         IntDistribution,
     )
 
-    about = DISTRIBUTIONS[form]
-    if about.kind == "listed":
+    entry = DISTRIBUTIONS[form]
+    if entry.kind == "listed":
         return CategoricalDistribution(arguments)
-    if about.kind == "whole":
+    if entry.kind == "whole":
         return IntDistribution(int(arguments[0]), int(arguments[1]))
-    return FloatDistribution(arguments[0], arguments[1], log=about.logarithmic)
+    return FloatDistribution(arguments[0], arguments[1], log=entry.logarithmic)
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
-    """How many candidates there are: infinite where a parameter is continuous."""
+    """Return the number of candidates: infinite if a parameter is continuous."""
     size = 1.0
     for parameter in parameters:
         size *= _count(parameter.form, parameter.arguments)
@@ -67,7 +75,8 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
     kind = DISTRIBUTIONS[form].kind
     if kind == "listed":
         return len(arguments)
-    first, last = float(arguments[0]), float(arguments[1])
+    first = float(arguments[0])
+    last = float(arguments[1])
     if kind == "whole":
         return last - first + 1
     return float("inf") if first < last else 1
@@ -75,8 +84,9 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Optuna without its log lines and its remarks on options that are experimental; it
-    is imported within.
+    """Silence the log lines of optuna and its warnings about experimental options.
+
+    The context imports optuna.
     """
     with warnings.catch_warnings():
         # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody

@@ -1,4 +1,4 @@
-"""What a search found, in plain words: who is better, and what to be wary of."""
+"""The findings of a search in plain words: who is better, and caveats."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,16 +12,16 @@ from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.settings import Setting
 
 EDGE = 0.02
-"""A winner at the edge lies within this part of a parameter's range from an end."""
+"""Fraction of a range, from an end, within which a winner is at the edge."""
 FEWEST_BLOCKS = 10
-"""Fewer held-out blocks than these say little of how a candidate does on others."""
+"""Number of held-out blocks below which a candidate is hardly judged."""
 
 FEWEST_IN_TAIL = 10
-"""With fewer blocks in the tail of a statistic, its interval is too narrow."""
+"""Number of blocks in the tail of a statistic, below which intervals are too narrow."""
 
 
 def objective_words(objective: Objective) -> str:
-    """As `mean coverage_total, to be large`."""
+    """Return an objective in words, such as `mean coverage_total, to be large`."""
     return (
         f"{objective.statistic} {objective.column}, to be"
         f" {'large' if objective.maximize else 'small'}"
@@ -29,7 +29,7 @@ def objective_words(objective: Objective) -> str:
 
 
 def constraint_words(constraint: Constraint) -> str:
-    """As `worst collisions at most 0`."""
+    """Return a constraint in words, such as `worst collisions at most 0`."""
     side = "at most" if constraint.at_most else "at least"
     return f"{constraint.statistic} {constraint.column} {side} {constraint.bound:g}"
 
@@ -37,16 +37,30 @@ def constraint_words(constraint: Constraint) -> str:
 def verdict(
     objective: Objective, difference: Mapping[str, Any], unit: str, who: str, whom: str
 ) -> str:
-    """Whether `who` is better or worse than `whom` and by how much, or that they are
-    not shown to differ.
+    """Return a sentence on the difference between two candidates.
 
-    `difference` is `who` minus `whom`: the difference itself, low and high, as
-    `sweep.methods.search.held_out.differences` has them.
+    It reports which one is better, and by how much, or that they are not shown to
+    differ.
+
+    Parameters
+    ----------
+    objective : Objective
+        Objective that was compared.
+    difference : mapping
+        `who` minus `whom`: difference, low and high, as
+        `sweep.methods.search.held_out.differences` returns them.
+    unit : str
+        Unit of the column; "" if it has none.
+    who : str
+        Name of the candidate, at the beginning of the sentence.
+    whom : str
+        Name of the other one.
     """
     value, low, high = (
         float(difference[name]) for name in ("difference", "low", "high")
     )
-    unit, column = difference_unit(unit), objective.column
+    unit = difference_unit(unit)
+    column = objective.column
     if math.isnan(value):
         return (
             f"{who} cannot be compared with {whom} in {column}:"
@@ -66,8 +80,9 @@ def verdict(
 
 
 def thin_tail(objective: Objective, blocks: int) -> str:
-    """A sentence where a statistic of the tail, as a CVaR, rests on so few of the
-    blocks that its interval is too narrow, else "".
+    """Return a warning if a statistic of the tail rests on few of the blocks, else "".
+
+    The confidence interval of such a statistic, for example a CVaR, is too narrow.
     """
     tail = objective.statistic.tail
     if tail is None or tail * blocks >= FEWEST_IN_TAIL:
@@ -81,7 +96,7 @@ def thin_tail(objective: Objective, blocks: int) -> str:
 
 
 def difference_unit(unit: str) -> str:
-    """The unit of a difference, after a space: that of percentages is points."""
+    """Return the unit of a difference, after a space: that of percentages is points."""
     return {"": "", "%": " % points"}.get(unit, f" {unit}")
 
 
@@ -90,35 +105,54 @@ def edges(
     ranges: Mapping[str, Mapping[str, Sequence[Any]]],
     settings: Mapping[str, Setting],
 ) -> list[str]:
-    """A sentence for each parameter whose best value lies at an end of its range beyond
-    which there may be better.
+    """Return a sentence for each parameter whose best value is at an end of its range.
 
-    An end is none where the model allows nothing beyond it, nor is one of whole numbers
-    of which there are but two.
+    There may be better values beyond. An end does not count if the model allows no
+    values beyond it, or if the range has only two integers.
+
+    Parameters
+    ----------
+    winner : mapping
+        Row of the winner.
+    ranges : mapping
+        Distribution of each parameter: its form and arguments.
+    settings : mapping of Setting
+        Parameters of the model, with their limits.
     """
-    found = []
+    sentences = []
     for name, distribution in ranges.items():
         ((form, arguments),) = distribution.items()
-        about = DISTRIBUTIONS[form]
-        if about.kind == "listed":
+        entry = DISTRIBUTIONS[form]
+        if entry.kind == "listed":
             continue
-        low, high = float(arguments[0]), float(arguments[1])
-        share = _share(about, float(winner[name]), low, high)
+        low = float(arguments[0])
+        high = float(arguments[1])
+        share = _share(entry, float(winner[name]), low, high)
         for near, end, limit in (
             (share, low, settings[name].low),
             (1.0 - share, high, settings[name].high),
         ):
             if near <= EDGE and end != limit:
                 side = "lower" if end == low else "upper"
-                found.append(
+                sentences.append(
                     f"{name} = {winner[name]:.6g} lies at the {side} end of its range,"
                     f" {low:g} to {high:g}: widen it, there may be better beyond"
                 )
-    return found
+    return sentences
 
 
 def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
-    """How many candidates there were and what became of them."""
+    """Return the number of candidates and of each status, in words.
+
+    Parameters
+    ----------
+    candidates : DataFrame
+        The table of candidates.
+    rejected : int
+        Number of proposals that the spec has rejected.
+    repeated : int
+        Number of proposals that were made before.
+    """
     counts = candidates["status"].value_counts()
     parts = [
         f"{counts[kind]} {kind}"
@@ -138,12 +172,15 @@ def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
     return text + (f"; {repeated} more were asked before" if repeated else "")
 
 
-def _share(about: Distribution, value: float, low: float, high: float) -> float:
-    """How far a value is on the way from one end of a range to the other; half-way
-    where there is none.
+def _share(entry: Distribution, value: float, low: float, high: float) -> float:
+    """Return the position of a value in a range, as a fraction from its lower end.
+
+    It is 0.5 if the range has no ends to be near.
     """
-    if about.kind == "whole":
+    if entry.kind == "whole":
         return 0.5 if high - low < 2.0 else (value - low) / (high - low)
-    if about.logarithmic:
-        value, low, high = math.log(value), math.log(low), math.log(high)
+    if entry.logarithmic:
+        value = math.log(value)
+        low = math.log(low)
+        high = math.log(high)
     return 0.5 if low == high else (value - low) / (high - low)

@@ -1,5 +1,6 @@
-"""A whole search: the search itself, its repetitions and random searches to compare
-with, and the held-out trials of each.
+"""A whole search: the search itself, its repetitions, and random searches.
+
+Each of them has its held-out trials. The random searches are there to compare with.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -42,20 +43,22 @@ from sweep.store.locations import Location
 from sweep.workers.executors import ExecutorFactory
 
 RANDOM_BLOCKS = 3
-"""Blocks of each candidate of a plain random search, as published searches took."""
+"""Blocks of each candidate of a plain random search, as in published searches."""
 
 
 class SearchStrategy:
-    """Asks for the trials of one rung of a race after the other, then for the held-out
-    trials of what is chosen, and does the same for each repetition and random search.
+    """A strategy that requests the trials of a search.
 
-    Raises SpecError for a study that is no search, and for a search that cannot be.
+    It requests one rung of a race after the other, then the held-out trials of the
+    chosen candidates. The same follows for each repetition and random search. Raises
+    SpecError for a study that is not a search, and for a search that is not possible.
     """
 
     grows = True
 
     def __init__(self, study: Study, repetitions: int) -> None:
-        self.study, self.section = study, section_of(study)
+        self.study = study
+        self.section = section_of(study)
         check_trials(study.document, self.section, repetitions)
         self.setups = _setups(study, repetitions)
         check_candidates(study)
@@ -65,27 +68,27 @@ class SearchStrategy:
         most = self.section.most_trials(repetitions)
         self.progress = Progress(most=most, trials=most, ahead=True)
         blocks = {setup.name: setup.blocks for setup in self.setups}
-        self.about = about_search(study, blocks, repetitions)
+        self.description = about_search(study, blocks, repetitions)
         self.phases: list[AskedPhase] = []
         self.known = KnownValues(self.section.columns)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """Of each run a round a rung, and a round of held-out trials.
+        """Yield a round per rung of each run, and a round of its held-out trials.
 
-        Nothing is missing of the last one: it has the plan of the finished search.
+        The last round has no trials: it has the plan of the finished search.
         """
         for setup in self.setups:
             searched = AskedPhase(setup.name, SEARCH, [])
             self.phases.append(searched)
-            run = Run(setup, self.known, asked=searched.candidates)
+            run = Run(setup, self.known, candidates=searched.candidates)
             yield from self._new(self._search(run), look)
             yield from self._new(self._judge(searched), look)
-        self.about["finished"] = True
+        self.description["finished"] = True
         self.progress.trials = len(self.known.trials)
         yield self._round([])
 
     def _search(self, run: Run) -> Iterator[list[Job]]:
-        """The trials of a run, rung by rung."""
+        """Yield the trials of a run, rung by rung."""
         for jobs in run.rounds():
             self._count(run)
             yield jobs
@@ -93,21 +96,26 @@ class SearchStrategy:
 
     def _count(self, run: Run) -> None:
         name = run.setup.name
-        self.about["rejected"][name] = run.rejected
-        self.about["repeated"][name] = run.repeated
-        if run.found:
-            self.progress.note = f"{name}: {run.found}"
+        self.description["rejected"][name] = run.rejected
+        self.description["repeated"][name] = run.repeated
+        if run.best_so_far:
+            self.progress.note = f"{name}: {run.best_so_far}"
 
     def _judge(self, searched: AskedPhase) -> Iterator[list[Job]]:
-        """The held-out trials of what a run has chosen; with those of the main search
-        go the references'.
+        """Yield the held-out trials of the candidates that a run has chosen.
+
+        The held-out trials of the references go with those of the main search.
         """
-        name, objectives = searched.run, self.section.objectives
+        name = searched.run
+        objectives = self.section.objectives
         several = name == SEARCH or len(objectives) > 1
         most = self.section.held_out.candidates if several else 1
-        known = known_trials(self.study, searched, self.known, self.about)
+        known = known_trials(self.study, searched, self.known, self.description)
         table = candidates(known, name)
-        values = {one.number: one.candidate.values for one in searched.candidates}
+        values = {
+            searched_candidate.number: searched_candidate.candidate.values
+            for searched_candidate in searched.candidates
+        }
         best = {
             number: Candidate(self.judging, values[number])
             for number in chosen(table, objectives, most)
@@ -118,15 +126,20 @@ class SearchStrategy:
         yield jobs
 
     def _held_out(self, run: str, judged: Mapping[int, Candidate]) -> list[Job]:
-        """All trials of candidates on held-out seeds, as a phase of a run."""
-        phase = [AskedCandidate(number, -1, one) for number, one in judged.items()]
+        """Return all trials of candidates on held-out seeds, as a phase of a run."""
+        phase = [
+            AskedCandidate(number, -1, candidate)
+            for number, candidate in judged.items()
+        ]
         self.phases.append(AskedPhase(run, HELD_OUT, phase))
         blocks = range(self.judging.trials_per_point)
-        return [job for asked in phase for job in asked.give(blocks)]
+        return [
+            job for judged_candidate in phase for job in judged_candidate.give(blocks)
+        ]
 
-    def _new(self, wanted: Iterator[list[Job]], look: Look) -> Iterator[Round]:
-        """Rounds of those of the wanted trials that were not asked for before."""
-        for jobs in wanted:
+    def _new(self, requested: Iterator[list[Job]], look: Look) -> Iterator[Round]:
+        """Yield rounds of the requested trials that were not requested before."""
+        for jobs in requested:
             known = self.known.trials
             new = {job.trial_id: job for job in jobs if job.trial_id not in known}
             if new:
@@ -138,7 +151,7 @@ class SearchStrategy:
         return Round(ids, lambda some: [jobs[place] for place in some], self._plan)
 
     def _plan(self, origin: Origin) -> PlanTables:
-        return plan_tables(self.study, self.phases, self.about, origin)
+        return plan_tables(self.study, self.phases, self.description, origin)
 
 
 def search_strategy(study: Study, results: Location | None) -> SearchStrategy:
@@ -190,25 +203,36 @@ def search(
 
 
 def _setups(study: Study, repetitions: int) -> list[RunSetup]:
-    """The search, its repetitions, and as many plain random searches."""
-    section, blocks = section_of(study), study.trials_per_point
+    """Return the search, its repetitions, and as many plain random searches."""
+    section = section_of(study)
+    blocks = study.trials_per_point
     if repetitions and study.seeds is not None:
         message = (
             "repetitions of a search need seeds of their own:"
             ' give "replicates" instead of "seeds"'
         )
         raise study.document.error(("seeds",), message)
-    setups = [RunSetup(SEARCH, study, section.sampler, blocks, section.level)]
+    setups = [RunSetup(SEARCH, study, section.sampler, blocks, level=section.level)]
     for number in range(1, repetitions + 1):
         again = repeated(study, REPETITION, number)
         setups.append(
             RunSetup(
-                f"repetition {number}", again, section.sampler, blocks, section.level
+                f"repetition {number}",
+                again,
+                section.sampler,
+                blocks,
+                level=section.level,
             )
         )
     for number in range(1, repetitions + 1):
         again = repeated(study, RANDOM, number)
         setups.append(
-            RunSetup(f"random {number}", again, PLAIN, min(RANDOM_BLOCKS, blocks), None)
+            RunSetup(
+                f"random {number}",
+                again,
+                PLAIN,
+                min(RANDOM_BLOCKS, blocks),
+                level=None,
+            )
         )
     return setups

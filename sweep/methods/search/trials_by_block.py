@@ -12,9 +12,16 @@ from sweep.methods.search.objectives import Floats
 class TrialsByBlock(NamedTuple):
     """The trials of k candidates, each with up to n blocks in s scenarios.
 
-    `candidates` are their numbers (k,) in ascending order. `stored` and `done` (k, n,
-    s) say which trials have run and which of them have a result that is finite in all
-    columns asked for. `values` (k, n, s) are these columns, NaN where there is none.
+    Attributes
+    ----------
+    candidates : array of int
+        Their numbers in ascending order, shape (k,).
+    stored : array of bool
+        Whether each trial has run, shape (k, n, s).
+    done : array of bool
+        Whether it has a finite result in all requested columns, shape (k, n, s).
+    values : dict of arrays
+        Values by column, NaN if there is none, shape (k, n, s).
     """
 
     candidates: NDArray[np.int64]
@@ -23,8 +30,10 @@ class TrialsByBlock(NamedTuple):
     values: dict[str, Floats]
 
     def counts(self) -> NDArray[np.int64]:
-        """How many blocks of each candidate have run in every scenario, up to the first
-        that has not; (k,).
+        """Return the number of blocks of each candidate that count, shape (k,).
+
+        These are the blocks that have run in every scenario, up to the first that has
+        not.
         """
         return np.asarray(
             np.logical_and.accumulate(self.stored.all(axis=2), axis=1).sum(axis=1),
@@ -32,13 +41,24 @@ class TrialsByBlock(NamedTuple):
         )
 
     def of(self, place: int, column: str) -> Floats:
-        """The values of a column in the blocks that count of the candidate at `place`:
-        shape (blocks, scenarios).
+        """Return the values of a column in the blocks of a candidate that count.
+
+        Parameters
+        ----------
+        place : int
+            Index of the candidate, as `find` returns it.
+        column : str
+            Name of the column.
+
+        Returns
+        -------
+        array of float
+            Shape (blocks, scenarios).
         """
         return self.values[column][place, : self.counts()[place]]
 
     def find(self, candidate: int) -> int:
-        """The place of a candidate. Raises KeyError where it has no trials."""
+        """Return the index of a candidate. Raises KeyError if it has no trials."""
         (places,) = np.nonzero(self.candidates == candidate)
         if not len(places):
             raise KeyError(candidate)
@@ -46,21 +66,20 @@ class TrialsByBlock(NamedTuple):
 
 
 def by_block(rows: pd.DataFrame, columns: list[str]) -> TrialsByBlock:
-    """The blocks of `rows` of a search's table, all of one run and one phase."""
+    """Return the trials in `rows`, which are of one run and one phase of a search."""
     candidates, places = np.unique(
         rows["candidate"].to_numpy(np.int64), return_inverse=True
     )
-    block, scenario = (
-        rows["block"].to_numpy(np.int64),
-        rows["scenario"].to_numpy(np.int64),
-    )
+    block = rows["block"].to_numpy(np.int64)
+    scenario = rows["scenario"].to_numpy(np.int64)
     shape = (
         len(candidates),
         int(block.max(initial=-1)) + 1,
         int(scenario.max(initial=-1)) + 1,
     )
     status = rows["status"].to_numpy()
-    stored, done = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
+    stored = np.zeros(shape, np.bool_)
+    done = np.zeros(shape, np.bool_)
     stored[places, block, scenario] = status != "missing"
     done[places, block, scenario] = status == "done"
     values = {column: np.full(shape, np.nan) for column in columns}
